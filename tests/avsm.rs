@@ -240,10 +240,13 @@ fn area(name: &str, scene: &Scene, size: u32) {
         let (resolve, order) =
             if scene.strands.is_empty() { ("cells", Order::Cells) } else { ("streaming", Order::Tile) };
         compare(context, scene, size, &format!("path=binned,resolve={resolve},texel=area"), order);
+        if scene.name == "bundles" {
+            compare(context, scene, size, "path=binned,resolve=streaming,texel=area,batch=shared", order);
+        }
     });
 }
 
-twin_tests!(areas_equal_their_twin area random 12, strands 20, splats 20, locks 12, inside 4);
+twin_tests!(areas_equal_their_twin area random 12, strands 20, bundles 20, splats 20, locks 16, inside 4);
 
 /// In perspective a texel's square is the larger the farther.
 #[test]

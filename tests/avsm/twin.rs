@@ -6,7 +6,7 @@ mod grazed;
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test, views};
 use glam::DVec2;
-use gobo::reference::twin::area::texel_part;
+use gobo::reference::twin::area::{CellLight, Taken, texel_part, texel_taken};
 use gobo::reference::twin::avsm::cells::Cells;
 use gobo::reference::twin::avsm::curve::{Build, Curve};
 use gobo::reference::twin::avsm::node::Interpolation;
@@ -214,6 +214,8 @@ struct Cut {
     /// What the caster is sorted by in the texel's tile.
     key: f32,
     segment: Segment,
+    /// What of each cell of a texel that stands for its area.
+    taken: Taken,
 }
 
 /// Segments in the order of insertion, each as `rounded`.
@@ -221,9 +223,11 @@ fn in_order(cuts: &[Cut], order: Order, rounded: impl Fn(Segment) -> Segment) ->
     if order == Order::Tile {
         // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths.
         let key = |key| rounded(Segment { entry: key, exit: key, optical_depth: 1.0 }).entry;
-        let mut all: Vec<_> = cuts.iter().map(|c| (key(c.key), c.rank, rounded(c.segment))).collect();
+        let mut all: Vec<_> = cuts.iter().map(|c| (key(c.key), c.rank, c)).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        return all.into_iter().map(|(_, _, segment)| segment).collect();
+        let mut light = CellLight::whole();
+        let mut seen = |c: &Cut| Segment { optical_depth: light.seen(&c.taken, c.segment.optical_depth), ..c.segment };
+        return all.into_iter().map(|(_, _, cut)| rounded(seen(cut))).collect();
     }
     let mut all: Vec<_> = cuts.iter().map(|c| (c.caster, rounded(c.segment))).collect();
     if order == Order::Entry {
@@ -269,7 +273,9 @@ impl<'a> Twins<'a> {
             } else {
                 texel_segment(&self.view, at, caster)?
             };
-            Some(Cut { caster: i, rank: self.ranks[i as usize], key: key(caster)?, segment })
+            let by_cells = self.area && order == Order::Tile;
+            let taken = if by_cells { texel_taken(&self.view, at, caster, MAX_OPTICAL_DEPTH) } else { None };
+            Some(Cut { caster: i, rank: self.ranks[i as usize], key: key(caster)?, segment, taken })
         };
         let mut cuts: Vec<Cut> = (0..).zip(&self.casters).filter_map(cut).collect();
         if order == Order::Near {

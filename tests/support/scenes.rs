@@ -174,6 +174,34 @@ pub fn strands() -> Scene {
     scene
 }
 
+/// Bundles of strands of one width, thin to wide: one behind the other along the light, edge to edge, both, and crossing.
+pub fn bundles() -> Scene {
+    let mut random = Random::new(12);
+    let mut scene = directional("bundles", SLANTED, Vec::new());
+    let light = DVec3::from(SLANTED).normalize();
+    for i in 0..32 {
+        let start = DVec3::from(random.point(-0.8, 0.8).map(f64::from));
+        let axis = DVec3::from(random.point(-0.7, 0.7).map(f64::from));
+        let across = axis.cross(light).normalize_or(DVec3::X);
+        let radius = [0.004, 0.03, 0.1][i % 3];
+        let opacity = random.between(0.2, 0.9);
+        for k in 0..5 {
+            // No two at one depth.
+            let behind = light * (0.04 + 0.06 * f64::from(k));
+            let beside = across * 2.0 * radius * f64::from(k);
+            let (from, along) = match i % 4 {
+                0 => (start + behind, axis),
+                1 => (start + 0.3 * behind + beside, axis),
+                2 => (start + behind + f64::from(k / 2) * beside, axis),
+                _ => (start + behind, if k % 2 == 0 { axis } else { across * axis.length() }),
+            };
+            let [start, end] = [from, from + along].map(|at| at.as_vec3().to_array());
+            scene.strands.push(Strand { start, radius: radius as f32, end, opacity });
+        }
+    }
+    scene
+}
+
 /// Splats of all shapes up to 8 times as long as wide, some across each other, among smoke, and one that a light looks along.
 pub fn splats() -> Scene {
     let mut random = Random::new(31);

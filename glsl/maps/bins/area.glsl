@@ -1,7 +1,8 @@
 // The segment that a caster leaves in a texel: that of the ray through its centre, or with AREA what lets as much light
-// through as the mean of all rays through the texel. Each caster is averaged alone: which of the rays that one meets
-// another meets too is left to chance, as where hairs cross.
-// Source: ours. Twin: reference::twin::area.
+// through as the mean of all rays through the texel. texel_part averages each caster alone: which of the rays that one meets
+// another meets too is left to chance. Who meets casters in order asks area_seen as well, which knows what is left in each of
+// 4×4 cells of the texel: strands one behind the other take the same light, strands side by side do not.
+// Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -13,6 +14,9 @@ const float WIDE = 2.0;
 const uint SPHERE_RAYS = 4u;
 // Lines on which a texel's share of a ribbon is measured.
 const uint COLUMNS = 8u;
+// Cells of a texel along a side, each with one of a sphere's rays; and all of them.
+const uint AREA_SIDE = SPHERE_RAYS;
+const uint AREA_CELLS = AREA_SIDE * AREA_SIDE;
 
 // What share of the light an optical depth takes, and back; of little the differences from 1 would be rounding.
 float share_taken(float optical_depth) {
@@ -23,63 +27,130 @@ float optical_depth_of(float taken) {
     return taken < 1e-3 ? taken + 0.5 * taken * taken : -log(1.0 - taken);
 }
 
-// Share of the texel about the ray that the ribbon covers: on COLUMNS lines across the texel, along that side of it which is
-// more across the ribbon, the part between the ribbon's edges and ends.
-bool strand_share(View view, Ray ray, Caster strand, out float z, out float share) {
+// A ribbon as the lines across a texel see it. They lie along that side of it which is more across the ribbon; `turned`: along x.
+struct Lines {
+    float z;
+    float middle;
+    float half_wide;
+    vec2 ends;
+    vec2 on_u;
+    vec2 on_v;
+    float per_u;
+    float per_v;
+    bool turned;
+};
+
+// False where none of the lines can meet the ribbon.
+bool strand_lines(View view, Ray ray, Caster strand, out Lines lines) {
     vec3 start, axis;
     float along, square = dot(ray.direction, ray.direction);
-    z = share = 0.0;
+    lines.z = 0.0;
     if (!strand_along(ray, strand, start, axis, along)) {
         return false;
     }
     vec3 point = strand.position - ray.origin + clamp(along, 0.0, 1.0) * strand.axis;
-    z = dot(point, ray.direction) / square;
+    lines.z = dot(point, ray.direction) / square;
     // Along the ribbon and across it, both across the ray.
     float extent = length(axis);
     vec3 u = axis / extent, v = cross(u, ray.direction * inversesqrt(square));
-    vec2 sides = texel_sides(view, z), on_u = sides * u.xy, on_v = sides * v.xy;
-    float middle = dot(start, v);
-    if (abs(middle) > strand.radius + 0.5 * (abs(on_v.x) + abs(on_v.y))) {
-        // Most texels of a tile are beside the ribbon: none of the lines meets it.
+    vec2 sides = texel_sides(view, lines.z), on_u = sides * u.xy, on_v = sides * v.xy;
+    lines.middle = dot(start, v);
+    if (abs(lines.middle) > strand.radius + 0.5 * (abs(on_v.x) + abs(on_v.y))) {
+        // Most texels of a tile are beside the ribbon.
         return false;
     }
-    if (abs(on_v.x) > abs(on_v.y)) {
-        on_u = on_u.yx;
-        on_v = on_v.yx;
+    lines.turned = abs(on_v.x) > abs(on_v.y);
+    lines.on_u = lines.turned ? on_u.yx : on_u;
+    lines.on_v = lines.turned ? on_v.yx : on_v;
+    lines.per_u = 1.0 / (lines.on_u.y + (lines.on_u.y < 0.0 ? -1e-9 : 1e-9));
+    lines.per_v = 1.0 / lines.on_v.y;
+    float from = dot(start, u);
+    lines.ends = vec2(from, from + extent);
+    lines.half_wide = strand.radius * abs(lines.per_v);
+    return true;
+}
+
+// Where line i enters the ribbon and leaves it, between its edges and ends; the line itself goes from -0.5 to 0.5.
+vec2 line_within(Lines lines, uint i) {
+    float at = (float(i) + 0.5) / float(COLUMNS) - 0.5;
+    float centre = (lines.middle - at * lines.on_v.x) * lines.per_v;
+    vec2 ends = (lines.ends - at * lines.on_u.x) * lines.per_u;
+    return vec2(max(max(centre - lines.half_wide, min(ends.x, ends.y)), -0.5),
+                min(min(centre + lines.half_wide, max(ends.x, ends.y)), 0.5));
+}
+
+// Share of the texel about the ray that the ribbon covers.
+bool strand_share(View view, Ray ray, Caster strand, out float z, out float share) {
+    Lines lines;
+    share = 0.0;
+    bool near = strand_lines(view, ray, strand, lines);
+    z = lines.z;
+    if (!near) {
+        return false;
     }
-    float per_u = 1.0 / (on_u.y + (on_u.y < 0.0 ? -1e-9 : 1e-9)), per_v = 1.0 / on_v.y;
-    float from = dot(start, u), half_wide = strand.radius * abs(per_v);
     [[unroll]] for (uint i = 0u; i < COLUMNS; ++i) {
-        float at = (float(i) + 0.5) / float(COLUMNS) - 0.5;
-        float centre = (middle - at * on_v.x) * per_v;
-        vec2 ends = (vec2(from, from + extent) - at * on_u.x) * per_u;
-        float low = max(max(centre - half_wide, min(ends.x, ends.y)), -0.5);
-        float high = min(min(centre + half_wide, max(ends.x, ends.y)), 0.5);
-        share += max(high - low, 0.0) / float(COLUMNS);
+        vec2 within = line_within(lines, i);
+        share += max(within.y - within.x, 0.0) / float(COLUMNS);
     }
     return share > 0.0 && z > view.near;
 }
 
+// Shares of the texel's cells, rows along x.
+void strand_cells(View view, Ray ray, Caster strand, out float shares[AREA_CELLS]) {
+    const uint EACH = COLUMNS / AREA_SIDE;
+    Lines lines;
+    bool near = strand_lines(view, ray, strand, lines);
+    float by_lines[AREA_CELLS];
+    [[unroll]] for (uint i = 0u; i < AREA_CELLS; ++i) {
+        by_lines[i] = 0.0;
+    }
+    if (near) {
+        [[unroll]] for (uint i = 0u; i < COLUMNS; ++i) {
+            vec2 within = line_within(lines, i);
+            [[unroll]] for (uint j = 0u; j < AREA_SIDE; ++j) {
+                float low = float(j) / float(AREA_SIDE) - 0.5, high = float(j + 1u) / float(AREA_SIDE) - 0.5;
+                by_lines[j * AREA_SIDE + i / EACH] +=
+                    max(min(within.y, high) - max(within.x, low), 0.0) * (float(AREA_SIDE) / float(EACH));
+            }
+        }
+    }
+    [[unroll]] for (uint i = 0u; i < AREA_CELLS; ++i) {
+        shares[i] = near && lines.turned ? by_lines[i % AREA_SIDE * AREA_SIDE + i / AREA_SIDE] : by_lines[i];
+    }
+}
+
+// The segment of the ray through the middle of cell i of the texel about `ray`.
+bool sphere_part(View view, Ray ray, Caster sphere, float dark, uint i, out vec2 z, out float optical_depth) {
+    vec2 sides = texel_sides(view, 1.0);
+    vec2 beside = ((vec2(i % SPHERE_RAYS, i / SPHERE_RAYS) + 0.5) / float(SPHERE_RAYS) - 0.5) * sides;
+    if (view.projection == VIEW_PARALLEL) {
+        ray.origin.xy += beside;
+    } else {
+        ray.direction.xy += beside;
+    }
+    return view_segment(view, ray, length(ray.direction), sphere, dark, z, optical_depth);
+}
+
 // The mean of rays through the texel about `ray`; from where the first begins to where the last ends.
 bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out float taken) {
-    vec2 sides = texel_sides(view, 1.0);
     z = vec2(FARTHEST, -FARTHEST);
     taken = 0.0;
-    [[dont_unroll]] for (uint i = 0u; i < SPHERE_RAYS * SPHERE_RAYS; ++i) {
-        vec2 beside = ((vec2(i % SPHERE_RAYS, i / SPHERE_RAYS) + 0.5) / float(SPHERE_RAYS) - 0.5) * sides, its;
-        Ray other = ray;
-        if (view.projection == VIEW_PARALLEL) {
-            other.origin.xy += beside;
-        } else {
-            other.direction.xy += beside;
-        }
+    [[dont_unroll]] for (uint i = 0u; i < AREA_CELLS; ++i) {
+        vec2 its;
         float optical_depth;
-        if (view_segment(view, other, length(other.direction), sphere, dark, its, optical_depth)) {
+        if (sphere_part(view, ray, sphere, dark, i, its, optical_depth)) {
             z = vec2(min(z.x, its.x), max(z.y, its.y));
-            taken += share_taken(optical_depth) / float(SPHERE_RAYS * SPHERE_RAYS);
+            taken += share_taken(optical_depth) / float(AREA_CELLS);
         }
     }
     return taken > 0.0;
+}
+
+// Whether a sphere is so small that rays of a texel see it differently. A Gaussian's radius says nothing of how thin it is, nor
+// does a cell's.
+bool is_thin(View view, Caster caster) {
+    vec2 sides = texel_sides(view, max(caster.position.z, view.near));
+    return caster.radius < WIDE * max(sides.x, sides.y) || caster_is_packed(caster);
 }
 
 // As view_segment.
@@ -93,15 +164,60 @@ bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark,
         optical_depth = taken < 0.999999 ? min(optical_depth_of(taken), optical_depth) : optical_depth;
         return hit;
     }
-    if (AREA) {
-        vec2 sides = texel_sides(view, max(caster.position.z, view.near));
-        // A Gaussian's radius says nothing of how thin it is, nor does a cell's.
-        if (caster.radius < WIDE * max(sides.x, sides.y) || caster_is_packed(caster)) {
-            bool hit = sphere_mean(view, ray, caster, dark, z, taken);
-            optical_depth = taken < 0.999999 ? min(optical_depth_of(taken), dark) : dark;
-            return hit;
-        }
+    if (AREA && is_thin(view, caster)) {
+        bool hit = sphere_mean(view, ray, caster, dark, z, taken);
+        optical_depth = taken < 0.999999 ? min(optical_depth_of(taken), dark) : dark;
+        return hit;
     }
     return view_segment(view, ray, ray_length, caster, dark, z, optical_depth);
+}
+
+// What is left of the light in each cell, as compared with the others: what takes of all alike changes nothing.
+float cell_light[AREA_CELLS];
+
+void area_clear() {
+    [[unroll]] for (uint i = 0u; i < AREA_CELLS; ++i) {
+        cell_light[i] = 1.0;
+    }
+}
+
+// By what optical depth the mean light of the texel falls behind a caster of which texel_part has said `optical_depth`. Casters are
+// met from the light on. Within a cell chance decides, as in texel_part; from cell to cell nothing is left to it.
+float area_seen(View view, Ray ray, Caster caster, float dark, float optical_depth) {
+    if (!AREA || !(caster_is_strand(caster) || is_thin(view, caster))) {
+        return optical_depth;
+    }
+    float taken[AREA_CELLS], deepest = 0.0;
+    if (caster_is_strand(caster)) {
+        strand_cells(view, ray, caster, taken);
+        deepest = min(caster.density, dark);
+        float whole = share_taken(deepest);
+        [[unroll]] for (uint i = 0u; i < AREA_CELLS; ++i) {
+            taken[i] *= whole;
+        }
+    } else {
+        [[dont_unroll]] for (uint i = 0u; i < AREA_CELLS; ++i) {
+            vec2 z;
+            float its;
+            bool hit = sphere_part(view, ray, caster, dark, i, z, its);
+            deepest = hit ? max(deepest, its) : deepest;
+            // A place that is picked at run time is picked by comparison: the array stays in registers.
+            [[unroll]] for (uint j = 0u; j < AREA_CELLS; ++j) {
+                taken[j] = j != i ? taken[j] : hit ? share_taken(its) : 0.0;
+            }
+        }
+    }
+    float light = 0.0, lost = 0.0;
+    [[unroll]] for (uint i = 0u; i < AREA_CELLS; ++i) {
+        float its = cell_light[i] * min(taken[i], 1.0);
+        light += cell_light[i];
+        lost += its;
+        cell_light[i] -= its;
+    }
+    if (!(lost > 0.0)) {
+        return 0.0;  // no light was left where the caster is
+    }
+    float share = lost / light;
+    return share < 0.999999 ? min(optical_depth_of(share), deepest) : deepest;
 }
 #endif

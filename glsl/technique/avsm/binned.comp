@@ -32,6 +32,13 @@ Caster sorted_caster(View view, uint entry) {
 const uint THREADS = TILE_THREADS;
 #include "maps/bins/batch.glsl"
 
+// What texel_part has of a caster. The tile's order is nearly the texel's: where it is another, what is left of the light is right, and
+// which of two strands took it is not.
+void insert_part(View view, Ray ray, Caster caster, vec2 z, float optical_depth) {
+    optical_depth = area_seen(view, ray, caster, MAX_OPTICAL_DEPTH, optical_depth);
+    curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
+}
+
 #if LANES == 1
 // Casters that are looked at before those that are hit are inserted: a bit each.
 const uint AT_ONCE = 64u;
@@ -91,7 +98,7 @@ void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
             vec2 z;
             float optical_depth;
             if (texel_part(view, ray, ray_length, caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
-                curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
+                insert_part(view, ray, caster, z, optical_depth);
             }
         }
     }
@@ -115,7 +122,7 @@ void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
                 ++next;
             }
             if (hit) {
-                curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
+                insert_part(view, ray, batch_caster(next - 1u), z, optical_depth);
             }
         }
     }
@@ -131,6 +138,7 @@ void main() {
     uvec2 texel = part_corner(view, tile) + texel_in_tile();
     Ray ray = view_texel_ray(view, texel);
     curve_clear();
+    area_clear();
     insert_tile(view, texel, ray, length(ray.direction));
     end_part(tile);
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {

@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/bins/area.glsl: the segment of a caster that lets as much light through as the mean of all rays through a
-//! texel, in f32.
+//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment of a caster that lets as much light through as the mean of all rays
+//! through a texel, and what the casters of a texel take one after the other.
 
 use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};
@@ -8,6 +8,10 @@ use glam::{Vec2, Vec2Swizzles, Vec3};
 const WIDE: f32 = 2.0;
 const SPHERE_RAYS: u32 = 4;
 const COLUMNS: usize = 8;
+const SIDE: usize = SPHERE_RAYS as usize;
+
+/// Cells of a texel, rows along x.
+pub const AREA_CELLS: usize = SIDE * SIDE;
 
 fn share_taken(optical_depth: f32) -> f32 {
     if optical_depth < 1e-3 {
@@ -30,34 +34,77 @@ fn sides(view: &View, z: f32) -> Vec2 {
     if view.projection() == Projection::Parallel { sides } else { sides * z }
 }
 
+/// A ribbon as the lines across a texel see it. Twin: Lines.
+struct Lines {
+    z: f32,
+    middle: f32,
+    half_wide: f32,
+    ends: [f32; 2],
+    on_u: Vec2,
+    on_v: Vec2,
+    per_u: f32,
+    per_v: f32,
+    turned: bool,
+}
+
+impl Lines {
+    /// None where the ribbon is seen edge on. Twin: strand_lines, which leaves out what none of the lines meets.
+    fn new(view: &View, texel: [u32; 2], strand: &Caster) -> Option<Self> {
+        let ray = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
+        let (start, axis, along) = strand_along(ray, strand);
+        let (origin, direction) = ray;
+        let point = Vec3::from(strand.position) - origin + along?.clamp(0.0, 1.0) * Vec3::from(strand.axis);
+        let z = point.dot(direction) / direction.dot(direction);
+        let extent = axis.length();
+        let u = axis / extent;
+        let v = u.cross(direction.normalize());
+        let on = |w: Vec3| sides(view, z) * Vec2::new(w.dot(view.right.into()), w.dot(view.up.into()));
+        let (mut on_u, mut on_v) = (on(u), on(v));
+        let turned = on_v.x.abs() > on_v.y.abs();
+        if turned {
+            (on_u, on_v) = (on_u.yx(), on_v.yx());
+        }
+        let per_u = 1.0 / (on_u.y + if on_u.y < 0.0 { -1e-9 } else { 1e-9 });
+        let per_v = 1.0 / on_v.y;
+        let (from, middle, half_wide) = (start.dot(u), start.dot(v), strand.radius * per_v.abs());
+        Some(Self { z, middle, half_wide, ends: [from, from + extent], on_u, on_v, per_u, per_v, turned })
+    }
+
+    /// Twin: line_within.
+    fn within(&self, i: usize) -> [f32; 2] {
+        let at = (i as f32 + 0.5) / COLUMNS as f32 - 0.5;
+        let centre = (self.middle - at * self.on_v.x) * self.per_v;
+        let ends = self.ends.map(|end| (end - at * self.on_u.x) * self.per_u);
+        let low = (centre - self.half_wide).max(ends[0].min(ends[1])).max(-0.5);
+        [low, (centre + self.half_wide).min(ends[0].max(ends[1])).min(0.5)]
+    }
+}
+
 /// z and the share of the texel that the ribbon covers. Twin: strand_share.
 fn strand_share(view: &View, texel: [u32; 2], strand: &Caster) -> Option<(f32, f32)> {
-    let ray = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
-    let (start, axis, along) = strand_along(ray, strand);
-    let (origin, direction) = ray;
-    let point = Vec3::from(strand.position) - origin + along?.clamp(0.0, 1.0) * Vec3::from(strand.axis);
-    let z = point.dot(direction) / direction.dot(direction);
-    let extent = axis.length();
-    let u = axis / extent;
-    let v = u.cross(direction.normalize());
-    let on = |w: Vec3| sides(view, z) * Vec2::new(w.dot(view.right.into()), w.dot(view.up.into()));
-    let (mut on_u, mut on_v) = (on(u), on(v));
-    if on_v.x.abs() > on_v.y.abs() {
-        (on_u, on_v) = (on_u.yx(), on_v.yx());
-    }
-    let per_u = 1.0 / (on_u.y + if on_u.y < 0.0 { -1e-9 } else { 1e-9 });
-    let per_v = 1.0 / on_v.y;
-    let (from, middle, half_wide) = (start.dot(u), start.dot(v), strand.radius * per_v.abs());
+    let lines = Lines::new(view, texel, strand)?;
     let part = |i: usize| {
-        let at = (i as f32 + 0.5) / COLUMNS as f32 - 0.5;
-        let centre = (middle - at * on_v.x) * per_v;
-        let ends = [from, from + extent].map(|end| (end - at * on_u.x) * per_u);
-        let low = (centre - half_wide).max(ends[0].min(ends[1])).max(-0.5);
-        let high = (centre + half_wide).min(ends[0].max(ends[1])).min(0.5);
+        let [low, high] = lines.within(i);
         (high - low).max(0.0) / COLUMNS as f32
     };
     let share = (0..COLUMNS).map(part).sum();
-    (share > 0.0 && z > view.near).then_some((z, share))
+    (share > 0.0 && lines.z > view.near).then_some((lines.z, share))
+}
+
+/// Shares of the texel's cells. Twin: strand_cells.
+fn strand_cells(view: &View, texel: [u32; 2], strand: &Caster) -> [f32; AREA_CELLS] {
+    const EACH: usize = COLUMNS / SIDE;
+    let mut shares = [0.0; AREA_CELLS];
+    let Some(lines) = Lines::new(view, texel, strand) else { return shares };
+    for i in 0..COLUMNS {
+        let [enters, leaves] = lines.within(i);
+        for j in 0..SIDE {
+            let [low, high] = [j, j + 1].map(|edge| edge as f32 / SIDE as f32 - 0.5);
+            let cell = if lines.turned { i / EACH * SIDE + j } else { j * SIDE + i / EACH };
+            shares[cell] += (leaves.min(high) - enters.max(low)).max(0.0) * (SIDE as f32 / EACH as f32);
+        }
+    }
+    shares
 }
 
 /// As segment_cut has it where nothing is left behind an optical depth of `dark`.
@@ -69,10 +116,21 @@ fn cut(segment: Segment, dark: f32) -> Segment {
     Segment { entry, exit: entry + (exit - entry) * (dark / optical_depth), optical_depth: dark }
 }
 
+/// The segments of rays through the middles of a texel's cells, where the caster is a sphere that they see differently. Twin: is_thin
+/// and sphere_part.
+fn thin_parts(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<[Option<Segment>; AREA_CELLS]> {
+    let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
+    let z = Vec3::from(caster.position).dot(view.forward.into());
+    if !caster.is_packed() && caster.radius >= WIDE * sides(view, z.max(view.near)).max_element() {
+        return None;
+    }
+    let beside = |i: usize| (Vec2::new((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32 - 0.5;
+    Some(std::array::from_fn(|i| segment_at(view, middle + beside(i), caster).map(|segment| cut(segment, dark))))
+}
+
 /// Twin: texel_part with AREA. None where no ray meets the caster.
 pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<Segment> {
     let (view, caster) = (&about_origin(view, caster).0, &about_origin(view, caster).1);
-    let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
     if caster.is_strand() {
         let (z, share) = strand_share(view, texel, caster)?;
         let depth = (z - view.near) / (view.far - view.near);
@@ -80,18 +138,54 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
         let optical_depth = optical_depth_of(share * share_taken(whole), whole);
         return Some(Segment { entry: depth, exit: depth, optical_depth });
     }
-    let z = Vec3::from(caster.position).dot(view.forward.into());
-    if !caster.is_packed() && caster.radius >= WIDE * sides(view, z.max(view.near)).max_element() {
+    let Some(parts) = thin_parts(view, texel, caster, dark) else {
+        let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
         return segment_at(view, middle, caster).map(|segment| cut(segment, dark));
-    }
-    let beside =
-        |i: u32| (Vec2::new((i % SPHERE_RAYS) as f32, (i / SPHERE_RAYS) as f32) + 0.5) / SPHERE_RAYS as f32 - 0.5;
-    let rays = (0..SPHERE_RAYS * SPHERE_RAYS).filter_map(|i| segment_at(view, middle + beside(i), caster));
-    let met: Vec<_> = rays.map(|segment| cut(segment, dark)).collect();
-    let taken: f32 = met.iter().map(|s| share_taken(s.optical_depth) / (SPHERE_RAYS * SPHERE_RAYS) as f32).sum();
+    };
+    let met: Vec<_> = parts.into_iter().flatten().collect();
+    let taken: f32 = met.iter().map(|s| share_taken(s.optical_depth) / AREA_CELLS as f32).sum();
     let entry = met.iter().map(|s| s.entry).reduce(f32::min)?;
     let exit = met.iter().map(|s| s.exit).reduce(f32::max)?;
     (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, dark) })
+}
+
+/// What a caster takes of each cell of a texel, and its optical depth where that is most; none where it takes of all alike.
+pub type Taken = Option<([f32; AREA_CELLS], f32)>;
+
+/// What area_seen knows of one caster.
+pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Taken {
+    let (view, caster) = about_origin(view, caster);
+    if caster.is_strand() {
+        let deepest = caster.density.min(dark);
+        let whole = share_taken(deepest);
+        return Some((strand_cells(&view, texel, &caster).map(|share| share * whole), deepest));
+    }
+    let depths = thin_parts(&view, texel, &caster, dark)?.map(|part| part.map_or(0.0, |s| s.optical_depth));
+    Some((depths.map(share_taken), depths.into_iter().fold(0.0, f32::max)))
+}
+
+/// What is left of the light in each cell of a texel. Twin: cell_light.
+pub struct CellLight([f32; AREA_CELLS]);
+
+impl CellLight {
+    /// All of it. Twin: area_clear.
+    pub fn whole() -> Self {
+        Self([1.0; AREA_CELLS])
+    }
+
+    /// By what optical depth the mean falls behind a caster that takes this; `optical_depth` where it takes of all cells alike. Twin:
+    /// area_seen.
+    pub fn seen(&mut self, taken: &Taken, optical_depth: f32) -> f32 {
+        let Some((taken, deepest)) = taken else { return optical_depth };
+        let (mut light, mut lost) = (0.0, 0.0);
+        for (left, taken) in self.0.iter_mut().zip(taken) {
+            let its = *left * taken.min(1.0);
+            light += *left;
+            lost += its;
+            *left -= its;
+        }
+        if lost > 0.0 { optical_depth_of(lost / light, *deepest) } else { 0.0 }
+    }
 }
 
 #[cfg(test)]
@@ -245,5 +339,141 @@ mod tests {
         let side = 1.0 - half * std::f32::consts::SQRT_2;
         let error = (share([-9.0, -9.0, 9.0], [18.0, 18.0, 0.0], half) - (1.0 - side * side)).abs();
         assert!(error < 0.5 / (COLUMNS * COLUMNS) as f32, "{error}");
+    }
+
+    /// What is left of the light behind casters that a texel meets in this order, by its cells and by chance.
+    fn left(view: &View, texel: [u32; 2], casters: &[Caster]) -> [f64; 2] {
+        let mut light = CellLight::whole();
+        let (mut by_cells, mut by_chance) = (0.0, 0.0);
+        for caster in casters {
+            let Some(part) = texel_part(view, texel, caster, MAX_OPTICAL_DEPTH) else { continue };
+            by_chance += f64::from(part.optical_depth);
+            let taken = texel_taken(view, texel, caster, MAX_OPTICAL_DEPTH);
+            by_cells += f64::from(light.seen(&taken, part.optical_depth));
+        }
+        [by_cells, by_chance].map(|optical_depth| (-optical_depth).exp())
+    }
+
+    /// A ribbon across the unit square at the origin, which is texel 6, 6: along x, from y to y + width, so far away.
+    fn ribbon(low: f32, width: f32, z: f32, opacity: f32) -> Caster {
+        let density = -(1.0 - opacity).ln();
+        Caster { position: [-9.0, low + 0.5 * width, z], radius: 0.5 * width, axis: [18.0, 0.0, 0.0], density }
+    }
+
+    /// A lattice of ribbons whose edges are edges of cells, in layers: one behind the other, or one beside the other, or across. What
+    /// is left behind each layer has a closed form, to which chance does not come.
+    #[test]
+    fn lattices_have_closed_forms() {
+        let view = view(Projection::Parallel, SIZE);
+        let opacity = 0.7f32;
+        let through = 1.0 - f64::from(opacity);
+        let across = |strand: Caster| Caster {
+            position: [strand.position[1], -9.0, strand.position[2]],
+            axis: [0.0, 18.0, 0.0],
+            ..strand
+        };
+        // Two of four rows.
+        let layer =
+            |k: usize, shift: f32| [0.0, 0.5].map(|row| ribbon(row + shift, 0.25, 8.0 + 0.1 * k as f32, opacity));
+        type Case<'a> = (&'a str, &'a dyn Fn(usize) -> [Caster; 2], &'a dyn Fn(i32) -> f64);
+        let cases: [Case; 3] = [
+            ("behind", &|k| layer(k, 0.0), &|n| 0.5 + 0.5 * through.powi(n)),
+            ("beside", &|k| layer(k, 0.25 * (k % 2) as f32), &|n| {
+                0.5 * (through.powi(n / 2) + through.powi(n - n / 2))
+            }),
+            ("across", &|k| if k % 2 == 0 { layer(k, 0.0) } else { layer(k, 0.0).map(across) }, &|n| {
+                (0.5 + 0.5 * through.powi(n / 2)) * (0.5 + 0.5 * through.powi(n - n / 2))
+            }),
+        ];
+        for (name, layer, expected) in cases {
+            let mut casters = Vec::new();
+            let mut chance: f64 = 0.0;
+            for n in 1..=6 {
+                casters.extend(layer(n - 1));
+                let [by_cells, by_chance] = left(&view, [6, 6], &casters);
+                let expected = expected(n as i32);
+                assert!((by_cells - expected).abs() < 1e-5, "{name}, {n}: {by_cells}, not {expected}");
+                chance = chance.max((by_chance - expected).abs());
+            }
+            assert!(chance > 0.1, "{name}: chance is off by {chance} alone");
+        }
+    }
+
+    /// Up to four strands: one behind the other, edge to edge, across each other, and at random.
+    fn bundle() -> impl Strategy<Value = Vec<Caster>> {
+        let one = (-0.6..0.6f32, -1.0..1.0f32, 0.01..0.8f32, 0.1..0.999f32);
+        let many = prop::collection::vec((0u8..4, 0.0..1.0f32), 1..4);
+        (one, many).prop_map(|((middle, slope, radius, opacity), others)| {
+            let density = -(1.0 - opacity).ln();
+            let of = |middle: f32, slope: f32, radius: f32, z: f32| Caster {
+                position: [-9.0, 0.5 + middle - 9.5 * slope, z],
+                radius,
+                axis: [18.0, 18.0 * slope, 0.0],
+                density,
+            };
+            let mut all = vec![of(middle, slope, radius, 8.0)];
+            for (i, (kind, share)) in others.into_iter().enumerate() {
+                let z = 8.2 + 0.2 * i as f32;
+                let wide = 2.0 * radius * (1.0 + slope * slope).sqrt();
+                all.push(match kind {
+                    0 => of(middle, slope, radius, z),
+                    1 => of(middle + wide * (i as f32 + 1.0), slope, radius, z),
+                    2 => of(middle, -slope, radius * (0.5 + share), z),
+                    _ => of(middle + share - 0.5, slope * (share - 0.5), radius * share.max(0.1), z),
+                });
+            }
+            all
+        })
+    }
+
+    /// What is left along all rays of the texel in the mean.
+    fn left_of_rays([x, y]: [u32; 2], casters: &[Caster]) -> f64 {
+        let view = view(Projection::Parallel, SIZE * FINE);
+        let ray = |i: u32| {
+            let at = [x * FINE + i % FINE, y * FINE + i / FINE];
+            casters.iter().map(|caster| 1.0 - taken(texel_segment(&view, at, caster))).product::<f64>()
+        };
+        (0..FINE * FINE).map(ray).sum::<f64>() / f64::from(FINE * FINE)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(256))]
+
+        /// Whatever comes first, as much light is left; each takes as much as it may at most.
+        #[test]
+        fn what_is_left_is_bounded_and_has_no_order(casters in bundle()) {
+            let view = view(Projection::Parallel, SIZE);
+            let [own, _] = left(&view, [6, 6], &casters);
+            let others: Vec<_> = casters.iter().rev().copied().collect();
+            let [reversed, _] = left(&view, [6, 6], &others);
+            prop_assert!((own - reversed).abs() < 1e-5, "{own}, the other way round {reversed}");
+            let mut light = CellLight::whole();
+            for caster in &casters {
+                let Some(part) = texel_part(&view, [6, 6], caster, MAX_OPTICAL_DEPTH) else { continue };
+                let seen = light.seen(&texel_taken(&view, [6, 6], caster, MAX_OPTICAL_DEPTH), part.optical_depth);
+                prop_assert!((0.0..=caster.density).contains(&seen), "{seen} of {}", caster.density);
+            }
+        }
+    }
+
+    /// Strands one behind the other, edge to edge, crossing, at random; thin and wide: nearer to the mean of all rays than chance.
+    #[test]
+    fn cells_know_more_than_chance() {
+        use proptest::strategy::ValueTree;
+        use proptest::test_runner::TestRunner;
+        let view = view(Projection::Parallel, SIZE);
+        let mut runner = TestRunner::deterministic();
+        let mut squares = [0.0; 2];
+        let mut worst = 0.0f64;
+        for _ in 0..300 {
+            let casters = bundle().new_tree(&mut runner).expect("a bundle").current();
+            let wanted = left_of_rays([6, 6], &casters);
+            let errors = left(&view, [6, 6], &casters).map(|left| left - wanted);
+            squares.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error * error);
+            worst = worst.max(errors[0].abs());
+        }
+        let [by_cells, by_chance] = squares.map(|sum: f64| (sum / 300.0).sqrt());
+        println!("RMS {by_cells:.4} by cells, {by_chance:.4} by chance; worst {worst:.4}");
+        assert!(by_chance > 0.04 && by_cells < 0.5 * by_chance, "{by_cells}, by chance {by_chance}");
     }
 }
