@@ -8,6 +8,10 @@ mod support;
 mod adaptive;
 #[path = "ism/answers.rs"]
 mod answers;
+#[path = "ism/culls.rs"]
+mod culls;
+#[path = "ism/errors.rs"]
+mod errors;
 #[path = "ism/maps.rs"]
 mod maps;
 #[path = "ism/points.rs"]

@@ -64,7 +64,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Reservoir", twin!(ReservoirData, light, weight, frames, z, normal)),
         ("Map", twin!(Map, volume, opaque)),
         ("IsmPoint", twin!(PointData, position, normal)),
-        ("IsmCluster", twin!(ClusterData, middle, reach, normal, spread, thick, closed)),
+        ("IsmCluster", twin!(ClusterData, middle, reach, normal, spread, sides, thick, closed)),
         ("IsmPoints", twin!(PointsData, scale, total, radius, area)),
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),

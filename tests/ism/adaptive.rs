@@ -23,9 +23,9 @@ fn lists(ism: &Ism, lights: usize) -> Vec<Vec<u32>> {
     all.chunks_exact(all.len() / lights).map(own).collect()
 }
 
-fn of_device(data: &ClusterData) -> Cluster {
-    let ClusterData { middle, reach, normal, spread, thick, closed } = *data;
-    Cluster { middle, reach, normal, spread, thick, closed: closed == 1 }
+pub fn of_device(data: &ClusterData) -> Cluster {
+    let ClusterData { middle, reach, normal, spread, sides, thick, closed } = *data;
+    Cluster { middle, reach, normal, spread, sides, thick, closed: closed == 1 }
 }
 
 fn choice(scene: &Scene, area: f32, size: u32, points: u32, culling: Culling) -> Choice {
@@ -68,6 +68,7 @@ fn adaptive_points_equal_their_twin() {
                     let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
                     let same =
                         (0..3).all(|i| near(got.middle[i], wanted.middle[i]) && near(got.normal[i], wanted.normal[i]));
+                    let same = same && (0..3).all(|i| near(got.sides[i], wanted.sides[i]));
                     let bounds = near(got.reach, wanted.reach) && near(got.thick, wanted.thick);
                     assert!(same && bounds && near(got.spread, wanted.spread), "{text}: {got:?}, not {wanted:?}");
                     assert_eq!(got.closed, wanted.closed);

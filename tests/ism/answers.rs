@@ -99,7 +99,7 @@ fn a_plate_shadows_what_is_behind_it() {
 }
 
 /// Points of surfaces with the normal on the side that is asked, as measuring has them.
-fn on_surfaces(casters: &Casters, scene: &Scene, light: usize, count: usize) -> Vec<SurfacePoint> {
+pub fn on_surfaces(casters: &Casters, scene: &Scene, light: usize, count: usize) -> Vec<SurfacePoint> {
     let camera = View::camera(&scene.camera, scene, [64, 64]);
     let mut points = surface_points(casters, scene, light, &camera, count);
     points.iter_mut().for_each(|p| p.normal = p.facing(scene.lights[light].towards(p.position)));
@@ -107,7 +107,7 @@ fn on_surfaces(casters: &Casters, scene: &Scene, light: usize, count: usize) -> 
 }
 
 /// Answers at points with normals.
-fn ask_on_surfaces(context: &Context, ism: &Ism, light: usize, points: &[SurfacePoint]) -> Vec<f32> {
+pub fn ask_on_surfaces(context: &Context, ism: &Ism, light: usize, points: &[SurfacePoint]) -> Vec<f32> {
     let normals: Vec<[f32; 3]> = points.iter().map(|p| p.normal.as_vec3().to_array()).collect();
     let points: Vec<[f32; 3]> = points.iter().map(|p| p.position.as_vec3().to_array()).collect();
     let asked = Asked { light, points: &points, normals: &normals };
@@ -215,10 +215,10 @@ fn a_room_is_about_what_rays_say() {
             println!("{text}, shifted by {shift}: {found:?}");
             found
         };
-        let fine = error("ism:points=8192,path=atomic", 0);
-        let other = error("ism:points=8192,path=atomic", 1);
+        let fine = error("ism:points=8192,path=atomic,adaptive=off", 0);
+        let other = error("ism:points=8192,path=atomic,adaptive=off", 1);
         let adaptive = error("ism:points=8192,path=atomic,adaptive=on", 0);
-        let coarse = error("ism:points=1024,size=32,path=atomic", 0);
+        let coarse = error("ism:points=1024,size=32,path=atomic,adaptive=off", 0);
         for kind in [0, 1] {
             let [fine, other, adaptive, coarse] = [fine, other, adaptive, coarse].map(|found| found[kind]);
             for found in [fine, adaptive] {
@@ -377,7 +377,7 @@ fn facing_by_normals_is_not_exact() {
     gpu_test("ism::facing_by_normals_is_not_exact", |context| {
         let scene: Scene = scenes::room();
         let seen = ["exact", "slide"].map(|facing| {
-            let ism = built(context, &scene, &format!("ism:points=4096,path=atomic,facing={facing}"));
+            let ism = built(context, &scene, &format!("ism:points=4096,path=atomic,adaptive=off,facing={facing}"));
             ism.atlas().seen().expect("counted").into_iter().map(u64::from).sum::<u64>()
         });
         assert!(seen[1] * 10 < seen[0] * 9, "a light on the floor sees no wall's back by its normal: {seen:?}");

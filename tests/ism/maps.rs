@@ -1,13 +1,15 @@
 //! Maps: points splatted and holes filled.
 
+use crate::adaptive::of_device;
 use crate::support::{gpu_test, scenes::cuboid, some};
 use crate::{PATHS, built, refusal, scenes};
 use gobo::gpu::Context;
-use gobo::reference::twin::ism::adapt::{taken_index, taken_radius};
+use gobo::reference::twin::ism::adapt::{taken_bounds, taken_index, taken_radius};
+use gobo::reference::twin::ism::clusters::CLUSTER;
 use gobo::reference::twin::ism::fill::{fill, wide_down};
 use gobo::reference::twin::ism::map::{Axes, Levels, dot, minus};
 use gobo::reference::twin::ism::points::{point_of, unpack_normal};
-use gobo::reference::twin::ism::splat::{Culling, Point, is_before, splat};
+use gobo::reference::twin::ism::splat::{Culling, Point, Taken, is_before, splat};
 use gobo::scene::{LightKind, Scene};
 use gobo::technique::{Ism, PointData};
 
@@ -23,16 +25,25 @@ pub fn point(point: &PointData) -> Point {
     Point { position: point.position, normal, closed }
 }
 
-/// The points of a light, and their radii.
-fn points(ism: &Ism, light: usize) -> Vec<(Point, f32)> {
+/// The points of a light.
+pub fn points(ism: &Ism, light: usize) -> Vec<Taken> {
     let (head, pool) = ism.points().expect("the points");
     let points = pool.len() / gobo::technique::ISM_SUBSETS as usize;
     let of = |index: u32| point(&pool[index as usize]);
     match ism.taken().expect("what lights take") {
-        None => (0..points as u32).map(|i| (of(point_of(light as u32, i, points as u32)), head.radius)).collect(),
-        Some((_, taken)) => {
+        None => {
+            let even =
+                |i| Taken { point: of(point_of(light as u32, i, points as u32)), radius: head.radius, bounds: None };
+            (0..points as u32).map(even).collect()
+        }
+        Some((clusters, taken)) => {
             let own = taken[light * points..][..points].iter().filter(|code| **code != u32::MAX);
-            own.map(|code| (of(taken_index(*code) as u32), taken_radius(*code, head.radius))).collect()
+            let one = |code: &u32| {
+                let (index, radius) = (taken_index(*code), taken_radius(*code, head.radius));
+                let bounds = taken_bounds(&of_device(&clusters[index / CLUSTER]), radius, head.radius);
+                Taken { point: of(index as u32), radius, bounds: Some(bounds) }
+            };
+            own.map(one).collect()
         }
     }
 }
@@ -70,11 +81,11 @@ fn others(context: &Context, scene: &Scene, text: &str, size: u32, culling: Cull
 fn maps_equal_their_twin() {
     gpu_test("ism::maps_equal_their_twin", |context| {
         let cases = [
-            ("culling=on", Culling { on: true, far: false, slide: false }),
-            ("culling=far", Culling { on: true, far: true, slide: false }),
+            ("culling=on,adaptive=off", Culling { on: true, far: false, slide: false }),
+            ("culling=far,adaptive=off", Culling { on: true, far: true, slide: false }),
             ("adaptive=on", Culling { on: true, far: false, slide: false }),
-            ("culling=off", Culling { on: false, far: false, slide: false }),
-            ("facing=slide", Culling { on: true, far: false, slide: true }),
+            ("culling=off,adaptive=off", Culling { on: false, far: false, slide: false }),
+            ("facing=slide,adaptive=off", Culling { on: true, far: false, slide: true }),
             ("facing=slide,adaptive=on", Culling { on: true, far: false, slide: true }),
         ];
         let fills = [("off", false), ("on", true)];
@@ -102,7 +113,13 @@ fn paths_give_the_same_bytes() {
     gpu_test("ism::paths_give_the_same_bytes", |context| {
         for scene in [scenes::soup(), scenes::room()] {
             for size in some([64, 32], 2) {
-                for more in ["fill=off", "fill=on", "fill=off,culling=off", "adaptive=on", "adaptive=on,culling=off"] {
+                for more in [
+                    "fill=off,adaptive=off",
+                    "fill=on,adaptive=off",
+                    "fill=off,culling=off,adaptive=off",
+                    "adaptive=on",
+                    "adaptive=on,culling=off",
+                ] {
                     let text = |path: &str| format!("ism:points=2048,size={size},path={path},{more}");
                     if refusal(context, &scene, &text("tiled")).is_some() {
                         continue;
@@ -160,7 +177,7 @@ fn drawn_maps_have_what_is_drawn() {
                 let axes = Axes::of(normal);
                 // The farthest that may be, and the nearest, of each texel.
                 let (mut most, mut least) = (vec![f32::INFINITY; size * size], vec![f32::INFINITY; size * size]);
-                for (point, radius) in points(&drawn, light) {
+                for Taken { point, radius, .. } in points(&drawn, light) {
                     let offset = minus(point.position, origin);
                     let way = axes.into_axes(offset);
                     let distance = dot(way, way).sqrt();
@@ -226,8 +243,8 @@ fn a_plate_covers_its_angle() {
         // From −1 to 1, a unit before the light: the tangent of the angle to a place is how far off the axis it is.
         let plate = cuboid([-1.0, -1.0, 1.0], [1.0, 1.0, 1.02]);
         let scene = scenes::under("plate", vec![plate], vec![scenes::light(glam::DVec3::ZERO, glam::DVec3::Z)]);
-        for path in PATHS {
-            let text = format!("ism:points=4096,path={path}");
+        for (path, adaptive) in PATHS.into_iter().flat_map(|path| ["off", "on"].map(|adaptive| (path, adaptive))) {
+            let text = format!("ism:points=4096,path={path},adaptive={adaptive}");
             if refusal(context, &scene, &text).is_some() {
                 continue;
             }

@@ -23,11 +23,11 @@ layout(set = 0, binding = 4, scalar) ATLAS_ACCESS buffer AtlasSeen { uint seen[]
 
 layout(set = 0, binding = 5, scalar) readonly buffer AtlasTaken { uint taken[]; };  // of each light: its points, where it chose them
 
-// Whether lights chose their points.
-CONSTANT(bool, ISM_ADAPTIVE, false)
+layout(set = 0, binding = 6, scalar) readonly buffer AtlasClusters { IsmCluster clusters[]; };  // where they did
 
-// The `i`-th point that a light takes, and the radius of the disc that it stands for; false where it takes fewer.
-bool take(uint light, uint i, out IsmPoint point, out float radius) {
+// The `i`-th point that a light takes, the radius of the disc that it stands for, and where that ends; false where it takes fewer.
+bool take(uint light, uint i, out IsmPoint point, out float radius, out Bounds bounds) {
+    bounds = Bounds(vec3(0.0), vec3(0.0));
     if (!ISM_ADAPTIVE) {
         point = pool[point_of(light, i, points)];
         radius = head.radius;
@@ -41,6 +41,7 @@ bool take(uint light, uint i, out IsmPoint point, out float radius) {
     }
     point = pool[taken_index(code)];
     radius = taken_radius(code, head.radius);
+    bounds = taken_bounds(clusters[taken_index(code) / CLUSTER], radius, head.radius);
     return true;
 }
 

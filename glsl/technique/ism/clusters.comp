@@ -42,6 +42,7 @@ void main() {
         barrier();
     }
     precise vec3 middle = 0.5 * (lows[0] + highs[0]);
+    precise vec3 sides = 0.5 * (highs[0] - lows[0]);
     vec3 sum = sums[0];
     precise float square = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
     // Normals to all sides at once have no mean.
@@ -60,6 +61,6 @@ void main() {
         barrier();
     }
     if (thread == 0u) {
-        clusters[cluster] = IsmCluster(middle, sums[0].x, mean, sums[0].y, sums[0].z, all_closed);
+        clusters[cluster] = IsmCluster(middle, sums[0].x, mean, sums[0].y, sides, sums[0].z, all_closed);
     }
 }

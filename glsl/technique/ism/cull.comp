@@ -18,8 +18,8 @@ const uint UNKEPT = 0xffffffffu;
 layout(local_size_x = 128) in;
 
 // set 0: ism_raster
-layout(set = 0, binding = 6, scalar) writeonly buffer CullListed { vec4 listed[]; };
-layout(set = 0, binding = 7, scalar) buffer CullDraw { uint draw[]; };  // a VkDrawIndirectCommand
+layout(set = 0, binding = 7, scalar) writeonly buffer CullListed { vec4 listed[]; };
+layout(set = 0, binding = 8, scalar) buffer CullDraw { uint draw[]; };  // a VkDrawIndirectCommand
 
 shared uint kept;
 shared uint first;
@@ -41,7 +41,8 @@ void main() {
     for (uint round = 0u; round < ROUNDS; ++round) {
         IsmPoint point;
         float radius;
-        bool keep = take(light, start + round * CULL_THREADS + thread, point, radius);
+        Bounds bounds;
+        bool keep = take(light, start + round * CULL_THREADS + thread, point, radius, bounds);
         precise vec3 offset = point.position - origin;
         keep = keep && dot(offset, offset) < FARTHEST && is_before(origin, forward, offset)
                  && is_seen(unpack_normal(point.normal), forward, offset, point_closed(point.normal));

@@ -5,7 +5,7 @@
 #include "technique/ism/atlas.glsl"
 #include "technique/ism/drawn.glsl"
 
-layout(set = 0, binding = 6, scalar) readonly buffer DrawListed { vec4 listed[]; };
+layout(set = 0, binding = 7, scalar) readonly buffer DrawListed { vec4 listed[]; };
 
 layout(location = 0) flat out uvec2 corner;
 
@@ -18,7 +18,8 @@ vec4 point_at(uint drawn) {
     uint light = drawn / points;
     IsmPoint point;
     float radius;
-    bool takes = take(light, drawn % points, point, radius);
+    Bounds bounds;
+    bool takes = take(light, drawn % points, point, radius, bounds);
     precise vec3 offset = point.position - lights[light].position;
     bool before = takes && is_before(lights[light].position, lights[light].direction, offset);
     return before ? drawn_point(light, axes_of(lights[light].direction), offset, radius, head.radius) : vec4(0.0);

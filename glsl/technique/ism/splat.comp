@@ -20,16 +20,18 @@ void main() {
     barrier();
     IsmPoint point;
     float radius;
+    Bounds bounds;
+    Axes axes = axes_of(lights[light].direction);
     Splat splat;
-    if (take(light, i, point, radius) && project(axes_of(lights[light].direction), lights[light].position, point, radius, splat)) {
+    if (take(light, i, point, radius, bounds) && project(axes, lights[light].position, point, radius, bounds, splat)) {
         atomicAdd(kept, 1u);
         uint start = light * ISM_TEXELS;
-        if (in_map(splat)) {
+        if (takes_own(splat)) {
             atomicMin(maps[start + texel_index(splat.level, splat.texel)], own_distance(splat));
         }
         for (int y = splat.low.y; y <= splat.high.y; ++y) {
             for (int x = splat.low.x; x <= splat.high.x; ++x) {
-                uint distance = disc_at(splat, ivec2(x, y));
+                uint distance = disc_at(axes, splat, ivec2(x, y));
                 if (distance < NOTHING) {
                     atomicMin(maps[start + texel_index(splat.level, ivec2(x, y))], distance);
                 }

@@ -23,11 +23,25 @@ const float BESIDE = 0.3;
 // at 30° comes, on a map of 32 texels, from its point to the middle of the texel. So what is far stays flat as well.
 const float DEEP = 1.5;
 
+// A box, along the world's axes, that a disc ends at.
+struct Bounds {
+    vec3 middle;
+    vec3 sides;  // half of them
+};
+
+// Whether lights chose their points, whose discs end at bounds.
+CONSTANT(bool, ISM_ADAPTIVE, false)
+
+// How far a point may be from the middle of its own texel, texels across and down, to be there in any case where lights chose their
+// points: were all of them, what is narrower than a texel would be a texel wide or two.
+const float OWN_NEAR = 0.3;
+
 struct Splat {
     uint level;
     ivec2 low;    // texels whose middles it may cover
     ivec2 high;
-    ivec2 texel;  // that its middle is in, and takes it in any case
+    vec2 place;   // of its middle, texels
+    ivec2 texel;  // that it is in
     vec3 offset;  // from the light, in its axes
     vec3 normal;
     float plane;  // normal · offset
@@ -35,6 +49,7 @@ struct Splat {
     float most;
     float square; // of the disc's radius and half a texel, squared
     float distance;
+    Bounds bounds;  // about the light
 };
 
 // What a point has to lie before the light's plane, of its distance and of the light's coordinates: the surface that the light stands on
@@ -59,7 +74,7 @@ bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
 }
 
 // Whether the point leaves anything in the map.
-bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat splat) {
+bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds, out Splat splat) {
     precise vec3 offset = point.position - origin;
     vec3 normal = unpack_normal(point.normal);
     if (!is_before(origin, axes.forward, offset)
@@ -86,6 +101,7 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat spl
     if (!(all(lessThan(abs(middle), vec2(1e6))))) {
         return false;
     }
+    splat.place = middle;
     splat.texel = ivec2(floor(middle));
     precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
     splat.plane = plane;
@@ -105,12 +121,17 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat spl
     splat.most = most;
     precise float all = radius + ahead * (2.0 * BESIDE / side);
     splat.square = all * all;
+    precise vec3 bounds_middle = bounds.middle - origin;
+    splat.bounds = Bounds(bounds_middle, bounds.sides);
     return true;
 }
 
-// Whether the point's own texel is one of the map's: a point before the light's plane has one, but for rounding.
-bool in_map(Splat splat) {
-    return all(greaterThanEqual(splat.texel, ivec2(0))) && all(lessThan(splat.texel, ivec2(level_side(splat.level))));
+// Whether the point's own texel takes it in any case: one of the map's it is, but for rounding, where the point is before the light's
+// plane; and where lights chose their points, which are many, one whose middle is near.
+bool takes_own(Splat splat) {
+    vec2 off = abs(splat.place - vec2(splat.texel) - 0.5);
+    bool near = !ISM_ADAPTIVE || all(lessThanEqual(off, vec2(OWN_NEAR)));
+    return near && all(greaterThanEqual(splat.texel, ivec2(0))) && all(lessThan(splat.texel, ivec2(level_side(splat.level))));
 }
 
 // How far the point's plane is in the middle of its own texel, within about the disc's radius of the point: so flat things stay flat.
@@ -122,15 +143,24 @@ uint own_distance(Splat splat) {
     return floatBitsToUint(along > 0.0 ? min(max(distance, splat.least), splat.most) : splat.distance);
 }
 
+// Whether a place, in the light's axes, is within what a disc ends at.
+bool in_bounds(Axes axes, Bounds bounds, vec3 place) {
+    precise vec3 world = axes.right * place.x + axes.up * place.y + axes.forward * place.z;
+    precise vec3 off = abs(world - bounds.middle);
+    return all(lessThanEqual(off, bounds.sides));
+}
+
 // How far the disc is in the middle of a texel; NOTHING where it is not there.
-uint disc_at(Splat splat, ivec2 texel) {
+uint disc_at(Axes axes, Splat splat, ivec2 texel) {
     vec2 place = texel_place(splat.level, texel);
     vec3 way = map_way(place);
     precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
     precise float along = splat.plane / slope;
-    precise vec3 off = along * way - splat.offset;
+    precise vec3 met = along * way;
+    precise vec3 off = met - splat.offset;
     precise float square = off.x * off.x + off.y * off.y + off.z * off.z;
     precise float distance = along * (2.0 - way.z);
-    return along > 0.0 && square <= splat.square ? floatBitsToUint(distance) : NOTHING;
+    bool covered = along > 0.0 && square <= splat.square && (!ISM_ADAPTIVE || in_bounds(axes, splat.bounds, met));
+    return covered ? floatBitsToUint(distance) : NOTHING;
 }
 #endif

@@ -31,22 +31,24 @@ void main() {
     // A point is on its way from memory while the one before it is splatted.
     IsmPoint next;
     float next_radius;
-    bool takes = take(light, thread, next, next_radius);
+    Bounds next_bounds;
+    bool takes = take(light, thread, next, next_radius, next_bounds);
     for (uint i = thread; i < points && takes; i += THREADS) {
         IsmPoint point = next;
         float radius = next_radius;
-        takes = take(light, min(i + THREADS, points - 1u), next, next_radius);
+        Bounds bounds = next_bounds;
+        takes = take(light, min(i + THREADS, points - 1u), next, next_radius, next_bounds);
         Splat splat;
-        if (!project(axes, origin, point, radius, splat)) {
+        if (!project(axes, origin, point, radius, bounds, splat)) {
             continue;
         }
         ++kept;
-        if (in_map(splat)) {
+        if (takes_own(splat)) {
             atomicMin(levels[texel_index(splat.level, splat.texel)], own_distance(splat));
         }
         for (int y = splat.low.y; y <= splat.high.y; ++y) {
             for (int x = splat.low.x; x <= splat.high.x; ++x) {
-                uint distance = disc_at(splat, ivec2(x, y));
+                uint distance = disc_at(axes, splat, ivec2(x, y));
                 if (distance < NOTHING) {
                     atomicMin(levels[texel_index(splat.level, ivec2(x, y))], distance);
                 }

@@ -4,7 +4,6 @@
 use super::Settings;
 use super::sample::{SUBSETS, Sample};
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
-use crate::scene::Camera;
 use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
@@ -26,11 +25,16 @@ pub struct ClusterData {
     pub normal: [f32; 3],
     /// How far a normal is from the mean, at most.
     pub spread: f32,
+    /// Half the sides of the box about the middle, along the world's axes, that all of them are in.
+    pub sides: [f32; 3],
     /// How far a point is from the plane through the middle, at most.
     pub thick: f32,
     /// 1 where all are of closed things.
     pub closed: u32,
 }
+
+/// From an eye to what it looks at where no camera was set: nothing is taken for farther.
+const FAR: f32 = 1e18;
 
 push_struct! {
     /// Twin: ClustersPush in glsl/technique/ism/clusters.comp.
@@ -58,11 +62,9 @@ impl Adapt {
     /// For the lights of a world, which take points of `sample`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no such list or no camera was set, [`Error::Gpu`] where memory runs
-    /// out.
+    /// [`Error::Refused`] where the device has no such list, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
         let light_count = world.light_count();
-        camera(world)?;
         let bytes = 4 * u64::from(light_count.max(1)) * u64::from(settings.points);
         let most = u64::from(context.features().max_storage_buffer_range);
         if bytes > most {
@@ -98,31 +100,19 @@ impl Adapt {
     }
 
     /// Records the pass that chooses among them.
-    ///
-    /// # Errors
-    /// [`Error::Refused`] where no camera was set.
-    pub fn record(&self, commands: &mut Commands, world: &World) -> Result<()> {
-        let camera = camera(world)?;
-        let push = AdaptPush {
-            light_count: self.light_count,
-            points: self.settings.points,
-            eye: camera.position.as_vec3().to_array(),
-            near: camera.position.distance(camera.target) as f32,
-        };
+    pub fn record(&self, commands: &mut Commands, world: &World) {
+        let (eye, near) = world.camera().map_or(([0.0; 3], FAR), |camera| {
+            (camera.position.as_vec3().to_array(), camera.position.distance(camera.target) as f32)
+        });
+        let push = AdaptPush { light_count: self.light_count, points: self.settings.points, eye, near };
         let [x, y] = groups(self.light_count.into());
         commands.pass("ism.adapt", |pass| pass.dispatch(&self.adapt, &push, [x, y, 1]));
-        Ok(())
     }
 
     /// What only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         self.taken.bytes() + self.clusters.bytes()
     }
-}
-
-fn camera(world: &World) -> Result<&Camera> {
-    let needs = || Error::Refused { needs: "a camera, to which points adapt (World::set_camera)".into() };
-    world.camera().ok_or_else(needs)
 }
 
 fn cluster_count(settings: &Settings) -> u32 {

@@ -57,7 +57,7 @@ impl Atlas {
         let maps = Buffer::new(context, "ism.maps", bytes, Memory::Device)?;
         let seen = Buffer::new(context, "ism.seen", 4 * u64::from(light_count.max(1)), Memory::Device)?;
         // Not read where points do not adapt.
-        let taken = adapt.map_or(&seen, |adapt| &adapt.taken);
+        let (taken, clusters) = adapt.map_or((&seen, &seen), |adapt| (&adapt.taken, &adapt.clusters));
         let buffers = set::IsmAtlas {
             lights: &world.lights,
             head: &sample.head,
@@ -65,6 +65,7 @@ impl Atlas {
             maps: &maps,
             seen: &seen,
             taken,
+            clusters,
         };
         let set = buffers.bind(context, "ism.atlas")?;
         let [most, few] = MAP_THREADS;

@@ -187,7 +187,7 @@ impl Technique for Ism {
             }
         }
         if let Some(adapt) = &self.adapt {
-            adapt.record(commands, world)?;
+            adapt.record(commands, world);
         }
         self.atlas.record(commands, world);
         Ok(())

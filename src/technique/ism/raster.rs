@@ -67,8 +67,9 @@ impl Raster {
         let listed = Buffer::new(context, "ism.listed", bytes, Memory::Device)?;
         let arguments = Buffer::new(context, "ism.arguments", 16, Memory::Device)?;
         let target = Image::new(context, "ism.target", Format::D32_SFLOAT, size, ImageUse::Depth)?;
-        let set::IsmAtlas { lights, head, pool, maps, seen, taken } = atlas;
-        let set = set::IsmRaster { lights, head, pool, maps, seen, taken, listed: &listed, draw: &arguments };
+        let set::IsmAtlas { lights, head, pool, maps, seen, taken, clusters } = atlas;
+        let (listing, draw) = (&listed, &arguments);
+        let set = set::IsmRaster { lights, head, pool, maps, seen, taken, clusters, listed: listing, draw };
         let set = set.bind(context, "ism.raster")?;
         let depths = set::IsmTarget { depths: &target }.bind(context, "ism.target")?;
         let constants = constants

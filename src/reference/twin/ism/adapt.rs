@@ -3,7 +3,7 @@
 use super::clusters::{CLUSTER, Cluster};
 use super::map::{V3, dot, minus};
 use super::points::hash;
-use super::splat::{Culling, ROUNDING, SLANT};
+use super::splat::{Bounds, Culling, ROUNDING, SLANT};
 
 /// Twins: RANKS, RANK_SHIFT, LOWEST_RANK, LOWEST_RATE, RATES.
 const RANKS: u32 = 128;
@@ -51,6 +51,16 @@ pub fn taken_radius(code: u32, radius: f32) -> f32 {
     let halved = halved(code);
     let share = radius * if halved & 1 == 1 { std::f32::consts::SQRT_2 } else { 2.0 };
     share / (1 << (halved >> 1)) as f32
+}
+
+/// Twins: MARGIN_POOL, MARGIN_OWN.
+const MARGIN_POOL: f32 = 0.05;
+const MARGIN_OWN: f32 = 0.1;
+
+/// Twin: taken_bounds.
+pub fn taken_bounds(cluster: &Cluster, radius: f32, usual: f32) -> Bounds {
+    let margin = MARGIN_POOL * usual + MARGIN_OWN * radius;
+    Bounds { middle: cluster.middle, sides: cluster.sides.map(|side| side + margin) }
 }
 
 /// Twin: rank_of.

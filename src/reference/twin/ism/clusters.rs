@@ -17,6 +17,8 @@ pub struct Cluster {
     pub normal: V3,
     /// How far a normal is from the mean, at most.
     pub spread: f32,
+    /// Half the sides of the box about the middle, along the world's axes, that all of them are in.
+    pub sides: V3,
     /// How far a point is from the plane through the middle, at most.
     pub thick: f32,
     /// Whether all are of closed things.
@@ -45,6 +47,7 @@ pub fn cluster(points: &[Point]) -> Cluster {
         reach: most(&|p| length(minus(p.position, middle))),
         normal,
         spread: most(&|p| length(minus(p.normal, normal))),
+        sides: [0, 1, 2].map(|i| 0.5 * (high[i] - low[i])),
         thick: most(&|p| dot(normal, minus(p.position, middle)).abs()),
         closed: points.iter().all(|p| p.closed),
     }

@@ -9,6 +9,9 @@ const WIDEST: f32 = 3.0;
 const BESIDE: f32 = 0.3;
 const DEEP: f32 = 1.5;
 
+/// Twin: OWN_NEAR.
+const OWN_NEAR: f32 = 0.3;
+
 /// A point: where it stands, its normal, and whether that looks out of something closed.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
@@ -48,6 +51,26 @@ pub fn is_seen(point: &Point, forward: V3, offset: V3, culling: Culling) -> bool
     !(point.closed && culling.on) || if culling.far { away < 0.0 } else { away > 0.0 }
 }
 
+/// Twin: Bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// World units.
+    pub middle: V3,
+    /// Half of them.
+    pub sides: V3,
+}
+
+/// A point that a light takes: the radius of its disc, and what that ends at, if at anything.
+#[derive(Clone, Copy, Debug)]
+pub struct Taken {
+    /// Where it stands.
+    pub point: Point,
+    /// World units.
+    pub radius: f32,
+    /// None where points do not adapt.
+    pub bounds: Option<Bounds>,
+}
+
 /// A point, projected. Twin: Splat.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat {
@@ -64,10 +87,13 @@ pub struct Splat {
     most: f32,
     square: f32,
     distance: f32,
+    bounds: Option<Bounds>,
 }
 
 /// Twin: project.
-pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, culling: Culling) -> Option<Splat> {
+pub fn project(size: u32, axes: &Axes, origin: V3, taken: &Taken, culling: Culling) -> Option<Splat> {
+    let Taken { point, radius, bounds } = taken;
+    let radius = *radius;
     let offset = minus(point.position, origin);
     if !(is_seen(point, axes.forward, offset, culling) && is_before(origin, axes.forward, offset)) {
         return None;
@@ -93,7 +119,9 @@ pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, c
     let most = distance + radius.max(deep);
     let all = radius + ahead * (2.0 * BESIDE / (size >> level) as f32);
     let near = square < 3e38 && middle.iter().all(|m| m.abs() < 1e6);
-    near.then_some(Splat { level, middle, extent, offset, normal, plane, least, most, square: all * all, distance })
+    let square = all * all;
+    let bounds = bounds.map(|bounds| Bounds { middle: minus(bounds.middle, origin), ..bounds });
+    near.then_some(Splat { level, middle, extent, offset, normal, plane, least, most, square, distance, bounds })
 }
 
 impl Splat {
@@ -105,37 +133,45 @@ impl Splat {
     }
 
     /// The disc's distance in the middle of a texel; none where it is not there. Twin: disc_at.
-    pub fn disc_at(&self, side: i32, texel: [i32; 2]) -> Option<f32> {
+    pub fn disc_at(&self, axes: &Axes, side: i32, texel: [i32; 2]) -> Option<f32> {
         let way = map_way(texel_place(side, texel));
         let along = self.plane / dot(self.normal, way);
-        let off = minus(way.map(|w| along * w), self.offset);
-        (along > 0.0 && dot(off, off) <= self.square).then_some(along * (2.0 - way[2]))
+        let place = way.map(|w| along * w);
+        let off = minus(place, self.offset);
+        let within = |bounds: Bounds| {
+            let world =
+                [0, 1, 2].map(|i| axes.right[i] * place[0] + axes.up[i] * place[1] + axes.forward[i] * place[2]);
+            (0..3).all(|i| (world[i] - bounds.middle[i]).abs() <= bounds.sides[i])
+        };
+        let covered = along > 0.0 && dot(off, off) <= self.square && self.bounds.is_none_or(within);
+        covered.then_some(along * (2.0 - way[2]))
     }
 
     /// Texels and the distances that the point leaves there.
-    pub fn texels(&self, side: i32) -> Vec<([i32; 2], f32)> {
+    pub fn texels(&self, axes: &Axes, side: i32) -> Vec<([i32; 2], f32)> {
         let own = self.middle.map(|m| m.floor() as i32);
         let inside = |t: i32| (0..side).contains(&t);
+        let near = |i: usize| (self.middle[i] - own[i] as f32 - 0.5).abs() <= OWN_NEAR;
         let mut all = Vec::new();
-        if own.iter().all(|t| inside(*t)) {
+        if own.iter().all(|t| inside(*t)) && (self.bounds.is_none() || near(0) && near(1)) {
             all.push((own, self.own_distance(side, own)));
         }
         let low = [0, 1].map(|i| ((self.middle[i] - self.extent[i] - 0.5).ceil() as i32).clamp(0, side));
         let high = [0, 1].map(|i| ((self.middle[i] + self.extent[i] - 0.5).floor() as i32).clamp(-1, side - 1));
         for y in low[1]..=high[1] {
-            all.extend((low[0]..=high[0]).filter_map(|x| Some(([x, y], self.disc_at(side, [x, y])?))));
+            all.extend((low[0]..=high[0]).filter_map(|x| Some(([x, y], self.disc_at(axes, side, [x, y])?))));
         }
         all
     }
 }
 
-/// All points of a light, each with the radius of its disc. Twins: glsl/technique/ism/tiled.comp and splat.comp, up to the holes.
-pub fn splat(size: u32, normal: V3, origin: V3, points: &[(Point, f32)], culling: Culling) -> (Levels, u32) {
+/// All points of a light. Twins: glsl/technique/ism/tiled.comp and splat.comp, up to the holes.
+pub fn splat(size: u32, normal: V3, origin: V3, points: &[Taken], culling: Culling) -> (Levels, u32) {
     let axes = Axes::of(normal);
     let (mut levels, mut seen) = (Levels::new(size), 0);
-    for splat in points.iter().filter_map(|(point, radius)| project(size, &axes, origin, point, *radius, culling)) {
+    for splat in points.iter().filter_map(|taken| project(size, &axes, origin, taken, culling)) {
         seen += 1;
-        for (texel, distance) in splat.texels(levels.side(splat.level)) {
+        for (texel, distance) in splat.texels(&axes, levels.side(splat.level)) {
             levels.set(splat.level, texel, levels.get(splat.level, texel).min(distance));
         }
     }
