@@ -2,6 +2,8 @@
 
 #![cfg(feature = "program")]
 
+#[path = "volumes/ground.rs"]
+mod ground;
 #[path = "volumes/picture.rs"]
 mod picture;
 #[path = "volumes/spheres.rs"]

@@ -164,7 +164,9 @@ impl<'a> Bytes<'a> {
 
     fn described(&mut self) -> Words<Described> {
         let (unique, kind, instance_of) = (self.text()?, self.text()?, self.text()?);
-        let (at, blocks, _) = (self.place()?, self.place()?, self.place()?);
+        // The next grid is described behind this one.
+        let (at, blocks, end) = (self.place()?, self.place()?, self.place()?);
+        self.at = end;
         // Behind the name stands what tells it from others of the same name.
         let name = unique.split('\u{1e}').next().unwrap_or_default().to_owned();
         let of_floats = kind.strip_suffix("_HalfFloat");
