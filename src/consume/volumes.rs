@@ -14,9 +14,9 @@ use glam::DVec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FieldData {
-    /// Of its lowest sample, world units.
+    /// Where its lowest sample stands, world units.
     pub origin: [f32; 3],
-    /// Of density 1, 1 / world unit.
+    /// Extinction of density 1, 1 / world unit.
     pub extinction: f32,
     /// Samples a world unit, along each of its axes.
     pub rows: [[f32; 3]; 3],

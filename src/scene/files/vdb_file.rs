@@ -24,7 +24,7 @@ const ZIPPED: u32 = 1;
 const ACTIVE_ALONE: u32 = 2;
 const BLOSC: u32 = 4;
 
-/// Bits of cells a side of the nodes, from the root's children to the leaves.
+/// Logarithms of the nodes' sides in what is below them, from the root's children to the leaves.
 const SIDES: [u32; 3] = [5, 4, 3];
 
 /// What is wrong, in words.
