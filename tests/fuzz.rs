@@ -77,6 +77,7 @@ fuzzed! {
     splat: 1000,
     spz: 1000,
     nrrd: 1000,
+    vdb: 300,
     volume: 1000,
     tressfx: 1000,
     voxels: 100,

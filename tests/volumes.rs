@@ -2,6 +2,12 @@
 
 #![cfg(feature = "program")]
 
+#[path = "volumes/ground.rs"]
+mod ground;
+#[path = "volumes/picture.rs"]
+mod picture;
+#[path = "volumes/spheres.rs"]
+mod spheres;
 mod support;
 
 use flate2::{Compression, write::GzEncoder};
@@ -105,6 +111,31 @@ fn volumes_are_asked_as_their_twin() {
     });
 }
 
+/// What a technique's answer is held to, in the mean over points.
+enum Held {
+    /// What cells lose: it asks these themselves.
+    Cells,
+    /// What cells lose, and what light differs by within so many of the technique's own steps in space: its answer is a mean of that.
+    Near(f64),
+    /// A quarter of what there is to be known: of the error of light that no volume takes from. Few numbers are no curve.
+    Shape,
+}
+
+/// Mean absolute difference.
+fn mean_apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
+}
+
+/// What cells leave of a directional light at points, each cell by itself. Twin of what `grid-query` asks.
+fn left_by_cells(scene: &Scene, points: &[[f32; 3]]) -> Vec<f64> {
+    let (cells, towards) = (scene.casters(), scene.lights[0].towards(DVec3::ZERO).as_vec3());
+    let depth = |at: Vec3, cell| {
+        let z = cell::overlap((at, towards), cell).map_or(0.0, |z| (z[1] - z[0].max(0.0)).max(0.0));
+        f64::from(z * cell.density)
+    };
+    points.iter().map(|at| (-cells.iter().map(|cell| depth(Vec3::from(*at), cell)).sum::<f64>()).exp()).collect()
+}
+
 /// Every technique that sees volumes comes near the field's own truth, and those that see none are told of by name.
 #[test]
 fn volumes_cast_in_techniques() {
@@ -112,40 +143,62 @@ fn volumes_cast_in_techniques() {
         let scene = scene(ball(24, 1));
         let truth = Casters::new(&scene);
         let points = space_points(&scene, 0, 1500);
-        let expected: Vec<f64> = points.iter().map(|p| truth.visibility(0, DVec3::from(p.map(f64::from)))).collect();
+        let light = |at: DVec3| truth.visibility(0, at);
+        let place = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
+        let expected: Vec<f64> = points.iter().map(|p| light(place(p))).collect();
         assert!(expected.iter().any(|v| *v < 0.2), "there is a shadow");
+        let of_cells = mean_apart(&left_by_cells(&scene, &points), &expected);
+        let unshadowed = mean_apart(&vec![1.0; points.len()], &expected);
+        // The most that light differs by from a point to the corners of a cube about it, in the mean.
+        let differs = |half: f64| {
+            let corner = |i: u32| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { half } else { -half }));
+            let of_point = |(p, here): (&[f32; 3], &f64)| {
+                (0..8).map(|i| (light(place(p) + corner(i)) - here).abs()).fold(0.0, f64::max)
+            };
+            points.iter().zip(&expected).map(of_point).sum::<f64>() / points.len() as f64
+        };
+        let texel = 2.0 / f64::from(support::views(context, &scene, 96)[0].scale_x.abs()) / 96.0;
+        let voxel = f64::from(deposited(context, &scene).1.voxel);
+        println!("cells {of_cells:.5}; without shadows {unshadowed:.4}; texels {texel:.4}, voxels {voxel:.4}");
         let specs = [
-            ("uncompressed:size=96", 0.0025),
-            ("density-grid:size=64", 0.003),
-            ("avsm:size=96,nodes=16", 0.0025),
-            ("layers:size=96", 0.003),
-            ("optical-depth-grid:size=64,cells=64", 0.003),
-            ("grid-query:size=64", 0.0025),
-            ("psm:size=96", 0.006),
-            ("moments:size=96", 0.01),
-            ("fourier:size=96", 0.0025),
-            ("wavelet:size=96", 0.003),
-            ("deep-shadow-map:size=96", 0.004),
-            ("beer-shadow-map:size=96", 0.04),
-            ("marched:size=96", 0.006),
+            ("uncompressed:size=96", Held::Near(texel)),
+            ("density-grid:size=64", Held::Near(voxel)),
+            ("grid-query:size=64", Held::Cells),
+            ("avsm:size=96,nodes=16", Held::Shape),
+            ("layers:size=96", Held::Shape),
+            ("optical-depth-grid:size=64,cells=64", Held::Near(2.0 * voxel)),
+            ("psm:size=96", Held::Shape),
+            ("moments:size=96", Held::Shape),
+            ("fourier:size=96", Held::Shape),
+            ("wavelet:size=96", Held::Shape),
+            ("deep-shadow-map:size=96", Held::Shape),
+            ("beer-shadow-map:size=96", Held::Shape),
+            ("marched:size=96", Held::Shape),
         ];
-        for (spec, most) in some(specs, 6) {
+        for (spec, held) in some(specs, 6) {
             if !support::runs("volumes_cast_in_techniques", context, spec) {
                 continue;
             }
             let technique = built(context, &scene, spec);
-            let answers = ask(context, technique.as_ref(), 0, &points);
-            let errors = answers.iter().zip(&expected).map(|(a, e)| (f64::from(*a) - e).abs());
-            let mean = errors.sum::<f64>() / points.len() as f64;
-            println!("{spec}: {mean:.5}");
-            assert!(mean < most, "{spec}: {mean}");
+            let answers: Vec<f64> = ask(context, technique.as_ref(), 0, &points).into_iter().map(f64::from).collect();
+            assert!(answers.iter().all(|a| (-1e-6..=1.0 + 1e-6).contains(a)), "{spec}: no share of light");
+            let mean = mean_apart(&answers, &expected);
+            let most = match held {
+                // What f32 sums of some thousand cells round by: volumes_are_asked_as_their_twin.
+                Held::Cells => of_cells + 2e-4,
+                Held::Near(step) => of_cells + differs(step),
+                Held::Shape => 0.25 * unshadowed,
+            };
+            println!("{spec}: {mean:.5} of {most:.5}");
+            assert!(mean < most, "{spec}: {mean}, not below {most}");
         }
         let unseen = support::spec("shadow-map").entry.casts.unseen_of(scene.kinds());
         assert_eq!(unseen, ["volumes"]);
     });
 }
 
-/// Coarser cells are wrong by more, and all of a ray loses what it does.
+/// Coarser cells are wrong by more, by the square of their sides at most: a trilinear density is its mean but for what is odd about a
+/// cell's middle, which rays through it lose, and what bends, which goes by the square.
 #[test]
 fn volumes_of_coarse_cells_are_coarse() {
     gpu_test("volumes_of_coarse_cells_are_coarse", |context| {
@@ -161,7 +214,8 @@ fn volumes_of_coarse_cells_are_coarse() {
         };
         let errors = [1, 2, 4].map(mean);
         println!("{errors:?}");
-        assert!(errors[0] < errors[1] && errors[1] < errors[2], "{errors:?}");
+        let rises = [errors[1] / errors[0], errors[2] / errors[1]];
+        assert!(rises.iter().all(|by| (2.0..4.0).contains(by)), "{errors:?}");
     });
 }
 
@@ -262,8 +316,9 @@ fn volumes_are_placed_by_scene_files() {
         ("[0, 0, 1, 90]", "[0, 0, 0, 90]", "no length"),
         ("scale = 2.0", "scale = 0.0", "scale 0"),
         ("extinction = 6.0", "extinction = -6.0", "extinction -3"),
-        ("a.volume", "a.vdb", "OpenVDB"),
+        ("a.volume", "a.vdb", "No such file"),
         ("a.volume", "a.raw", ".nrrd"),
+        ("cells = 2", "grid = \"density\"", "one grid"),
     ] {
         let error = of(&placing.replace(from, to)).expect_err(word).to_string();
         assert!(error.contains(word) && !error.contains('\n'), "{error}");
@@ -301,7 +356,7 @@ fn volumes_that_are_wrong_are_named() {
         (grid(nrrd("uchar", "sizes: 1000000 1000000 1000000\n", &raw)), "more than 1073741824 samples"),
         (grid(nrrd("uchar", "sizes: 1024 1024 1024\nencoding: gzip\n", &raw)), "bytes of data"),
         (grid(b"NRRD0004\ntype: uchar\n".to_vec()), "no empty line"),
-        (loaded(&[("a.vdb", b"")], "a.vdb"), "OpenVDB"),
+        (loaded(&[("a.vdb", b"")], "a.vdb"), "no OpenVDB file"),
     ] {
         let error = found.map(|scene| scene.name).expect_err(words).to_string();
         assert!(error.contains(words) && !error.contains('\n') && error.contains("/a."), "{words}: {error}");

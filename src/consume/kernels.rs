@@ -5,6 +5,7 @@ use super::interleaved::Interleaved;
 use super::many_lights::{Asking, ManyLights, Targets};
 use super::reservoir::Reservoirs;
 use super::sliced::Sliced;
+use super::volumes::VolumeKernel;
 use super::{Lighting, Renderer, Shading, Tiled};
 use crate::gpu::{Bindings, Blend, Format, Graphics, Kernel, Shader, Tessellated, push_struct};
 use crate::shaders::consume as shaders;
@@ -21,6 +22,7 @@ push_struct! {
 pub struct Kernels {
     pub(super) meshes: Meshes,
     pub(super) casters: Casters,
+    pub(super) volumes: Option<VolumeKernel>,
 }
 
 /// What draws the meshes.
@@ -114,6 +116,7 @@ impl Renderer {
                     SpacingPush { spacing },
                 ),
             },
+            volumes: self.volume_kernel(answer)?,
         })
     }
 

@@ -21,6 +21,7 @@ mod shown;
 mod slice;
 mod sliced;
 mod steps;
+mod volumes;
 
 pub use fog::FogKernel;
 pub use interleaved::PartsSeen;
@@ -36,3 +37,4 @@ pub use shading::{Shading, Tiled};
 pub use shown::Developed;
 pub use slice::{Slice, slice};
 pub use steps::StepsKernel;
+pub use volumes::{FieldData, SlotData};

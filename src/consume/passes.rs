@@ -25,10 +25,11 @@ impl Renderer {
         let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
         self.frame(&kernels, |commands| {
             commands.pass("consume.wireframe", |pass| {
-                let step = self.caster_count.div_ceil(OUTLINED).max(1);
+                let step = (self.blended.casters.len() as u32).div_ceil(OUTLINED).max(1);
                 let outlined = |i: u32| (i % step == step / 2).then_some((&lines, i..i + 1));
-                let both = (0..self.caster_count).flat_map(|i| std::iter::once((&filled, i..i + 1)).chain(outlined(i)));
-                self.patches(pass, &SpacingPush { spacing }, both);
+                let both =
+                    |places: Range<u32>| places.flat_map(|i| std::iter::once((&filled, i..i + 1)).chain(outlined(i)));
+                self.patches(pass, &SpacingPush { spacing }, &kernels, |places| both(places).collect());
             });
         })?;
         self.read()
@@ -62,8 +63,8 @@ impl Renderer {
 
     pub(super) fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
         match &kernels.casters {
-            Casters::Fragment(kernel) => self.caster(commands, kernel),
-            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
+            Casters::Fragment(kernel) => self.caster(commands, kernel, kernels),
+            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push, kernels),
             Casters::Sliced(sliced) => sliced.record(commands, self),
         }
     }
@@ -88,29 +89,36 @@ impl Renderer {
         });
     }
 
-    pub(super) fn caster(&self, commands: &mut Commands, kernel: &Kernel) {
+    fn caster(&self, commands: &mut Commands, kernel: &Kernel, kernels: &Kernels) {
         commands.pass("consume.caster", |pass| {
             let colors = [Target { image: &self.color, clear: None }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 6 * self.caster_count, 1));
+            pass.render(self.color.size(), &colors, None, |draw| {
+                self.draw_blended(draw, kernels.volumes.as_ref(), |draw, places| {
+                    draw.draw_part(kernel, &(), 6 * places.start..6 * places.end);
+                });
+            });
         });
     }
 
-    pub(super) fn vertex_lit(&self, commands: &mut Commands, kernel: &Kernel<SpacingPush>, push: &SpacingPush) {
-        commands.pass("consume.vertex_lit", |pass| self.patches(pass, push, [(kernel, 0..self.caster_count)]));
+    fn vertex_lit(&self, commands: &mut Commands, kernel: &Kernel<SpacingPush>, push: &SpacingPush, kernels: &Kernels) {
+        commands.pass("consume.vertex_lit", |pass| self.patches(pass, push, kernels, |places| vec![(kernel, places)]));
     }
 
-    /// Draws casters as patches, with each kernel those of a range from far to near.
-    pub(super) fn patches<'k>(
+    /// Draws casters as patches, those of places in the order each with the kernel that is given for it; and volumes as ever.
+    fn patches<'k>(
         &self,
         pass: &mut Pass,
         push: &SpacingPush,
-        draws: impl IntoIterator<Item = (&'k Kernel<SpacingPush>, Range<u32>)>,
+        kernels: &Kernels,
+        draws: impl Fn(Range<u32>) -> Vec<(&'k Kernel<SpacingPush>, Range<u32>)>,
     ) {
         let colors = [Target { image: &self.color, clear: None }];
         pass.render(self.color.size(), &colors, None, |draw| {
-            for (kernel, casters) in draws {
-                draw.draw_patches(kernel, push, casters);
-            }
+            self.draw_blended(draw, kernels.volumes.as_ref(), |draw, places| {
+                for (kernel, casters) in draws(places) {
+                    draw.draw_patches(kernel, push, casters);
+                }
+            });
         });
     }
 

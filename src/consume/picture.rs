@@ -1,13 +1,14 @@
-//! The shaded picture: meshes forward, deferred, in tiles, by a part of the lights or by one per pixel, then casters from far to near. Twin:
-//! reference::truth::picture.
+//! The shaded picture: meshes forward, deferred, in tiles, by a part of the lights or by one per pixel, then casters and volumes from far to
+//! near. Twin: reference::truth::picture.
 
 use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
 use super::many_lights::ManyLights;
 use super::shown::Shown;
+use super::volumes::Volumes;
 use super::{Lighting, Shading};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
-use crate::scene::{Picture, View, far_to_near};
+use crate::scene::{Order, Picture, View, far_to_near};
 use crate::shaders::set;
 use crate::technique::{Answer, Technique};
 use crate::world::World;
@@ -39,13 +40,16 @@ pub struct Renderer {
     /// What pictures have that a person is shown, and none that is measured.
     pub(super) shown: Option<Shown>,
     pub(super) triangle_vertices: u32,
+    /// All of the world's, cells of volumes too.
     pub(super) caster_count: u32,
+    pub(super) blended: Order,
+    pub(super) volumes: Option<Volumes>,
 }
 
-/// The casters in the order in which they are blended.
-fn blended(world: &World, camera: &View) -> Result<Vec<u32>> {
+/// What is blended, and in which order.
+fn blended(world: &World, camera: &View) -> Result<Order> {
     if world.caster_count() == 0 {
-        return Ok(Vec::new());
+        return Ok(Order::default());
     }
     let needs = "a scene that the host knows, for the order in which smoke and hair are blended: draw these otherwise";
     let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
@@ -83,7 +87,8 @@ impl Renderer {
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::StoredColor)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
-        order.write(&blended(world, camera)?)?;
+        let blended = blended(world, camera)?;
+        order.write(&blended.casters)?;
         let colors = splat_colors(world)?;
         let splats = Buffer::new(context, "picture.splats", 4 * colors.len() as u64, Memory::Device)?;
         splats.write(&colors)?;
@@ -119,6 +124,8 @@ impl Renderer {
             shown: None,
             triangle_vertices: 3 * world.triangle_count(),
             caster_count: world.caster_count(),
+            blended,
+            volumes: Volumes::new(context, world)?,
         })
     }
 
@@ -135,7 +142,11 @@ impl Renderer {
         if *camera != self.camera {
             self.camera_data.write(&[*camera])?;
         }
-        self.order.write(&blended(world, camera)?)?;
+        self.blended = blended(world, camera)?;
+        self.order.write(&self.blended.casters)?;
+        if let Some(volumes) = &mut self.volumes {
+            volumes.look(world)?;
+        }
         self.splats.write(&splat_colors(world)?)?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
         if let Some(shown) = &mut self.shown {

@@ -17,9 +17,10 @@ pub use model::backdrop::Backdrop;
 pub use model::caster::Caster;
 #[cfg(feature = "program")]
 pub use model::change::SceneChange;
-pub use model::field::{Field, MOST_BLOCKS};
 #[cfg(feature = "program")]
-pub(crate) use model::field::{SIDE, trilinear};
+pub(crate) use model::field::trilinear;
+pub(crate) use model::field::{CORNERS, SIDE};
+pub use model::field::{Field, MOST_BLOCKS, MOST_SIDE};
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
@@ -29,7 +30,7 @@ pub use model::gaussian::Gaussian;
 #[cfg(feature = "program")]
 pub(crate) use model::gaussian::{REACH, Shape};
 pub use model::light::{FACES, Light, LightKind};
-pub use model::order::far_to_near;
+pub use model::order::{Blended, Order, far_to_near};
 pub use model::picture::{Picture, SKY};
 #[cfg(feature = "program")]
 pub(crate) use model::random::Random;

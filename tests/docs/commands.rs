@@ -22,11 +22,12 @@ const PLACEHOLDERS: [(&str, &str); 9] = [
 ];
 
 /// Files of the reader's own, and what they are here.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 7] = [
     ("results.json", "results/nvidia-h200/results.json"),
     ("smoke.ply", "fuzz/seeds/ply/ok-particles-ascii.ply"),
     ("garden.splat", "fuzz/seeds/splat/ok-two.splat"),
     ("smoke.nrrd", "fuzz/seeds/nrrd/ok-bytes.nrrd"),
+    ("smoke.vdb", "fuzz/seeds/vdb/ok-blosc.vdb"),
     ("head.tfx", "fuzz/seeds/tressfx/ok-version-4.tfx"),
     ("town.glb", "fuzz/seeds/gltf/ok-binary.glb"),
 ];

@@ -15,6 +15,7 @@ const BESIDE: &[(&str, &[u8])] = &[
     ("lit.glb", include_bytes!("../../fuzz/seeds/gltf/ok-lights-and-camera.gltf")),
     ("garden.splat", include_bytes!("../../fuzz/seeds/splat/ok-two.splat")),
     ("cloud.nrrd", include_bytes!("../../fuzz/seeds/nrrd/ok-bytes.nrrd")),
+    ("fog.vdb", include_bytes!("../../fuzz/seeds/vdb/ok-plain.vdb")),
     ("head.hair", include_bytes!("../../fuzz/seeds/hair/ok-defaults.hair")),
 ];
 
@@ -38,12 +39,17 @@ fn alone_and_placed(name: &str, bytes: &[u8], tables: &[&str]) -> bool {
 
 /// A file of that name, with what stands beside in its folder.
 fn load(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) -> bool {
+    load_and_more(name, bytes, beside, 0)
+}
+
+/// The same, with memory for so many bytes more.
+fn load_and_more(name: &str, bytes: &[u8], beside: &[(&str, &[u8])], more: usize) -> bool {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");
     beside.iter().for_each(|(name, bytes)| write(name, bytes));
     write(name, bytes);
     let path = folder.path().join(name);
-    let input_bytes = bytes.len() + beside.iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    let input_bytes = more + bytes.len() + beside.iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
     match bounded(input_bytes, || Scene::load(path.to_str().expect("UTF-8"), 0.0)) {
         Ok(scene) => assert_valid(&scene),
         Err(error) => {
@@ -77,6 +83,12 @@ pub fn spz(bytes: &[u8]) -> bool {
 /// Grids with a header.
 pub fn nrrd(bytes: &[u8]) -> bool {
     alone_and_placed("input.nrrd", bytes, &["volumes"])
+}
+
+/// Sparse grids. Their tiles of one value stand for as much as a field has room for, however few bytes they are: as many more of input.
+pub fn vdb(bytes: &[u8]) -> bool {
+    load_and_more("input.vdb", bytes, &[], 2 << 20)
+        && load_and_more("scene.toml", placing("volumes", "input.vdb").as_bytes(), &[("input.vdb", bytes)], 2 << 20)
 }
 
 /// What names a grid beside; not what could name a file elsewhere.

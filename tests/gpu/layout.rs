@@ -7,8 +7,8 @@
 //! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
 
 use super::support::spirv::without_constant_choices;
-use gobo::consume::ReservoirData;
 use gobo::consume::many_lights::{FrameData, QueueData};
+use gobo::consume::{FieldData, ReservoirData, SlotData};
 use gobo::gpu::Shader;
 use gobo::grid::{GridData, ListTotals};
 use gobo::maps::{BinTotals, Extents, ItemData, Map, OpaqueItem, OpaqueTotals, SegmentData, Survey, TilePart};
@@ -62,6 +62,8 @@ fn twins() -> BTreeMap<&'static str, Twin> {
             twin!(LightData, position, kind, direction, cos_cone, radiance, falloff, first_map, map_count, has_opaque),
         ),
         ("Reservoir", twin!(ReservoirData, light, weight, frames, z, normal)),
+        ("FieldPlace", twin!(FieldData, origin, extinction, rows, size, first_slot, color, last_slot, first_block)),
+        ("FieldSlot", twin!(SlotData, block, number)),
         ("Map", twin!(Map, volume, opaque)),
         ("IsmPoint", twin!(PointData, position, normal)),
         ("IsmCluster", twin!(ClusterData, middle, reach, normal, spread, sides, thick, closed)),

@@ -101,9 +101,9 @@ fn what_shows_nothing_is_refused() {
     message(
         Scene::load("smoke.xyz", 0.0),
         "smoke.xyz",
-        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz, *.volume, *.nrrd) or",
+        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz, *.volume, *.nrrd, *.vdb) or",
     );
-    message(Scene::load("smoke.vdb", 0.0), "smoke.vdb", "OpenVDB files are not read");
+    message(data_file("smoke.vdb", b"NRRD0004"), "smoke.vdb", "no OpenVDB file");
     message(Scene::load("ply", 0.0), "ply", "no such scene");
 }
 

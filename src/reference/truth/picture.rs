@@ -4,8 +4,10 @@ use super::backdrop::{ground_faded, sky_color};
 use super::casters::{Casters, optical_depth, overlap};
 use super::grid::Grid;
 use super::meshes::Hit;
+use super::volume;
 use crate::scene::{
-    Backdrop, Caster, LightKind, Picture, REACH, Ray, SKY, Scene, Shape, View, far_to_near, smooth_normals,
+    Backdrop, Caster, LightKind, Order, Picture, REACH, Ray, SKY, Scene, Shape, View, Volume, far_to_near,
+    smooth_normals,
 };
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -22,8 +24,11 @@ const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
 /// Pixels per side of a grid cell, which only finds candidates.
 const CELL_PIXELS: u32 = 8;
 
-/// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the
-/// device draws them.
+/// What is left of the light behind a volume where a picture no longer looks.
+const HIDDEN: f64 = 1e-9;
+
+/// Renders `scene` as `camera` sees it. Casters and volumes are blended from far to near by the z of their middles, as the
+/// device draws them; a volume is marched, and lit in two steps in each cell of its field.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     let pixels = picture_rows(casters, scene, camera, 0..camera.height);
     Picture { width: camera.width, height: camera.height, pixels }
@@ -31,10 +36,7 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
 
 /// Some rows of [`picture`], from the top.
 pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u32>) -> Vec<[f32; 3]> {
-    let caster = |_, index: u32, position| {
-        let lifted = |towards| lift(&casters.all[index as usize], towards);
-        light(casters, scene, position, lifted, |_| 1.0)
-    };
+    let caster = |_, index: Option<u32>, position| light(casters, scene, position, lifted(casters, index), |_| 1.0);
     let surface = |position, hit: &Hit| lit_surface(casters, scene, position, hit);
     let sky = |_| DVec3::from(SKY.map(f64::from));
     camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
@@ -43,10 +45,7 @@ pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range
 /// As [`picture`], with what a person is shown: smooth normals, and a sky into which the ground fades. Twin:
 /// consume::Renderer::show.
 pub fn shown_picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
-    let caster = |_, index: u32, position| {
-        let lifted = |towards| lift(&casters.all[index as usize], towards);
-        light(casters, scene, position, lifted, |_| 1.0)
-    };
+    let caster = |_, index: Option<u32>, position| light(casters, scene, position, lifted(casters, index), |_| 1.0);
     let normals: Vec<_> = scene.meshes.iter().flat_map(smooth_normals).collect();
     let backdrop = Backdrop::of(scene);
     let surface = |position: DVec3, hit: &Hit| {
@@ -74,19 +73,19 @@ pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
         all.fetch_add(shining.map(|light| casters.tries(light, position)).sum(), Ordering::Relaxed);
         DVec3::ZERO
     };
-    let order: Vec<u32> = (0..casters.all.len() as u32).collect();
+    let order = far_to_near(scene, camera);
     camera_rays(casters, scene, &small, &order, |_, _, position| see(position), |position, _| see(position));
     all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
-/// A ray per pixel through casters in this order; what arrives at a caster is `light` of the pixel, the caster's index and
-/// the middle of what the ray sees of it. A mesh looks as `surface` says of where the ray meets it.
+/// A ray per pixel through casters and volumes in this order; what arrives at a caster is `light` of the pixel, the caster's index and
+/// the middle of what the ray sees of it; in a volume, which has no index, it is that of the middle of a step. A mesh looks as `surface` says of where the ray meets it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,
     camera: &View,
-    order: &[u32],
-    light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+    order: &Order,
+    light: impl Fn(DVec2, Option<u32>, DVec3) -> DVec3 + Sync,
     surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
 ) -> Picture {
     rays(casters, scene, camera, order, light, surface, |_| DVec3::from(SKY.map(f64::from)))
@@ -97,8 +96,8 @@ fn rays(
     casters: &Casters,
     scene: &Scene,
     camera: &View,
-    order: &[u32],
-    light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+    order: &Order,
+    light: impl Fn(DVec2, Option<u32>, DVec3) -> DVec3 + Sync,
     surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
     sky: impl Fn(DVec3) -> DVec3 + Sync,
 ) -> Picture {
@@ -113,14 +112,15 @@ fn camera_rows(
     scene: &Scene,
     camera: &View,
     rows: Range<u32>,
-    order: &[u32],
-    light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+    order: &Order,
+    light: impl Fn(DVec2, Option<u32>, DVec3) -> DVec3 + Sync,
     surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
     sky: impl Fn(DVec3) -> DVec3 + Sync,
 ) -> Vec<[f32; 3]> {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
-    let grid = Grid::new(&cells, &casters.all, order);
+    let grid = Grid::new(&cells, &casters.all, &order.casters);
+    let places = Places::of(order, casters.all.len());
     let share =
         DVec2::new(cells.width.into(), cells.height.into()) / DVec2::new(camera.width.into(), camera.height.into());
     (camera.width * rows.start..camera.width * rows.end)
@@ -130,7 +130,7 @@ fn camera_rows(
             let light = |index, position| light(at, index, position);
             let ray = camera.ray(at);
             let behind = meshes(casters, camera, &ray, &surface, &sky);
-            pixel(casters, scene, camera, &ray, grid.at(at * share), light, behind).as_vec3().into()
+            pixel(casters, scene, camera, &ray, (grid.at(at * share), &places), light, behind).as_vec3().into()
         })
         .collect()
 }
@@ -150,16 +150,42 @@ fn meshes(
     }
 }
 
+/// Where volumes are among the casters of an order.
+struct Places<'a> {
+    volumes: &'a [(u32, u32)],
+    /// The place of each caster; none where there are no volumes.
+    casters: Vec<u32>,
+}
+
+impl<'a> Places<'a> {
+    fn of(order: &'a Order, count: usize) -> Self {
+        let mut casters = vec![0; if order.volumes.is_empty() { 0 } else { count }];
+        if !casters.is_empty() {
+            (0..).zip(&order.casters).for_each(|(place, caster)| casters[*caster as usize] = place);
+        }
+        Self { volumes: &order.volumes, casters }
+    }
+}
+
 fn pixel(
     casters: &Casters,
     scene: &Scene,
     camera: &View,
     ray: &Ray,
-    candidates: &[u32],
-    light: impl Fn(u32, DVec3) -> DVec3,
+    (candidates, places): (&[u32], &Places),
+    light: impl Fn(Option<u32>, DVec3) -> DVec3,
     (mut color, farthest): (DVec3, f64),
 ) -> DVec3 {
+    let mut volumes = places.volumes.iter().peekable();
+    let ends = (camera.near.into(), farthest);
+    let through = |number: u32, behind: DVec3| {
+        let volume = &scene.volumes[number as usize];
+        through(volume, ray, ends, |position| ambient(scene) + light(None, position), behind)
+    };
     for &i in candidates {
+        while let Some((_, volume)) = volumes.next_if(|(before, _)| *before <= places.casters[i as usize]) {
+            color = through(*volume, color);
+        }
         let caster = &casters.all[i as usize];
         let Some((entry, exit)) = overlap(ray, caster) else { continue };
         let (entry, exit) = (entry.max(camera.near.into()), exit.min(farthest));
@@ -167,11 +193,36 @@ fn pixel(
             continue;
         }
         let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit)).exp();
-        let light = light(i, ray.at(0.5 * (entry + exit)));
+        let light = light(Some(i), ray.at(0.5 * (entry + exit)));
         let albedo = albedo(scene, i as usize, caster);
         color = albedo * (ambient(scene) + light) * opacity + color * (1.0 - opacity);
     }
-    color
+    volumes.fold(color, |color, (_, volume)| through(*volume, color))
+}
+
+/// A volume before what is behind it, lit at the middle of each step. Twin: glsl/consume/volume.frag.
+fn through(
+    volume: &Volume,
+    ray: &Ray,
+    (near, farthest): (f64, f64),
+    light: impl Fn(DVec3) -> DVec3,
+    behind: DVec3,
+) -> DVec3 {
+    let (mut scattered, mut transmittance) = (DVec3::ZERO, 1.0);
+    volume::steps(volume, ray, near, farthest, |middle, depth| {
+        if depth > 0.0 && transmittance > HIDDEN {
+            let left = transmittance * (-depth).exp();
+            scattered += (transmittance - left) * light(ray.at(middle));
+            transmittance = left;
+        }
+    });
+    DVec3::from(volume.placed().color.map(f64::from)) * scattered + behind * transmittance
+}
+
+/// How far towards a light it is asked for: at a caster's index, or in a volume.
+fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64 + 'a {
+    let caster = index.map(|index| &casters.all[index as usize]);
+    move |towards| caster.map_or(0.0, |caster| lift(caster, towards))
 }
 
 /// What a caster sends back of the light: splats and volumes have colours of their own.

@@ -6,7 +6,7 @@ use super::gaussian::strand_axis;
 use super::order::{float_order, sort};
 use super::segment::{Segment, ray, texel_segment};
 use crate::reference::truth::{Casters, camera_rays, lift, lit_surface};
-use crate::scene::{Caster, Picture, Scene, View};
+use crate::scene::{Caster, Order, Picture, Scene, View};
 use glam::{DVec3, Vec2, Vec3};
 
 /// The unit vector along which slices lie, and whether the camera meets them from near to far. Twin: `technique::half_vector`.
@@ -104,14 +104,16 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, view: &View, cou
         // From near to far behind each other is from far to near over each other.
         slices.order.reverse();
     }
+    let order = Order { casters: std::mem::take(&mut slices.order), volumes: Vec::new() };
     let slices = &slices;
-    let light = |_, index: u32, position: DVec3| {
+    let light = |_, index: Option<u32>, position: DVec3| {
+        let index = index.expect("what is painted has no volumes, but their cells");
         let towards = scene.lights[0].towards(position);
         let caster = &casters.all[index as usize];
         let all = arriving_unshadowed(scene, position);
         all * slices.at(view, slices.slice[index as usize], position + lift(caster, towards) * towards)
     };
-    camera_rays(casters, scene, camera, &slices.order, light, |at, hit| lit_surface(casters, scene, at, hit))
+    camera_rays(casters, scene, camera, &order, light, |at, hit| lit_surface(casters, scene, at, hit))
 }
 
 fn arriving_unshadowed(scene: &Scene, position: DVec3) -> DVec3 {

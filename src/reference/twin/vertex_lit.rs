@@ -125,7 +125,9 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, spacing: f64) ->
     let order = far_to_near(scene, camera);
     let size = DVec2::new(camera.width.into(), camera.height.into());
     [0, 1].map(|bound| {
-        let caster = |pixel, index: u32, _| {
+        let caster = |pixel, index: Option<u32>, position| {
+            // A volume has no vertices: it is lit as ever.
+            let Some(index) = index else { return light(casters, scene, position, |_| 0.0, |_| 1.0) };
             let ndc = pixel / size * 2.0 - 1.0;
             // What has no quad meets no ray, rounding aside.
             lit[index as usize].as_ref().map_or(DVec3::ZERO, |l| l.at(ndc)[bound])

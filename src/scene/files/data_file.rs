@@ -13,7 +13,7 @@ use glam::DVec3;
 use std::path::Path;
 
 /// Endings of files that are scenes by themselves, in any case.
-pub const DATA_ENDINGS: [&str; 9] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz", "volume", "nrrd"];
+pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz", "volume", "nrrd", "vdb"];
 
 /// Loads a file of particles, hair, splats, densities or meshes, everything where it stands in the file. Light and camera are its own if it
 /// is glTF and has them, else fitted. Up is +y in glTF, as its specification says, and in TressFX, as its exporters

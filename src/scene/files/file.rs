@@ -20,7 +20,8 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //!
 //! [[volumes]]                   # any number of them
-//! file = "smoke.nrrd"           # .nrrd, or .volume, which names a raw file (volume_file)
+//! file = "smoke.vdb"            # .vdb (vdb_file), .nrrd, or .volume, which names a raw file (volume_file)
+//! grid = "density"              # optional, of a .vdb: which of its grids
 //! extinction = 4.0              # optional, of density 1, 1 / world unit of the file; replaces the file's
 //! scale = 1.0                   # optional, about the file's origin; optical depths stay as they are
 //! rotate = [0.0, 0.0, 1.0, 90]  # optional, after the scale: an axis and degrees
@@ -130,6 +131,7 @@ struct VolumesEntry {
     scale: f64,
     extinction: Option<f64>,
     color: Option<[f32; 3]>,
+    grid: Option<String>,
     #[serde(default = "single")]
     cells: u32,
 }
@@ -278,7 +280,7 @@ impl VolumesEntry {
             }
         };
         let Self { extinction, color, cells: side, .. } = *self;
-        Ok(Placing { translate, rotate, scale, extinction, color, side })
+        Ok(Placing { translate, rotate, scale, extinction, color, side, grid: self.grid.clone() })
     }
 }
 

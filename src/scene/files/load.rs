@@ -5,7 +5,7 @@ use crate::scene::{
     DATA_ENDINGS, Motion, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard,
     built_in::courtyard_lights, built_in::cube, built_in::embedded, built_in::emitters, built_in::failures,
     built_in::fountain, built_in::hair, built_in::houses, built_in::lantern, built_in::plume, built_in::sparse,
-    built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input, files::volume_file,
+    built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
 
@@ -73,7 +73,6 @@ impl Scene {
             "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
             path => match input::ending(path.as_ref()).as_str() {
                 "toml" => begun(file::load(path.as_ref())?, time_s),
-                "vdb" => Err(volume_file::not_read(path.as_ref())),
                 ending if DATA_ENDINGS.contains(&ending) => begun(data_file::load(path.as_ref())?, time_s),
                 _ => {
                     let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));

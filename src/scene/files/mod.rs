@@ -1,6 +1,7 @@
 //! Scenes and what is in them from files: a format a file.
 
 pub(super) mod animation;
+mod blosc;
 pub(super) mod contents;
 pub(super) mod data_file;
 pub(super) mod dense_file;
@@ -23,4 +24,5 @@ pub(super) mod spz_file;
 pub(super) mod stage;
 pub(super) mod strand_file;
 pub(super) mod tressfx_file;
+mod vdb_file;
 pub(super) mod volume_file;

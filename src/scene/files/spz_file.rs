@@ -105,7 +105,7 @@ fn smallest_three(mut word: u32) -> [f64; 4] {
 }
 
 /// A half float.
-fn half(bytes: [u8; 2]) -> f64 {
+pub(super) fn half(bytes: [u8; 2]) -> f64 {
     let bits = u16::from_le_bytes(bytes);
     let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
     let size = match exponent {

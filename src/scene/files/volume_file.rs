@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `.volume` | TOML that names a raw file of a dense grid beside it |
 //! | `.nrrd` | a dense grid with its header ([`nrrd_file`]) |
+//! | `.vdb` | a sparse grid among others ([`vdb_file`]) |
 //!
 //! ```toml
 //! file = "smoke.raw"            # beside it: samples, x first, then y, then z
@@ -18,7 +19,7 @@
 
 use crate::Result;
 use crate::scene::files::dense_file::{Dense, Kind};
-use crate::scene::files::{input, nrrd_file, stage::finite};
+use crate::scene::files::{input, nrrd_file, stage::finite, vdb_file};
 use crate::scene::{Field, Placed, Volume};
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
@@ -27,7 +28,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Endings of such files.
-pub(in crate::scene) const ENDINGS: [&str; 2] = ["volume", "nrrd"];
+pub(in crate::scene) const ENDINGS: [&str; 3] = ["volume", "nrrd", "vdb"];
 
 /// For smoke and for what has no colour in its file.
 const COLOR: [f32; 3] = [0.92, 0.92, 0.95];
@@ -45,7 +46,7 @@ pub(in crate::scene) struct Grid {
 }
 
 /// What a scene file does with it; by default it stands as its file says.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(in crate::scene) struct Placing {
     pub translate: DVec3,
     pub rotate: DQuat,
@@ -54,11 +55,20 @@ pub(in crate::scene) struct Placing {
     pub extinction: Option<f64>,
     pub color: Option<[f32; 3]>,
     pub side: u32,
+    /// The name of a grid among others.
+    pub grid: Option<String>,
 }
 
 impl Placing {
-    pub const AS_IT_STANDS: Self =
-        Self { translate: DVec3::ZERO, rotate: DQuat::IDENTITY, scale: 1.0, extinction: None, color: None, side: 1 };
+    pub const AS_IT_STANDS: Self = Self {
+        translate: DVec3::ZERO,
+        rotate: DQuat::IDENTITY,
+        scale: 1.0,
+        extinction: None,
+        color: None,
+        side: 1,
+        grid: None,
+    };
 }
 
 #[derive(Deserialize)]
@@ -96,14 +106,19 @@ fn one() -> f64 {
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; nothing in it; numbers out of range once it is placed.
 pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
-    let grid = match input::ending(path).as_str() {
+    let ending = input::ending(path);
+    if placing.grid.is_some() && ending != "vdb" {
+        return Err(input::error(path, "it has one grid without a name", "leave `grid` out"));
+    }
+    let grid = match ending.as_str() {
         "volume" => sidecar(path)?,
         "nrrd" => {
             let (file, size) = input::open(path)?;
             nrrd_file::read(file, size).map_err(|cause| input::error(path, cause, "check that it was copied whole"))?
         }
-        "vdb" => return Err(not_read(path)),
-        _ => return Err(input::error(path, "it ends neither in .volume nor in .nrrd", "give such a file")),
+        "vdb" => vdb_file::read(&input::read(path)?, placing.grid.as_deref())
+            .map_err(|cause| input::error(path, cause, "check that it was copied whole, or name another grid"))?,
+        _ => return Err(input::error(path, "it ends in none of .vdb, .nrrd and .volume", "give such a file")),
     };
     let wrong = |cause: String| input::error(path, cause, "correct the file, or where it is placed");
     if grid.field.is_empty() {
@@ -160,9 +175,4 @@ fn sidecar(path: &Path) -> Result<Grid> {
         extinction: parsed.extinction,
         color: parsed.color,
     })
-}
-
-/// What is said of an OpenVDB file, which nothing here reads yet.
-pub(in crate::scene) fn not_read(path: &Path) -> crate::Error {
-    input::error(path, "OpenVDB files are not read", "write its grid as .nrrd, or as .volume with a raw file")
 }

@@ -7,10 +7,13 @@ use fnv::FnvHashMap;
 pub(crate) const SIDE: usize = 8;
 
 /// Samples along a side of a block: those of its cells' corners.
-const CORNERS: usize = SIDE + 1;
+pub(crate) const CORNERS: usize = SIDE + 1;
 
 /// Blocks that there may be, of 2.9 KiB each: some 33 million cells.
 pub const MOST_BLOCKS: usize = 1 << 16;
+
+/// Samples that it may reach over, along each axis: a ray walks through 8 at once.
+pub const MOST_SIDE: i32 = 1 << 16;
 
 /// Sample numbers that may be, either side of 0.
 const FARTHEST_SAMPLE: i32 = 1 << 24;
@@ -63,7 +66,7 @@ impl Field {
     /// From samples (place, density) in any order; those that are not given are 0.
     ///
     /// # Errors
-    /// In words: a density that is negative or not finite, a place that is too far out, more than [`MOST_BLOCKS`].
+    /// In words: a density that is negative or not finite, a place that is too far out, more than [`MOST_BLOCKS`] or [`MOST_SIDE`].
     pub fn new(samples: impl IntoIterator<Item = ([i32; 3], f32)>) -> Result<Self, String> {
         let mut leaves: FnvHashMap<[i32; 3], Box<[f32]>> = FnvHashMap::default();
         for (place, density) in samples {
@@ -83,6 +86,14 @@ impl Field {
             let values = leaves.entry(leaf).or_insert_with(|| vec![0.0; SIDE.pow(3)].into());
             let [x, y, z] = place.map(|at| at.rem_euclid(SIDE as i32) as usize);
             values[(z * SIDE + y) * SIDE + x] = density;
+        }
+        let side = |axis: usize| {
+            let ends =
+                leaves.keys().fold([i32::MAX, i32::MIN], |[low, high], at| [low.min(at[axis]), high.max(at[axis])]);
+            if leaves.is_empty() { 0 } else { (ends[1] - ends[0] + 1) * SIDE as i32 }
+        };
+        if let Some(side) = [0, 1, 2].map(side).into_iter().find(|side| *side > MOST_SIDE) {
+            return Err(format!("its densities reach over {side} samples along an axis, of at most {MOST_SIDE}"));
         }
         // A cell's corners are in its leaf and in those behind it.
         let mut all: Vec<[i32; 3]> =
@@ -125,6 +136,11 @@ impl Field {
     /// Samples at the lowest and at the highest ends of its cells.
     pub fn range(&self) -> [[i32; 3]; 2] {
         self.ends
+    }
+
+    /// Its blocks: the lowest sample of each, and the samples of its cells' corners, x first.
+    pub(crate) fn blocks(&self) -> impl ExactSizeIterator<Item = ([i32; 3], &[f32])> {
+        self.blocks.iter().map(|block| (block.at, &*block.samples))
     }
 
     /// Puts all of it into a checksum.
@@ -189,6 +205,8 @@ mod tests {
         assert!(Field::new([([1 << 25, 0, 0], 1.0)]).expect_err("far").contains("33554432"));
         let apart = (0..).map(|i| ([8 * i, 0, 0], 1.0)).take(MOST_BLOCKS + 1);
         assert!(Field::new(apart).expect_err("many").contains("65536 blocks"));
+        let wide = Field::new([([0, -1_000_000, 3], 1.0), ([0; 3], 1.0)]).expect_err("wide");
+        assert!(wide.contains("1000008 samples"), "{wide}");
         assert!(Field::new([([0; 3], 0.0)]).expect("empty").is_empty());
     }
 

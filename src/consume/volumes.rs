@@ -1,0 +1,226 @@
+//! Volumes in a picture: the densities of their fields on the device, marched along each pixel's ray. Twin: reference::truth::picture.
+
+use super::Renderer;
+use crate::gpu::{Bindings, Blend, Buffer, Context, Draw, Graphics, Kernel, Memory, push_struct};
+use crate::scene::{Blended, CORNERS, SIDE, Volume};
+use crate::shaders::{consume as shaders, set};
+use crate::technique::Answer;
+use crate::world::World;
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+/// Twin: FieldPlace in glsl/world/field.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FieldData {
+    /// Where its lowest sample stands, world units.
+    pub origin: [f32; 3],
+    /// Extinction of density 1, 1 / world unit.
+    pub extinction: f32,
+    /// Samples a world unit, along each of its axes.
+    pub rows: [[f32; 3]; 3],
+    /// Samples from its lowest to its highest.
+    pub size: [f32; 3],
+    /// Among the slots of all fields.
+    pub first_slot: u32,
+    /// What it sends back of the light.
+    pub color: [f32; 3],
+    /// Slots, a power of 2, less 1.
+    pub last_slot: u32,
+    /// Among the blocks of all fields.
+    pub first_block: u32,
+}
+
+/// Where a block may be, by a hash of its place. Twin: FieldSlot in glsl/world/field.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SlotData {
+    /// Its lowest sample, in blocks from the field's lowest.
+    pub block: [u32; 3],
+    /// Among the blocks of its field, from 1; 0: none is here.
+    pub number: u32,
+}
+
+/// All fields, as the device has them.
+#[derive(Default)]
+struct Fields {
+    places: Vec<FieldData>,
+    slots: Vec<SlotData>,
+    samples: Vec<f32>,
+}
+
+/// What pictures have of volumes.
+pub(super) struct Volumes {
+    volumes: Vec<Volume>,
+    places: Buffer,
+    slots: Buffer,
+    samples: Buffer,
+    bindings: Bindings,
+}
+
+push_struct! {
+    /// Twin: VolumePush in glsl/consume/volume.frag.
+    struct VolumePush { volume: u32 }
+}
+
+/// What marches volumes, lit by one technique.
+pub(super) struct VolumeKernel(Kernel<VolumePush>);
+
+/// Twin: `field_hash`.
+fn hash([x, y, z]: [u32; 3]) -> u32 {
+    x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791)
+}
+
+impl Fields {
+    fn of(volumes: &[Volume]) -> Self {
+        let mut all = Self::default();
+        volumes.iter().for_each(|volume| all.add(volume));
+        all
+    }
+
+    fn add(&mut self, volume: &Volume) {
+        let (field, placed) = (volume.field(), volume.placed());
+        let [low, high] = field.range();
+        let first = |axis: usize| placed.steps[axis] * f64::from(low[axis]);
+        let row = |step: DVec3| (step / step.length_squared()).as_vec3().into();
+        let count = (2 * field.blocks().len()).next_power_of_two() as u32;
+        self.places.push(FieldData {
+            origin: (placed.origin + first(0) + first(1) + first(2)).as_vec3().into(),
+            extinction: placed.extinction as f32,
+            rows: placed.steps.map(row),
+            size: [0, 1, 2].map(|axis| (high[axis] - low[axis]) as f32),
+            first_slot: self.slots.len() as u32,
+            color: placed.color,
+            last_slot: count - 1,
+            first_block: (self.samples.len() / CORNERS.pow(3)) as u32,
+        });
+        let mut slots = vec![SlotData::default(); count as usize];
+        for (number, (at, samples)) in (1..).zip(field.blocks()) {
+            let block = [0, 1, 2].map(|axis| ((at[axis] - low[axis]) / SIDE as i32) as u32);
+            let mut slot = hash(block) & (count - 1);
+            // Half of them stay free.
+            while slots[slot as usize].number != 0 {
+                slot = (slot + 1) & (count - 1);
+            }
+            slots[slot as usize] = SlotData { block, number };
+            self.samples.extend_from_slice(samples);
+        }
+        self.slots.extend(slots);
+    }
+}
+
+impl Volumes {
+    /// Those of the world, if there are any.
+    pub(super) fn new(context: &Context, world: &World) -> Result<Option<Self>> {
+        if !world.kinds().volumes {
+            return Ok(None);
+        }
+        let volumes = world.scene()?.volumes.clone();
+        let Fields { places, slots, samples } = Fields::of(&volumes);
+        let places = filled(context, "picture.field_places", &places)?;
+        let slots = filled(context, "picture.field_slots", &slots)?;
+        let samples = filled(context, "picture.field_samples", &samples)?;
+        let sets = set::PictureFields { field_places: &places, field_slots: &slots, field_samples: &samples };
+        let bindings = sets.bind(context, "picture.fields")?;
+        Ok(Some(Self { volumes, places, slots, samples, bindings }))
+    }
+
+    /// Volumes may be others now, of no more blocks.
+    pub(super) fn look(&mut self, world: &World) -> Result<()> {
+        let scene = world.scene()?;
+        if scene.volumes == self.volumes {
+            return Ok(());
+        }
+        let Fields { places, slots, samples } = Fields::of(&scene.volumes);
+        let fits = size_of_val(&*places) as u64 <= self.places.bytes()
+            && size_of_val(&*slots) as u64 <= self.slots.bytes()
+            && size_of_val(&*samples) as u64 <= self.samples.bytes();
+        if !fits {
+            return Err(Error::input(
+                world.name(),
+                "its volumes have more blocks than a renderer was made for",
+                "make a new one",
+            ));
+        }
+        self.places.write(&places)?;
+        self.slots.write(&slots)?;
+        self.samples.write(&samples)?;
+        self.volumes.clone_from(&scene.volumes);
+        Ok(())
+    }
+}
+
+fn filled<T: Pod>(context: &Context, name: &str, data: &[T]) -> Result<Buffer> {
+    let buffer = Buffer::new(context, name, size_of_val(data) as u64, Memory::Device)?;
+    buffer.write(data).map(|()| buffer)
+}
+
+impl Renderer {
+    /// What marches volumes, lit by `answer`; none where there are none.
+    pub(super) fn volume_kernel(&self, answer: &Answer) -> Result<Option<VolumeKernel>> {
+        let Some(volumes) = &self.volumes else { return Ok(None) };
+        let state = Graphics {
+            vertex: &shaders::FULLSCREEN_VERT,
+            fragment: shaders::VOLUME_FRAG.of(answer.folder),
+            colors: &[(self.color_format, Blend::Over)],
+            depth: None,
+        };
+        let sets = [&self.scene, answer.bindings, &self.distances, &volumes.bindings];
+        Ok(Some(VolumeKernel(Kernel::graphics(&self.context, &state, &sets, answer.constants)?)))
+    }
+
+    /// Draws all that is blended, casters by what is given for their places in the order.
+    pub(super) fn draw_blended<'a>(
+        &self,
+        draw: &mut Draw<'_, '_, 'a>,
+        volumes: Option<&VolumeKernel>,
+        mut casters: impl FnMut(&mut Draw<'_, '_, 'a>, std::ops::Range<u32>),
+    ) {
+        for next in self.blended.blended() {
+            match next {
+                Blended::Casters(places) => casters(draw, places),
+                Blended::Volume(volume) => {
+                    if let Some(kernel) = volumes {
+                        draw.draw(&kernel.0, &VolumePush { volume }, 3, 1);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Field, Placed};
+    use std::sync::Arc;
+
+    /// Each block is found from its hash on without a gap, with the samples that the field has there; the second field's behind the first's.
+    #[test]
+    fn blocks_are_found() {
+        let samples = (0..400).map(|i: i32| ([i * 37 % 211 - 100, i * 53 % 97, i * 71 % 131 - 7], 1.0 + i as f32));
+        let field = Arc::new(Field::new(samples).expect("a field"));
+        let steps = [0.5 * DVec3::X, DVec3::Y, 0.25 * DVec3::Z];
+        let placed = Placed { origin: DVec3::ONE, steps, extinction: 2.0, color: [0.5; 3], side: 8 };
+        let volume = Volume::new(field.clone(), placed).expect("a volume");
+        let all = Fields::of(&[volume.clone(), volume]);
+        let [low, _] = field.range();
+        for place in &all.places {
+            let origin = [1.0 + 0.5 * low[0] as f32, 1.0 + low[1] as f32, 1.0 + 0.25 * low[2] as f32];
+            assert_eq!((place.origin, place.rows[2]), (origin, [0.0, 0.0, 4.0]));
+            for (at, samples) in field.blocks() {
+                let block = [0, 1, 2].map(|axis| ((at[axis] - low[axis]) / 8) as u32);
+                let slots = (0..).map(|i| hash(block).wrapping_add(i) & place.last_slot);
+                let slot = slots
+                    .map(|slot| all.slots[(place.first_slot + slot) as usize])
+                    .find(|slot| slot.number == 0 || slot.block == block)
+                    .expect("a slot");
+                assert_ne!(slot.number, 0, "{block:?}");
+                let first = 729 * (place.first_block + slot.number - 1) as usize;
+                assert_eq!(all.samples[first..first + 729], *samples, "{block:?}");
+            }
+        }
+        assert_ne!(all.places[0].first_block, all.places[1].first_block);
+    }
+}

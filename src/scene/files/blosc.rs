@@ -1,0 +1,129 @@
+//! Buffers that Blosc packed, version 1 of its format, by LZ4 and bytes sorted by their place in a number: all that OpenVDB writes. Sources:
+//! c-blosc's README_HEADER.rst and blosc.c; LZ4's lz4_Block_format.md.
+
+use std::cmp::min;
+
+/// Bytes of a header.
+const HEADER: usize = 16;
+
+/// Numbers of a block from which on each of their bytes is packed by itself, and bytes of a number at most.
+const SPLIT: [usize; 2] = [128, 16];
+
+/// What `packed` stands for, which has to be `count` bytes.
+///
+/// # Errors
+/// In words: another codec, damaged, of another length.
+pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
+    let damaged = || "its Blosc data are damaged".to_owned();
+    let header = packed.get(..HEADER).ok_or_else(damaged)?;
+    let word = |at: usize| {
+        packed.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize).ok_or_else(damaged)
+    };
+    let (flags, wide, bytes, block) = (header[2], usize::from(header[3]), word(4)?, word(8)?);
+    if bytes != count || wide == 0 || block == 0 {
+        return Err(damaged());
+    }
+    if flags & 2 != 0 {
+        return packed.get(HEADER..HEADER + count).map(<[u8]>::to_vec).ok_or_else(damaged);
+    }
+    if flags & 4 != 0 || flags >> 5 != 1 {
+        return Err("its Blosc data are not of LZ4 and whole bytes, as OpenVDB writes them".into());
+    }
+    let mut all = Vec::with_capacity(count);
+    for number in 0..count.div_ceil(block) {
+        let length = min(block, count - all.len());
+        let is_split = flags & 16 == 0 && wide <= SPLIT[1] && block / wide >= SPLIT[0] && length == block;
+        let parts = if is_split { wide } else { 1 };
+        let (mut at, mut sorted) = (word(HEADER + 4 * number)?, Vec::with_capacity(length));
+        for part in 0..parts {
+            // What is left over is the last part's.
+            let part = if part + 1 < parts { length / parts } else { length - sorted.len() };
+            let size = word(at)?;
+            let data = at.checked_add(4 + size).and_then(|end| packed.get(at + 4..end)).ok_or_else(damaged)?;
+            at += 4 + size;
+            if size == part {
+                sorted.extend_from_slice(data)
+            } else {
+                lz4(data, part, &mut sorted).ok_or_else(damaged)?
+            }
+        }
+        if flags & 1 != 0 && wide > 1 { shuffled(&sorted, wide, &mut all) } else { all.extend(sorted) }
+    }
+    Ok(all)
+}
+
+/// The first bytes of all numbers stand together, then the second: back in their places; what is no whole number is as it was.
+fn shuffled(sorted: &[u8], wide: usize, all: &mut Vec<u8>) {
+    let count = sorted.len() / wide;
+    all.extend((0..count * wide).map(|i| sorted[i % wide * count + i / wide]));
+    all.extend_from_slice(&sorted[count * wide..]);
+}
+
+/// Adds what a block of LZ4 stands for, so many bytes; nothing where it does not.
+fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
+    let (begin, end) = (all.len(), all.len() + count);
+    loop {
+        let token = take(&mut packed, 1)?[0];
+        let literals = length(token >> 4, &mut packed)?;
+        if literals > end - all.len() {
+            return None;
+        }
+        all.extend_from_slice(take(&mut packed, literals)?);
+        if all.len() == end {
+            return Some(());
+        }
+        let offset = take(&mut packed, 2)?;
+        let offset = usize::from(u16::from_le_bytes([offset[0], offset[1]]));
+        let length = 4 + length(token & 15, &mut packed)?;
+        if offset == 0 || offset > all.len() - begin || length > end - all.len() {
+            return None;
+        }
+        // One by one: what is copied may be what was just written.
+        for _ in 0..length {
+            all.push(all[all.len() - offset]);
+        }
+    }
+}
+
+/// A length by its lowest four bits; 15 says that more follows.
+fn length(low: u8, packed: &mut &[u8]) -> Option<usize> {
+    let mut length = usize::from(low);
+    let mut last = if low == 15 { 255 } else { 0 };
+    while last == 255 {
+        last = take(packed, 1)?[0];
+        length += usize::from(last);
+    }
+    Some(length)
+}
+
+fn take<'a>(packed: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
+    let (taken, rest) = packed.split_at_checked(count)?;
+    *packed = rest;
+    Some(taken)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: three literals; a match of 9 that copies what it writes; two literals to end with.
+    #[test]
+    fn a_block_of_lz4() {
+        let packed = [0x35, b'a', b'b', b'c', 3, 0, 0x20, b'x', b'y'];
+        let mut all = b"before".to_vec();
+        assert_eq!(lz4(&packed, 14, &mut all), Some(()));
+        assert_eq!(all, b"beforeabcabcabcabcxy");
+        for (wrong, count) in
+            [(&packed[..8], 14), (&packed[..], 13), (&packed[..], 15), (&[0x35, 1, 2, 3, 4, 0][..], 14)]
+        {
+            assert_eq!(lz4(wrong, count, &mut Vec::new()), None, "{wrong:?} {count}");
+        }
+    }
+
+    #[test]
+    fn bytes_are_put_back() {
+        let mut all = Vec::new();
+        shuffled(&[1, 4, 2, 5, 3, 6, 7], 3, &mut all);
+        assert_eq!(all, [1, 2, 3, 4, 5, 6, 7]);
+    }
+}

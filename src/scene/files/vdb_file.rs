@@ -1,0 +1,474 @@
+//! Grids from OpenVDB files (versions 222 to 224 of the format: OpenVDB 3.0 and later): a tree of floats or half floats, zipped, packed by
+//! Blosc or neither. Source: OpenVDB's io/Archive.cc, io/Compression.h, tree/{Root,Internal,Leaf}Node.h and math/Maps.h.
+//!
+//! Samples stand at whole numbers of the grid's index space; its map says where these are. What is not in the tree has to be 0.
+
+use super::{blosc, spz_file};
+use crate::scene::files::volume_file::Grid;
+use crate::scene::{Field, MOST_BLOCKS};
+use flate2::read::ZlibDecoder;
+use glam::DVec3;
+use std::io::Read;
+
+/// The first bytes of a file.
+const MAGIC: [u8; 8] = [0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
+
+/// Versions of the format.
+const VERSIONS: std::ops::RangeInclusive<u32> = 222..=224;
+
+/// The grid that is read where nothing names one.
+const DENSITY: &str = "density";
+
+/// How values of a node are packed.
+const ZIPPED: u32 = 1;
+const ACTIVE_ALONE: u32 = 2;
+const BLOSC: u32 = 4;
+
+/// Logarithms of the nodes' sides in what is below them, from the root's children to the leaves.
+const SIDES: [u32; 3] = [5, 4, 3];
+
+/// What is wrong, in words.
+type Words<T> = Result<T, String>;
+
+/// Where the grid is in the file.
+struct Described {
+    name: String,
+    kind: String,
+    is_half: bool,
+    instance_of: String,
+    at: usize,
+    blocks: usize,
+}
+
+/// What is the same in all of a grid.
+struct Packing {
+    flags: u32,
+    is_half: bool,
+}
+
+/// What a grid's tree has.
+#[derive(Default)]
+struct Tree {
+    /// Lowest sample, samples a side, value.
+    tiles: Vec<([i32; 3], i32, f32)>,
+    /// 8³ samples of tiles.
+    filled: u64,
+    /// Lowest samples.
+    leaves: Vec<[i32; 3]>,
+}
+
+struct Bytes<'a> {
+    all: &'a [u8],
+    at: usize,
+}
+
+/// Reads the grid of that name; without one, `density`, or the only one.
+///
+/// # Errors
+/// In words: no OpenVDB file, an older one, no such grid, one of other values, a level set; truncated or damaged.
+pub(super) fn read(all: &[u8], name: Option<&str>) -> Words<Grid> {
+    let mut bytes = Bytes { all, at: 0 };
+    if bytes.take(8).ok() != Some(&MAGIC) {
+        return Err("no OpenVDB file: it begins otherwise".into());
+    }
+    let version = bytes.u32()?;
+    if !VERSIONS.contains(&version) {
+        return Err(format!("version {version} of OpenVDB's format, of which {VERSIONS:?} are read"));
+    }
+    bytes.take(8)?;
+    if bytes.u8()? == 0 {
+        return Err("it was written as a stream, without where its grids are: write it to a file".into());
+    }
+    bytes.take(36)?;
+    bytes.metadata()?;
+    let described = (0..bytes.u32()?).map(|_| bytes.described()).collect::<Words<Vec<_>>>()?;
+    let grid = chosen(&described, name)?;
+    bytes.grid(grid).map_err(|cause| format!("grid {}: {cause}", grid.name))
+}
+
+/// Which of a file's grids is read.
+fn chosen<'a>(all: &'a [Described], name: Option<&str>) -> Words<&'a Described> {
+    let names = || all.iter().map(|grid| grid.name.as_str()).collect::<Vec<_>>().join(", ");
+    let is_of_floats = |grid: &&Described| grid.kind == "Tree_float_5_4_3";
+    let grid = all.iter().find(|grid| grid.name == name.unwrap_or(DENSITY));
+    let only = || {
+        let mut of_floats = all.iter().filter(is_of_floats);
+        of_floats.next().filter(|_| name.is_none() && of_floats.next().is_none())
+    };
+    let grid = grid.or_else(only);
+    let grid = grid.ok_or_else(|| format!("no grid {}: it has {}", name.unwrap_or(DENSITY), names()))?;
+    if !is_of_floats(&grid) {
+        return Err(format!("grid {} is a {}: floats in nodes of 5, 4 and 3 bits are read", grid.name, grid.kind));
+    }
+    if !grid.instance_of.is_empty() {
+        return Err(format!("grid {} shares the tree of {}: name that", grid.name, grid.instance_of));
+    }
+    Ok(grid)
+}
+
+impl<'a> Bytes<'a> {
+    fn take(&mut self, count: usize) -> Words<&'a [u8]> {
+        let end = self.at.checked_add(count);
+        let taken = end.and_then(|end| self.all.get(self.at..end)).ok_or("truncated, or damaged")?;
+        self.at += count;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Words<[u8; N]> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    fn u8(&mut self) -> Words<u8> {
+        self.array::<1>().map(|[byte]| byte)
+    }
+
+    fn u32(&mut self) -> Words<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn f32(&mut self) -> Words<f32> {
+        self.array().map(f32::from_le_bytes)
+    }
+
+    fn numbers<const N: usize>(&mut self) -> Words<[f64; N]> {
+        let mut all = [0.0; N];
+        for number in &mut all {
+            *number = f64::from_le_bytes(self.array()?);
+        }
+        Ok(all)
+    }
+
+    fn text(&mut self) -> Words<String> {
+        let length = self.u32()?;
+        Ok(String::from_utf8_lossy(self.take(length as usize)?).into_owned())
+    }
+
+    /// A place in the file.
+    fn place(&mut self) -> Words<usize> {
+        usize::try_from(i64::from_le_bytes(self.array()?)).map_err(|_| "damaged: a place before the file".into())
+    }
+
+    /// Name, type and value of each; the value of that which says what class a grid is of.
+    fn metadata(&mut self) -> Words<String> {
+        let mut class = String::new();
+        for _ in 0..self.u32()? {
+            let (name, _, value) = (self.text()?, self.text()?, self.text()?);
+            if name == "class" {
+                class = value;
+            }
+        }
+        Ok(class)
+    }
+
+    fn described(&mut self) -> Words<Described> {
+        let (unique, kind, instance_of) = (self.text()?, self.text()?, self.text()?);
+        // The next grid is described behind this one.
+        let (at, blocks, end) = (self.place()?, self.place()?, self.place()?);
+        self.at = end;
+        // Behind the name stands what tells it from others of the same name.
+        let name = unique.split('\u{1e}').next().unwrap_or_default().to_owned();
+        let of_floats = kind.strip_suffix("_HalfFloat");
+        let (is_half, kind) = (of_floats.is_some(), of_floats.unwrap_or(&kind).to_owned());
+        Ok(Described { name, kind, is_half, instance_of, at, blocks })
+    }
+
+    fn grid(&mut self, grid: &Described) -> Words<Grid> {
+        self.at = grid.at;
+        let flags = self.u32()?;
+        if flags & !(ZIPPED | ACTIVE_ALONE | BLOSC) != 0 {
+            return Err(format!("packed in a way, {flags}, that is not read"));
+        }
+        if self.metadata()? == "level set" {
+            return Err("a level set: make a fog volume of it".into());
+        }
+        let (origin, steps) = self.map()?;
+        let packing = Packing { flags, is_half: grid.is_half };
+        if self.u32()? != 1 {
+            return Err("a tree of several buffers".into());
+        }
+        let tree = self.root(&packing)?;
+        self.at = grid.blocks;
+        let field = self.field(&tree, &packing)?;
+        Ok(Grid { field, origin, steps, extinction: 1.0, color: None })
+    }
+
+    /// Where whole numbers stand, and the steps between them.
+    fn map(&mut self) -> Words<(DVec3, [DVec3; 3])> {
+        let kind = self.text()?;
+        let straight = |scale: DVec3| [DVec3::X * scale.x, DVec3::Y * scale.y, DVec3::Z * scale.z];
+        match kind.as_str() {
+            "UniformScaleMap" | "ScaleMap" => {
+                let scale = DVec3::from_slice(&self.numbers::<15>()?);
+                Ok((DVec3::ZERO, straight(scale)))
+            }
+            "UniformScaleTranslateMap" | "ScaleTranslateMap" => {
+                let all = self.numbers::<18>()?;
+                Ok((DVec3::from_slice(&all), straight(DVec3::from_slice(&all[3..]))))
+            }
+            "TranslationMap" => Ok((self.numbers().map(DVec3::from_array)?, straight(DVec3::ONE))),
+            "AffineMap" | "UnitaryMap" => {
+                // Rows, by which a row of coordinates is multiplied from the left.
+                let rows = self.numbers::<16>()?;
+                let row = |i: usize| DVec3::from_slice(&rows[4 * i..]);
+                Ok((row(3), [row(0), row(1), row(2)]))
+            }
+            other => Err(format!("its map is a {other}, which is not read")),
+        }
+    }
+
+    fn corner(&mut self) -> Words<[i32; 3]> {
+        let corner = [self.array()?, self.array()?, self.array()?].map(i32::from_le_bytes);
+        // So far that nothing overflows; a field says what is too far.
+        if corner.iter().any(|at| at.unsigned_abs() > 1 << 30) {
+            return Err(format!("a node at {corner:?}"));
+        }
+        Ok(corner)
+    }
+
+    fn root(&mut self, packing: &Packing) -> Words<Tree> {
+        let mut tree = Tree::default();
+        if self.f32()? != 0.0 {
+            return Err("what is around it is not 0: a level set? Make a fog volume of it".into());
+        }
+        let (tiles, children) = (self.u32()?, self.u32()?);
+        let side = 1 << SIDES.iter().sum::<u32>();
+        for _ in 0..tiles {
+            let (at, value) = (self.corner()?, self.f32()?);
+            self.u8()?;
+            tree.add(at, side, value)?;
+        }
+        for _ in 0..children {
+            let at = self.corner()?;
+            self.node(at, 0, packing, &mut tree)?;
+        }
+        Ok(tree)
+    }
+
+    /// What is below the root: tiles, and places of leaves.
+    fn node(&mut self, at: [i32; 3], level: usize, packing: &Packing, tree: &mut Tree) -> Words<()> {
+        let (bits, count) = (SIDES[level], 1usize << (3 * SIDES[level]));
+        if level == 2 {
+            self.take(count / 8)?;
+            tree.leaves.push(at);
+            return Ok(());
+        }
+        let (children, active) = (self.take(count / 8)?, self.take(count / 8)?);
+        let values = self.values(active, packing)?;
+        let below: u32 = SIDES[level + 1..].iter().sum();
+        let place = |i: usize| {
+            let of_axis = |axis: u32| (i >> (bits * (2 - axis)) & ((1 << bits) - 1)) as i32;
+            [0, 1, 2].map(|axis| at[axis as usize] + (of_axis(axis) << below))
+        };
+        for (i, value) in values.into_iter().enumerate().filter(|(i, _)| !is_on(children, *i)) {
+            tree.add(place(i), 1 << below, value)?;
+        }
+        for i in (0..count).filter(|i| is_on(children, *i)) {
+            self.node(place(i), level + 1, packing, tree)?;
+        }
+        Ok(())
+    }
+
+    /// All values of a node, of which only active ones may be there.
+    fn values(&mut self, active: &[u8], packing: &Packing) -> Words<Vec<f32>> {
+        let count = 8 * active.len();
+        let how = self.u8()?;
+        // Others are 0, of either sign, or one of two values by another mask.
+        let inactive = match how {
+            2 | 4 => [self.f32()?, 0.0],
+            5 => [self.f32()?, self.f32()?],
+            0 | 1 | 3 | 6 => [0.0; 2],
+            _ => return Err("damaged: a node without a known way of its values".into()),
+        };
+        let chosen = if matches!(how, 3..=5) { Some(self.take(active.len())?) } else { None };
+        let all_there = packing.flags & ACTIVE_ALONE == 0 || how == 6;
+        let there = if all_there { count } else { active.iter().map(|byte| byte.count_ones() as usize).sum() };
+        let mut found = self.floats(there, packing)?.into_iter();
+        let value = |i: usize| {
+            if all_there || is_on(active, i) {
+                return found.next().unwrap_or_default();
+            }
+            inactive[usize::from(chosen.is_some_and(|mask| is_on(mask, i)))]
+        };
+        Ok((0..count).map(value).collect())
+    }
+
+    fn floats(&mut self, count: usize, packing: &Packing) -> Words<Vec<f32>> {
+        let wide = if packing.is_half { 2 } else { 4 };
+        if count == 0 && packing.is_half {
+            return Ok(Vec::new());
+        }
+        let raw = self.unpacked(count * wide, packing.flags)?;
+        let float = |bytes: &[u8]| match *bytes {
+            [a, b] => spz_file::half([a, b]) as f32,
+            _ => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+        };
+        Ok(raw.chunks_exact(wide).map(float).collect())
+    }
+
+    fn unpacked(&mut self, count: usize, flags: u32) -> Words<Vec<u8>> {
+        if flags & (ZIPPED | BLOSC) == 0 {
+            return self.take(count).map(<[u8]>::to_vec);
+        }
+        let size = i64::from_le_bytes(self.array()?);
+        let packed = self.take(usize::try_from(size.unsigned_abs()).unwrap_or(usize::MAX))?;
+        if size <= 0 {
+            return if packed.len() == count {
+                Ok(packed.to_vec())
+            } else {
+                Err("damaged: other data than a node's".into())
+            };
+        }
+        if flags & BLOSC != 0 {
+            return blosc::unpacked(packed, count);
+        }
+        let mut raw = vec![0; count];
+        let mut stream = ZlibDecoder::new(packed);
+        stream.read_exact(&mut raw).map_err(|cause| format!("truncated, or damaged: {cause}"))?;
+        Ok(raw)
+    }
+
+    /// Leaves are behind each other, as in the tree; each begins with what of it is active, again.
+    fn field(&mut self, tree: &Tree, packing: &Packing) -> Words<Field> {
+        let tiles = tree.tiles.iter().flat_map(|&(at, side, value)| voxels(at, side).map(move |at| (at, value)));
+        let mut failed = None;
+        let leaves = tree.leaves.iter().map_while(|at| {
+            let leaf = self.take(64).and_then(|active| self.values(active, packing));
+            let values = leaf.map_err(|cause| failed = Some(cause)).ok()?;
+            Some(voxels(*at, 1 << SIDES[2]).zip(values).filter(|(_, value)| *value != 0.0))
+        });
+        let field = Field::new(tiles.chain(leaves.flatten()))?;
+        failed.map_or(Ok(field), Err)
+    }
+}
+
+impl Tree {
+    /// A tile, if there is anything in it.
+    fn add(&mut self, at: [i32; 3], side: i32, value: f32) -> Words<()> {
+        if value == 0.0 {
+            return Ok(());
+        }
+        self.tiles.push((at, side, value));
+        self.filled += (side as u64 / 8).pow(3);
+        if self.filled > MOST_BLOCKS as u64 {
+            return Err(format!("tiles of one value fill more than {MOST_BLOCKS} blocks of 8 × 8 × 8 samples"));
+        }
+        Ok(())
+    }
+}
+
+/// A cube's samples, z first.
+fn voxels(at: [i32; 3], side: i32) -> impl Iterator<Item = [i32; 3]> {
+    // 4096³ is no i32: a field has no room for so large a tile.
+    (0..side.checked_pow(3).unwrap_or(0))
+        .map(move |i| [at[0] + i / (side * side), at[1] + i / side % side, at[2] + i % side])
+}
+
+fn is_on(mask: &[u8], i: usize) -> bool {
+    mask[i / 8] >> (i % 8) & 1 == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn bytes(name: &str) -> Vec<u8> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/vdb").join(name).with_extension("vdb");
+        std::fs::read(&path).unwrap_or_else(|cause| panic!("{}: {cause}", path.display()))
+    }
+
+    fn grid(name: &str, wanted: Option<&str>) -> Grid {
+        read(&bytes(name), wanted).expect(name)
+    }
+
+    fn at(grid: &Grid, place: [i32; 3]) -> f64 {
+        grid.field.at(place.map(f64::from))
+    }
+
+    /// What results/files/vdb.py writes.
+    fn ball([x, y, z]: [i32; 3]) -> f64 {
+        let inside = (x - 6).pow(2) + (y + 4).pow(2) + (z - 9).pow(2) < 30;
+        if inside { f64::from((7 * x + 11 * y + 13 * z).rem_euclid(29) + 1) / 32.0 } else { 0.0 }
+    }
+
+    fn places() -> impl Iterator<Item = [i32; 3]> {
+        (0..22i32.pow(3)).map(|i| [i % 22 - 4, i / 22 % 22 - 14, i / 484 - 2])
+    }
+
+    /// Files of OpenVDB 10.0.1, and some that it reads as they are meant: every sample, and where it stands.
+    #[test]
+    fn balls_are_read() {
+        for name in ["ok-blosc", "ok-half", "ok-zipped", "ok-turned"] {
+            let grid = grid(name, None);
+            places().for_each(|place| assert_eq!(at(&grid, place), ball(place), "{name} {place:?}"));
+            let (c, s) = (3f64.sqrt() / 2.0, 0.5);
+            let (origin, steps) = match name {
+                "ok-turned" => {
+                    let steps = [DVec3::new(0.5 * c, 0.5 * s, 0.0), DVec3::new(-s, c, 0.0), DVec3::new(0.0, 0.0, 2.0)];
+                    (DVec3::new(7.0, 8.0, 9.0), steps)
+                }
+                _ => (DVec3::new(1.0, 2.0, 3.0), [0.25 * DVec3::X, 0.25 * DVec3::Y, 0.25 * DVec3::Z]),
+            };
+            assert_eq!(grid.origin, origin, "{name}");
+            assert!((0..3).all(|i| grid.steps[i].distance(steps[i]) < 1e-15), "{name}: {:?}", grid.steps);
+        }
+    }
+
+    /// What is not active has one of two values in turn, along z, the first where it is odd; but where no leaf is.
+    #[test]
+    fn other_values_are_read() {
+        let grid = grid("ok-two-others", Some("density"));
+        let mut others = 0;
+        for place in places() {
+            let (found, active) = (at(&grid, place), ball(place));
+            let other = if place[2].rem_euclid(2) == 0 { 0.5 } else { 0.25 };
+            assert!(found == active || active == 0.0 && found == other, "{place:?}: {found}");
+            others += usize::from(active == 0.0 && found == other);
+        }
+        // Sixteen leaves or fewer, less the ball.
+        assert!(others > 1000 && others < 16 * 512, "{others}");
+    }
+
+    /// A slab of whole leaves is kept as tiles; and the ends of what is filled.
+    #[test]
+    fn tiles_are_read() {
+        let grid = grid("ok-tiles", None);
+        for place in (0..40i32.pow(3)).map(|i| [i % 40 - 16, i / 40 % 40 - 16, i / 1600 - 4]) {
+            let [x, y, z] = place;
+            let inside = (-8..=15).contains(&x) && (0..=7).contains(&y) && (8..=23).contains(&z);
+            assert_eq!(at(&grid, place), if inside { 0.5 } else { 0.0 }, "{place:?}");
+        }
+    }
+
+    /// Others by their names, and none of another kind.
+    #[test]
+    fn grids_are_named() {
+        let temperature = grid("ok-blosc", Some("temperature"));
+        assert_eq!(at(&temperature, [2, 3, 4]), 0.75);
+        assert_eq!(temperature.field.cubes(1).count(), 8);
+        for (name, words) in [("velocity", "Tree_vec3s_5_4_3"), ("smoke", "velocity, temperature, density")] {
+            let error = read(&bytes("ok-blosc"), Some(name)).map(|_| ()).expect_err(name);
+            assert!(error.contains(name) && error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (name, words) in [
+            ("bad-cut-off", "truncated"),
+            ("bad-cut-in-the-tree", "truncated"),
+            ("bad-not-a-number", "density NaN at [1, 1, 1]"),
+            ("bad-negative", "density -0.5 at [1, 1, 1]"),
+            ("bad-level-set", "level set"),
+            ("bad-background", "not 0"),
+            ("bad-old", "version 213"),
+            ("bad-million-wide", "1000008 samples"),
+        ] {
+            let error = read(&bytes(name), None).map(|_| ()).expect_err(name);
+            assert!(error.contains(words), "{name}: {error}");
+        }
+        assert!(read(b"NRRD0004", None).map(|_| ()).expect_err("no VDB").contains("no OpenVDB file"));
+    }
+}
