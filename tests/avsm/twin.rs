@@ -218,12 +218,18 @@ struct Cut {
     taken: Taken,
 }
 
-/// Segments in the order of insertion, each as `rounded`.
-fn in_order(cuts: &[Cut], order: Order, rounded: impl Fn(Segment) -> Segment) -> Vec<Segment> {
+/// Segments in the order of insertion; in a trial, so far moved, each as rounded otherwise.
+fn in_order(cuts: &[Cut], order: Order, trial: Option<(f32, u64)>) -> Vec<Segment> {
+    let rounded = |segment| trial.map_or(segment, |(by, trial)| rounded_otherwise(segment, by, trial));
     if order == Order::Tile {
-        // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths.
-        let key = |key| rounded(Segment { entry: key, exit: key, optical_depth: 1.0 }).entry;
-        let mut all: Vec<_> = cuts.iter().map(|c| (key(c.key), c.rank, c)).collect();
+        // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths. In a texel of cells the first of
+        // two strands takes the light of both, so that those with one key, as where one goes on as the other, are moved apart.
+        let key = |cut: &Cut| {
+            let apart = if trial.is_some() && cut.taken.is_some() { cut.rank as u32 % 16 } else { 0 };
+            let key = f32::from_bits(cut.key.to_bits() + apart);
+            rounded(Segment { entry: key, exit: key, optical_depth: 1.0 }).entry
+        };
+        let mut all: Vec<_> = cuts.iter().map(|c| (key(c), c.rank, c)).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut light = CellLight::whole();
         let mut seen = |c: &Cut| Segment { optical_depth: light.seen(&c.taken, c.segment.optical_depth), ..c.segment };
@@ -309,10 +315,10 @@ impl<'a> Twins<'a> {
 
     pub fn texel(&self, texel: u32, order: Order) -> Texel {
         let cuts = self.cuts(texel, order);
-        let segments = in_order(&cuts, order, |s| s);
+        let segments = in_order(&cuts, order, None);
         let lost = 1.0 - (-segments.iter().map(|s| s.optical_depth).sum::<f32>()).exp();
         let moved = (MOVED / lost).min(MOVED_AT_MOST);
-        let rounded = |trial| in_order(&cuts, order, |s| rounded_otherwise(s, moved, trial));
+        let rounded = |trial| in_order(&cuts, order, Some((moved, trial)));
         Texel {
             rounded: (0..TRIALS).map(rounded).collect(),
             bound: (order == Order::Cells).then(|| self.bound(texel)),
