@@ -48,6 +48,10 @@ fn slab(density: impl Fn([i32; 3]) -> f32) -> Scene {
     scene
 }
 
+/// A slab's density by sample, and its mean along a ray by where that passes the middle.
+type Density<'a> = &'a dyn Fn([i32; 3]) -> f32;
+type Mean<'a> = &'a dyn Fn(f64) -> f64;
+
 /// Density is even, or rises along the slab's depth, or across it. Through both faces, where it falls to 0 over a step, a ray has as many
 /// steps of it as there are samples; of what rises evenly with its mean, which is that in the middle.
 #[test]
@@ -56,7 +60,7 @@ fn volumes_of_slabs_are_closed_forms() {
         let even = |_: [i32; 3]| 1.0;
         let deep = |[_, _, z]: [i32; 3]| 0.25 * z as f32;
         let across = |[x, _, _]: [i32; 3]| x as f32 / 32.0;
-        let cases: [(&str, &dyn Fn([i32; 3]) -> f32, &dyn Fn(f64) -> f64); 3] = [
+        let cases: [(&str, Density<'_>, Mean<'_>); 3] = [
             ("even", &even, &|_| 1.0),
             ("deep", &deep, &|_| 0.25 * 5.5),
             ("across", &across, &|x| (x / 0.25 + 44.5) / 32.0),
