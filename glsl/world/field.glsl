@@ -34,10 +34,17 @@ Ray field_ray(FieldPlace place, Ray ray) {
                vec3(dot(ray.direction, place.rows[0]), dot(ray.direction, place.rows[1]), dot(ray.direction, place.rows[2])));
 }
 
+// Where a direction has less of an axis than this, the ray stays in its cubes along that axis as far as a field may reach.
+float field_still(vec3 direction) {
+    vec3 each = abs(direction);
+    return 1e-9 * max(each.x, max(each.y, each.z));
+}
+
 // z from which and to which a ray is within a box from 0 to `size`, no further than z was; false where it misses it.
 bool field_clipped(Ray ray, vec3 size, inout vec2 z) {
+    float still = field_still(ray.direction);
     for (uint i = 0u; i < 3u; ++i) {
-        if (abs(ray.direction[i]) < 1e-18) {
+        if (abs(ray.direction[i]) <= still) {
             if (ray.origin[i] < 0.0 || ray.origin[i] > size[i]) {
                 return false;
             }
@@ -68,7 +75,7 @@ bool field_next(Ray ray, inout FieldWalk walk, out ivec3 cube, out vec2 z) {
     }
     bvec3 rises = greaterThan(ray.direction, vec3(0.0));
     vec3 ends = (vec3(walk.cube + ivec3(rises)) - ray.origin) / ray.direction;
-    ends = mix(ends, vec3(FARTHEST), lessThan(abs(ray.direction), vec3(1e-18)));
+    ends = mix(ends, vec3(FARTHEST), lessThanEqual(abs(ray.direction), vec3(field_still(ray.direction))));
     uint axis = ends.x <= ends.y && ends.x <= ends.z ? 0u : ends.y <= ends.z ? 1u : 2u;
     cube = walk.cube;
     z = vec2(walk.z, clamp(ends[axis], walk.z, walk.end));

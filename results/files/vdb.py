@@ -103,6 +103,11 @@ def ours():
     yield "bad-cut-off", zipped[:-9]
     yield "bad-cut-in-the-tree", zipped[:700]
     yield "bad-background", File(samples(), background=1.0).bytes()
+    # Described as so many grids, each of which ends where the file begins.
+    where = zipped.index(text("density")) + len(text("density") + text("Tree_float_5_4_3") + text("")) + 16
+    begins = zipped.index(text("density")) - 4
+    again = zipped[:begins] + b"\xff" * 4 + zipped[begins + 4:where] + struct.pack("<q", begins + 4) + zipped[where + 8:]
+    yield "bad-ends-before", again
     yield "bad-old", File(samples(), version=213).bytes()
     yield "bad-not-a-number", File({**samples(), (1, 1, 1): float("nan")}).bytes()
     yield "bad-negative", File({**samples(), (1, 1, 1): -0.5}).bytes()

@@ -142,11 +142,16 @@ impl Renderer {
         if *camera != self.camera {
             self.camera_data.write(&[*camera])?;
         }
+        match &mut self.volumes {
+            Some(volumes) => volumes.look(world)?,
+            None if world.kinds().volumes => {
+                let cause = "it has volumes, and had none when this renderer was made";
+                return Err(Error::input(world.name(), cause, "make a new one"));
+            }
+            None => {}
+        }
         self.blended = blended(world, camera)?;
         self.order.write(&self.blended.casters)?;
-        if let Some(volumes) = &mut self.volumes {
-            volumes.look(world)?;
-        }
         self.splats.write(&splat_colors(world)?)?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
         if let Some(shown) = &mut self.shown {

@@ -109,17 +109,15 @@ impl Fit {
         maps: &Buffer,
         aimed: &[Map],
     ) -> Result<()> {
+        if !world.knows_lights() && self.aim.is_none() {
+            self.aim = Some(aim(&self.context, world, maps)?);
+        }
         let count = aimed.len() as u32;
         commands.pass("maps.aim", |pass| {
             pass.update(maps, aimed);
             pass.update(&self.extents, &vec![Extents::NONE; aimed.len()]);
         });
-        if !world.knows_lights() {
-            let kernel = match self.aim.take() {
-                Some(kernel) => kernel,
-                None => aim(&self.context, world, maps)?,
-            };
-            let kernel = self.aim.insert(kernel);
+        if let Some(kernel) = self.aim.as_ref().filter(|_| !world.knows_lights()) {
             let (light_count, cascade_maps) = (world.light_count(), world.map_count() as u32);
             let push = AimPush { light_count, map_count: count, cascade_maps };
             let groups = [light_count.div_ceil(64), 1, 1];

@@ -272,7 +272,10 @@ impl Maps {
             let aimed = Map::aimed(&world.aim(), self.size, self.opaque_size, self.cascades);
             let casters = if self.sees_casters { world.caster_count() } else { 0 };
             let recorded = self.fit.record(commands, world, casters, &self.buffer, &aimed);
-            recorded.inspect_err(|_| self.views.forget())?;
+            recorded.inspect_err(|_| {
+                self.views.forget();
+                self.orders.forget();
+            })?;
             commands.read_back(&self.buffer, &self.fitted);
         }
         Ok(())

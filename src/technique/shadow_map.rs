@@ -185,6 +185,7 @@ impl Technique for ShadowMap {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        check_cascades(world, self.opaque.cascades)?;
         self.maps.record(commands, world)?;
         Ok(())
     }

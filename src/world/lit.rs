@@ -36,8 +36,8 @@ impl World {
     /// is not as [`LightAt`] says are dark, and are counted ([`World::gathered`]); so are those behind a count that is less than the
     /// types, and those that there were before and there are no more.
     ///
-    /// Views are aimed on the device then, in single floats: those of directional and of spot lights differ by a last bit or two from
-    /// those of the same lights of the host's, those of point lights do not.
+    /// Views are aimed on the device then, in single floats: axes of directional and of spot lights differ by up to 2.1e-6 from those of
+    /// the same lights of the host's, the width of a spot's by more the narrower it is (0.08 % at 1°), and point lights by nothing.
     ///
     /// # Errors
     /// [`Error::Input`] as [`World::lights`], where the host knows that there are more than it told types of, or the layout lies outside

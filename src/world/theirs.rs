@@ -56,8 +56,8 @@ fn of_a_scene(name: &str) -> Error {
 }
 
 impl World {
-    /// A world with so much room, in which nothing casts and nothing shines yet: [`World::lights`] come before any technique is
-    /// opened for it, casters before its passes are recorded.
+    /// A world with so much room, in which nothing casts and nothing shines yet: [`World::lights`] or [`World::lights_of_buffer`]
+    /// come before any technique is opened for it, casters before its passes are recorded.
     ///
     /// What casts is copied on the device, in passes `world.gather`, from the caller's layout to ours: 32 bytes per caster and 48 per
     /// triangle, written once.

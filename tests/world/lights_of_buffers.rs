@@ -337,7 +337,19 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
         let sun = Scene { lights: scene.lights[..1].to_vec(), ..scene.clone() };
         let device = filled(context, &sun, From::Buffer { counts_itself: false });
         assert_eq!(needs(&device, "voxelized:size=64"), "lights that the host knows (World::lights)");
-        assert_eq!(needs(&filled(context, &sun, From::Host), "voxelized:size=64"), "nothing");
+        // One that was baked refuses them each time it is recorded, and bakes anew where the host knows them again.
+        let mut known = filled(context, &sun, From::Host);
+        let mut baked = opened(context, &known, &spec("voxelized:size=64"));
+        build(&mut baked, &known, "voxelized");
+        let its = source(context, &sun.lights, false);
+        let kinds = types(&sun.lights);
+        context.try_submit(|commands| known.lights_of_buffer(commands, &its, AT, &kinds)).expect("gathered");
+        for _ in 0..2 {
+            let recorded = context.try_submit(|commands| baked.technique.record(commands, &known));
+            assert!(matches!(recorded, Err(gobo::Error::Refused { .. })), "baked from lights of before");
+        }
+        context.try_submit(|commands| known.lights(commands, &sun.lights)).expect("copied");
+        context.try_submit(|commands| baked.technique.record(commands, &known)).expect("the host knows them");
         let mut grid = opened(context, &device, &spec("voxel-grid:size=64"));
         build(&mut grid, &device, "voxel-grid");
         assert!(grid.technique.resolution().is_empty(), "it is not known where edges are seen from");

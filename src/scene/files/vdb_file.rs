@@ -166,6 +166,9 @@ impl<'a> Bytes<'a> {
         let (unique, kind, instance_of) = (self.text()?, self.text()?, self.text()?);
         // The next grid is described behind this one.
         let (at, blocks, end) = (self.place()?, self.place()?, self.place()?);
+        if end < self.at {
+            return Err("damaged: a grid ends before it begins".into());
+        }
         self.at = end;
         // Behind the name stands what tells it from others of the same name.
         let name = unique.split('\u{1e}').next().unwrap_or_default().to_owned();
@@ -464,6 +467,7 @@ mod tests {
             ("bad-level-set", "level set"),
             ("bad-background", "not 0"),
             ("bad-old", "version 213"),
+            ("bad-ends-before", "ends before it begins"),
             ("bad-million-wide", "1000008 samples"),
         ] {
             let error = read(&bytes(name), None).map(|_| ()).expect_err(name);

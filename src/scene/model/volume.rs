@@ -65,8 +65,8 @@ impl Volume {
         if (0..3).any(|i| steps[i].dot(steps[(i + 1) % 3]).abs() > 1e-5 * lengths[i] * lengths[(i + 1) % 3]) {
             return Err(format!("its axes {steps:?} are not at right angles to each other"));
         }
-        if !(placed.extinction.is_finite() && placed.extinction > 0.0) {
-            return Err(format!("extinction {} is not finite and greater than 0", placed.extinction));
+        if !(1e-30..=1e30).contains(&placed.extinction) {
+            return Err(format!("extinction {} is not within 1e-30 and 1e30", placed.extinction));
         }
         if ![1, 2, 4, 8].contains(&placed.side) {
             return Err(format!("cells of {} a side: give 1, 2, 4 or 8", placed.side));

@@ -83,6 +83,14 @@ pub struct Ism {
     constants: Constants,
 }
 
+/// Other lights have no hemisphere: a light may be of another kind than when it was opened.
+fn lights_are_virtual(world: &World) -> Result<()> {
+    match world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
+        true => Ok(()),
+        false => Err(Error::Refused { needs: VIRTUAL_LIGHTS.into() }),
+    }
+}
+
 impl Ism {
     /// Opens it.
     ///
@@ -91,9 +99,7 @@ impl Ism {
     /// runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        if !world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
-            return Err(Error::Refused { needs: VIRTUAL_LIGHTS.into() });
-        }
+        lights_are_virtual(world)?;
         let lack = settings.lacks_room(context.features());
         let (way, reason) = match (settings.path, lack) {
             (Some(Way::Tiled), Some(needs)) => return Err(Error::Refused { needs }),
@@ -179,6 +185,7 @@ impl Technique for Ism {
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         world.has_maps(self.maps)?;
+        lights_are_virtual(world)?;
         self.resolution = resolution(world, &self.settings);
         if self.sampled.make(world) {
             self.sample.record(commands, world);

@@ -21,15 +21,21 @@ pub struct Cubes {
     pub lights: Vec<Range<usize>>,
 }
 
+/// Refuses lights that the device alone knows.
+pub fn lights_are_known(world: &World) -> Result<()> {
+    match world.knows_lights() {
+        true => Ok(()),
+        false => Err(Error::Refused { needs: "lights that the host knows (World::lights)".into() }),
+    }
+}
+
 impl Cubes {
     /// About the meshes as they are now. Source: Sintorn et al. 2014, section 3.
     ///
     /// # Errors
     /// [`Error::Refused`] where the host knows no box about the triangles, or not where the lights are.
     pub fn new(world: &World, size: u32) -> Result<Self> {
-        if !world.knows_lights() {
-            return Err(Error::Refused { needs: "lights that the host knows (World::lights)".into() });
-        }
+        lights_are_known(world)?;
         let mut aimed = View::aimed(&world.aim(), size, Casting::Opaque).into_iter();
         let (mut views, mut lights) = (Vec::new(), Vec::new());
         for light in world.all_lights() {

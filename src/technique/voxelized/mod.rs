@@ -251,8 +251,9 @@ impl Voxelized {
     /// Before the first tile: cubes about the meshes as they are now.
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
-        if self.looked.make(world) {
+        if !self.looked.stands(world) {
             self.cubes = Cubes::new(world, self.plan.size)?;
+            self.looked.make(world);
         }
         let trees = TreeData::all(&self.cubes);
         let kept = self.moves.kept.take();
@@ -350,6 +351,7 @@ impl Technique for Voxelized {
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         world.has_maps(self.cubes.views.len())?;
+        cube::lights_are_known(world)?;
         // What comes next depends on what is recorded.
         if self.recorded || (self.baked && self.looked.stands(world)) {
             return Ok(());
