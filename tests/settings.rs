@@ -17,6 +17,7 @@ use gobo::technique::{
     voxel_grid, voxelized, wavelet,
 };
 use gobo::world::World;
+use support::alike::assert_alike;
 use support::{gpu_test, scenes, spec};
 
 /// Opens a technique from code.
@@ -165,12 +166,12 @@ const MESHES: &[(&str, Open)] = &[
     ("ray-query", |context, world| Ok(Box::new(RayQuery::new(context, world, &ray_query::Settings)?))),
 ];
 
-/// What is answered about the scene, as bits; or why it is refused.
+/// What is answered about the scene; or why it is refused.
 fn answers(
     context: &Context,
     scene: &Scene,
     open: impl Fn(&World) -> gobo::Result<Opened>,
-) -> Result<Vec<u32>, String> {
+) -> Result<Vec<f32>, String> {
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened = match open(&world) {
         Ok(opened) => opened,
@@ -181,7 +182,7 @@ fn answers(
     let mut random = scenes::Random::new(31);
     let points: Vec<_> = (0..1000).map(|_| [(); 3].map(|()| random.between(-1.5, 1.5))).collect();
     let query = Query::new(context, 0, &points).expect("room for the points");
-    Ok(query.ask(&opened.technique.answer()).expect("answered").into_iter().map(f32::to_bits).collect())
+    Ok(query.ask(&opened.technique.answer()).expect("answered"))
 }
 
 #[test]
@@ -191,9 +192,15 @@ fn code_and_specs_answer_alike() {
         let smoke = scenes::random();
         for (scene, all) in [(&smoke, SMOKE), (&meshes, MESHES)] {
             for (text, open) in all {
-                let of_spec = answers(context, scene, |world| technique::open(context, world, &spec(text)));
+                let spec = spec(text);
+                let of_spec = answers(context, scene, |world| technique::open(context, world, &spec));
                 let of_code = answers(context, scene, |world| Ok(Opened::new(context, open(context, world)?, true)));
-                assert!(of_spec == of_code, "{text}: {:?} {:?}", of_spec.err(), of_code.err());
+                match (of_spec, of_code) {
+                    (Ok(of_spec), Ok(of_code)) => {
+                        assert_alike(&spec, scene.casters().len(), &of_code, &of_spec, text);
+                    }
+                    (of_spec, of_code) => assert_eq!(of_spec.err(), of_code.err(), "{text}"),
+                }
             }
         }
     });
