@@ -109,7 +109,7 @@ fn long_rises_and_crowds_are_within_their_error() {
     }
     // Each depth is asked of each segment: the tightest, and one that drops most.
     for error in some([1e-4, 0.05, 0.003, 0.01, 0.5], 2) {
-        assert_within(&thin(5000), error);
+        assert_within(&thin(if support::all() { 5000 } else { 2000 }), error);
     }
     // A line needs two nodes, a step one, nothing none.
     for removal in REMOVALS {
@@ -200,7 +200,9 @@ fn nodes_are_the_twins() {
                 let (mut all, mut alike, mut covered, mut counted) = (0u64, 0u64, 0u64, 0u64);
                 for (map, view) in views.iter().enumerate() {
                     let twins = Twins::new(&scene, *view);
-                    for texel in (0..view.texels() as u32).filter(|texel| twins.grazed(*texel) == 0) {
+                    // Each is read by itself.
+                    let texels = (0..view.texels() as u32).step_by(if support::all() { 1 } else { 3 });
+                    for texel in texels.filter(|texel| twins.grazed(*texel) == 0) {
                         let found = technique.nodes(map, [texel % view.width, texel / view.width]).expect("nodes");
                         let segments = twins.texel(texel, Order::Entry).segments;
                         let expected = nodes(&segments, removal, 0.01);

@@ -204,11 +204,11 @@ pub fn all_paths() -> Vec<Spec> {
             // 14 maps' layers are drawn at once on every device.
             spec.set(Name::SLICES, "64");
         }
-        if let Some(Values::OneOf(sizes)) =
-            entry.keys.iter().find(|key| Name::from(*key) == Name::SIZE).map(|key| &key.values)
-        {
-            // The smallest of a few: a software device goes through all voxels of a grid in seconds.
-            spec.set(Name::SIZE, sizes[0]);
+        for key in entry.keys.iter().filter(|key| ["size", "grid", "cells"].contains(&key.name)) {
+            if let Values::OneOf(sizes) = &key.values {
+                // The smallest of a few: a software device goes through all voxels of a grid in seconds.
+                spec.set(Name::from(key), sizes[0]);
+            }
         }
         spec
     };
