@@ -8,6 +8,7 @@ use crate::support::{gpu_test, runs, some, spec};
 use glam::DVec3;
 use gobo::consume::{Lighting, Renderer, Shading, Tiled};
 use gobo::gpu::{Commands, Context};
+use gobo::lights::indirect::Vpls;
 use gobo::maps::Map;
 use gobo::reference::twin::fit::{Aiming, aim};
 use gobo::scene::{Light, LightKind, Scene, View};
@@ -255,6 +256,32 @@ fn many_lights_of_a_buffer_shade_as_the_hosts_do() {
         assert!(pictures[0].pixels.iter().any(|pixel| *pixel != pictures[0].pixels[0]), "nothing is lit");
         if context.features().is_software() {
             assert!(pictures[0] == pictures[1], "another picture");
+        }
+    });
+}
+
+/// Virtual lights stand where those of the host's lights do, and move with what shines on them.
+#[test]
+fn virtual_lights_are_of_what_a_buffer_says() {
+    let name = "virtual_lights_are_of_what_a_buffer_says";
+    gpu_test(name, |context| {
+        // Elsewhere than on a software device only what point lights see is known to the bit.
+        let kinds = if context.features().is_software() { 0..3 } else { 2..3 };
+        let scenes = moving().map(|scene| Scene { lights: scene.lights[kinds.clone()].to_vec(), ..scene });
+        let made = |from: From| {
+            let mut world = filled(context, &scenes[0], from);
+            let mut vpls = Vpls::new(context, &world, 64).expect("virtual lights");
+            scenes.each_ref().map(|scene| {
+                fill(context, &mut world, scene, from);
+                vpls.make(&world).expect("made");
+                vpls.read().expect("read")
+            })
+        };
+        let expected = made(From::Host);
+        let radiance = |lights: &[Light]| lights.iter().map(|light| light.radiance[0]).sum::<f32>();
+        assert!(expected.iter().all(|lights| radiance(lights) > 0.0) && expected[0] != expected[1], "they move");
+        for counts_itself in [false, true] {
+            assert!(made(From::Buffer { counts_itself }) == expected, "count on the device: {counts_itself}");
         }
     });
 }
