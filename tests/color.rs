@@ -116,7 +116,7 @@ fn look_ups_of_a_ball_are_closed_forms() {
     });
 }
 
-/// Of every technique, in smoke and hair: what it says of a color is the twin's power of what it says of all light, extinction 1 is that to
+/// In smoke and hair, with every technique: what it says of a color is the twin's power of what it says of all light, extinction 1 is that to
 /// the bit, and a larger extinction never leaves more.
 #[test]
 fn look_ups_are_powers_of_grey_ones() {
@@ -154,7 +154,7 @@ fn look_ups_are_powers_of_grey_ones() {
     });
 }
 
-/// Of every technique that sees meshes: where there is no smoke each color is what all light is, to the bit, also where a filter says a part; under
+/// With every technique that sees meshes: where there is no smoke each color is what all light is, to the bit, also where a filter says a part; under
 /// the plate there is none of a color that smoke lets pass, and beside it, below the smoke, all of it.
 #[test]
 fn meshes_have_no_color() {

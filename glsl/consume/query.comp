@@ -1,6 +1,6 @@
 #version 460
-// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one number per point, of the channel that
-// is asked about.
+// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one
+// number per point, of the channel that is asked about.
 #include "world/view.glsl"
 #include "visibility.glsl"
 #include "consume/colored.glsl"

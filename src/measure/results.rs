@@ -162,7 +162,7 @@ pub struct Row {
     /// Against what areas see, for each size of them. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
-    /// Of each color, where smoke takes some more than others. Absent elsewhere. New in version 3.
+    /// Errors of each color, where smoke takes some more than others. Absent elsewhere. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub colors: Vec<ColorError>,
     /// The picture's file name in the output folder.
