@@ -150,7 +150,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     if colored {
         let columns = |points: &'static str| {
             let of = move |color: &&'static str| COLOR_COLUMNS.map(|column| format!("{points}_{color}_{column}"));
-            COLORS.iter().flat_map(move |color| of(color))
+            COLORS.iter().flat_map(of)
         };
         names.extend(["space", "surface"].into_iter().flat_map(columns));
     }
