@@ -10,8 +10,12 @@ use crate::units::{Kind, Unit, layout, local_names, member_names, members, neede
 use crate::{LOOK_UP, Sources};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The functions that a technique answers with, and what they are called in its file.
-const FUNCTIONS: [(&str, &str); 2] = [("light_visibility", "visibility"), ("light_receiver", "receiver")];
+/// The functions that a technique answers with, and what they are called in its file. The last is of those that see smoke or hair.
+const FUNCTIONS: [(&str, &str); 3] =
+    [("light_visibility", "visibility"), ("light_receiver", "receiver"), (COLORS, "colors")];
+
+/// What is left of each color where smoke takes some more than others.
+pub const COLORS: &str = "light_colors";
 
 /// Where a point is asked for of a technique that does not say.
 const RECEIVER: &str = "vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }";

@@ -1,6 +1,6 @@
 //! What stands at the top of a flat file: what it answers, what it is given, what it needs.
 
-use crate::flat::{Binding, Constant, Flat};
+use crate::flat::{Binding, COLORS, Constant, Flat};
 use crate::units::{Kind, Unit};
 
 /// Columns of a line of comment.
@@ -62,8 +62,10 @@ fn constant(id: usize, constant: &Constant, prefix: &str) -> String {
 
 /// A variable that a consumer may set before it asks.
 fn variable(unit: &Unit, renamed: &str) -> Option<String> {
-    let is_free = unit.kind == Kind::Variable && !renamed.starts_with("const") && !renamed.starts_with("layout");
     let about = unit.comment.iter().map(|l| l.trim_start_matches('/').trim()).collect::<Vec<_>>().join(" ");
+    let is_free = unit.kind == Kind::Variable
+        && !["const", "layout"].iter().any(|word| renamed.starts_with(word))
+        && !about.starts_with("Said by the look-up");
     is_free.then(|| wrapped(&format!("  {}", renamed.trim_end_matches(';')), 6, &format!(": {about}")))
 }
 
@@ -93,6 +95,11 @@ pub fn head(
     text += "//      How much of light `light` reaches `position`, world units: 1 all of it, 0 none.\n";
     text += &format!("//   vec3 {prefix}receiver(uint light, vec3 position, vec3 normal)\n");
     text += "//      Where to ask for it of a point of a surface; `normal`: unit length, on the side that light is asked for.\n";
+    if units.iter().any(|unit| unit.names.iter().any(|name| name == COLORS)) {
+        text += &format!("//   vec3 {prefix}colors(float visibility, vec3 extinction)\n");
+        text += "//      Right behind visibility: what is left of red, green and blue where smoke and hair take these multiples of\n";
+        text += "//      their extinction. Meshes end all alike.\n";
+    }
     let free: Vec<_> = units.iter().filter_map(|unit| variable(unit, &renamed(unit))).collect();
     if !free.is_empty() {
         text += &format!("// Variables that may be set before\n{}", free.concat());

@@ -81,6 +81,7 @@
 //!     lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
 //!     camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
 //!     motion: Motion::Still,
+//!     extinction_ratio: Scene::GREY,
 //! };
 //! let context = Context::new(&Default::default())?;
 //! let world = World::new(&context, &scene)?;

@@ -9,6 +9,8 @@ mod support;
 mod bake;
 #[path = "program/baseline.rs"]
 mod baseline;
+#[path = "program/colors.rs"]
+mod colors;
 #[path = "program/devices.rs"]
 mod devices;
 #[path = "program/errors.rs"]

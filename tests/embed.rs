@@ -115,6 +115,7 @@ fn scene(particles: &[Particle]) -> Scene {
             fov_y_degrees: 40.0,
         },
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
     }
 }
 

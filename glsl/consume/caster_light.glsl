@@ -3,6 +3,7 @@
 #ifndef CONSUME_CASTER_LIGHT_GLSL
 #define CONSUME_CASTER_LIGHT_GLSL
 #include "consume/ambient.glsl"
+#include "consume/colored.glsl"
 #include "consume/receiver.glsl"
 #include "consume/shading.glsl"
 
@@ -16,7 +17,7 @@ vec3 caster_light(Caster caster, vec3 position) {
                 vec3 normal = gaussian_shape(caster.radius, caster.axis).axes[2];
                 asked = light_receiver(i, asked, dot(normal, light_direction(lights[i], position)) < 0.0 ? -normal : normal);
             }
-            light += radiance * light_visibility(i, asked);
+            light += radiance * colored(light_visibility(i, asked));
         }
     }
     return light;

@@ -1,6 +1,7 @@
 // What a camera ray sees of a caster, and its colour there.
 #ifndef CONSUME_CASTER_SEEN_GLSL
 #define CONSUME_CASTER_SEEN_GLSL
+#include "consume/colored.glsl"
 #include "consume/shading.glsl"
 
 // From z.x to z.y, between the near plane and the mesh at `farthest`; false where the ray sees nothing of it.
@@ -22,7 +23,7 @@ vec3 caster_color_of(Caster caster, uint index) {
 
 // Premultiplied, of what is seen from z.x to z.y.
 vec4 caster_color(Ray ray, Caster caster, vec3 albedo, vec2 z, vec3 light) {
-    float opacity = 1.0 - exp(-caster_optical_depth(ray, caster, z));
-    return vec4(shade_caster(albedo, light) * opacity, opacity);
+    vec3 opacity = 1.0 - exp(-caster_optical_depth(ray, caster, z) * extinction_ratio());
+    return blended_color(shade_caster(albedo, light) * opacity, opacity);
 }
 #endif

@@ -9,6 +9,7 @@
 #include "consume/picture_set.glsl"
 #include "world/light.glsl"
 #include "visibility.glsl"
+#include "consume/colored.glsl"
 
 PICTURE_LIGHTS
 PICTURE_CAMERA
@@ -37,7 +38,7 @@ vec3 light_in_fog(vec3 position) {
     for (uint i = 0u; i < lights.length(); ++i) {
         vec3 radiance = light_radiance(lights[i], position);
         if (any(greaterThan(radiance, vec3(0.0)))) {
-            light += radiance * light_visibility(i, position);
+            light += radiance * colored(light_visibility(i, position));
         }
     }
     return light;

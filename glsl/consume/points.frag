@@ -3,6 +3,7 @@
 #include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "visibility.glsl"
+#include "consume/colored.glsl"
 
 PICTURE_LIGHTS
 
@@ -29,7 +30,7 @@ vec3 ramp(float share) {
 void main() {
     vec3 light = ambient();
     for (uint i = 0u; i < lights.length(); ++i) {
-        light += light_radiance(lights[i], middle) * light_visibility(i, middle);
+        light += light_radiance(lights[i], middle) * colored(light_visibility(i, middle));
     }
     vec3 albedo = fastest > 0.0 ? ramp(speed / fastest) : PARTICLE_ALBEDO;
     color = vec4(shade_surface(albedo, light), 1.0);

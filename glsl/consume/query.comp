@@ -1,7 +1,9 @@
 #version 460
-// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one number per point.
+// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one
+// number per point, of the channel that is asked about.
 #include "world/view.glsl"
 #include "visibility.glsl"
+#include "consume/colored.glsl"
 #include "consume/receiver.glsl"
 
 layout(local_size_x = 64) in;
@@ -34,6 +36,6 @@ void main() {
             away = all_normals[index] == vec3(0.0);
             position = light_receiver(light, position, all_normals[index]);
         }
-        answers[index] = away ? 0.0 : light_visibility(light, position);
+        answers[index] = away ? 0.0 : colored(light_visibility(light, position))[CHANNEL];
     }
 }

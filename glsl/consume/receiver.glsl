@@ -33,6 +33,9 @@ bool looks_away(Light light, vec3 normal, bool closed) {
 // is either side, and the light's is asked for.
 float surface_visibility(uint index, Light light, vec3 position, vec3 normal, bool closed) {
     if (looks_away(light, normal, closed)) {
+#ifdef TECHNIQUE_COLORS
+        look_up_meshes = 0.0;
+#endif
         return 0.0;
     }
     vec3 facing = closed || dot(normal, light_direction(light, position)) >= 0.0 ? normal : -normal;

@@ -2,6 +2,7 @@
 // Needs, declared before: lights[] and light_visibility.
 #ifndef CONSUME_SURFACE_LIGHT_GLSL
 #define CONSUME_SURFACE_LIGHT_GLSL
+#include "consume/colored.glsl"
 #include "consume/receiver.glsl"
 #include "consume/shading.glsl"
 
@@ -10,6 +11,6 @@ vec3 surface_light(uint light, vec3 position, vec3 normal, bool closed) {
         return vec3(0.0);  // not asked for: it ends before, or shines elsewhere
     }
     float visibility = surface_visibility(light, lights[light], position, normal, closed);
-    return light_on_surface(lights[light], position, normal, visibility);
+    return light_on_surface(lights[light], position, normal, colored(visibility));
 }
 #endif

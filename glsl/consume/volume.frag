@@ -54,7 +54,10 @@ bool field_block(FieldPlace place, ivec3 block, out uint first) {
 
 // What is gathered on the way.
 vec3 scattered = vec3(0.0);
-float transmittance = 1.0;
+vec3 transmittance = vec3(1.0);
+
+// Whether anything more is.
+bool is_seen() { return max(transmittance.x, max(transmittance.y, transmittance.z)) > HIDDEN; }
 
 // A cell from z to z, by its corners; `within` is the ray in samples from its lowest corner, `ray` that of the world.
 void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z) {
@@ -69,7 +72,7 @@ void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z)
         }
         vec3 position = ray.origin + middle * ray.direction;
         light_footprint(pixel_side(camera, middle));
-        float left = transmittance * exp(-depth);
+        vec3 left = transmittance * exp(-depth * extinction_ratio());
         Caster none = Caster(position, 0.0, vec3(0.0), 0.0);
         scattered += (transmittance - left) * shade_caster(place.color, caster_light(none, position));
         transmittance = left;
@@ -81,7 +84,7 @@ void march_block(FieldPlace place, Ray ray, Ray within, uint first, vec2 z) {
     FieldWalk walk = field_walk(within, z);
     ivec3 cube;
     // As many as a ray may meet of 8³, and what rounding adds.
-    for (uint i = 0u; i < 32u && transmittance > HIDDEN && field_next(within, walk, cube, z); ++i) {
+    for (uint i = 0u; i < 32u && is_seen() && field_next(within, walk, cube, z); ++i) {
         // Rounding may see a neighbour of the block, where it begins or ends.
         uvec3 at = uvec3(clamp(cube, ivec3(0), ivec3(FIELD_SIDE - 1)));
         float corners[8], most = 0.0;
@@ -108,11 +111,11 @@ void main() {
     FieldWalk walk = field_walk(blocks, z);
     uint most = uint(dot(place.size, vec3(1.0 / float(FIELD_SIDE)))) + 8u;
     ivec3 block;
-    for (uint i = 0u; i < most && transmittance > HIDDEN && field_next(blocks, walk, block, z); ++i) {
+    for (uint i = 0u; i < most && is_seen() && field_next(blocks, walk, block, z); ++i) {
         uint first;
         if (z.y > z.x && field_block(place, block, first)) {
             march_block(place, ray, Ray(within.origin - vec3(FIELD_SIDE * block), within.direction), first, z);
         }
     }
-    color = vec4(scattered, 1.0 - transmittance);
+    color = blended_color(scattered, 1.0 - transmittance);
 }

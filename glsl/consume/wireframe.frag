@@ -3,6 +3,7 @@
 // that smoke does not drown in the lines of what is thin. Inputs: camera, casters, z of the meshes. Output: premultiplied
 // colour, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
+#include "consume/colored.glsl"
 #include "consume/distances_set.glsl"
 #include "consume/picture_set.glsl"
 #include "world/caster.glsl"
@@ -21,5 +22,5 @@ void main() {
         discard;
     }
     float optical_depth = caster.density * (caster_is_strand(caster) ? 1.0 : 2.0 * caster.radius);
-    color = vec4(vec3(0.0), 1.0 - exp(-optical_depth));
+    color = blended_color(vec3(0.0), 1.0 - exp(-optical_depth * extinction_ratio()));
 }

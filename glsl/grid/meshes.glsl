@@ -6,10 +6,12 @@
 #define look_up_maps visibility_maps
 #define look_up_opaque visibility_opaque
 #include "maps/opaque_look_up.glsl"
+#include "world/colors.glsl"
 
 float meshes_leave(uint light, vec3 position) {
     vec3 normal = look_up_normal;
     look_up_normal = vec3(0.0);
-    return opaque_leaves(light, light_map(visibility_lights[light], position), position, normal);
+    look_up_meshes = opaque_leaves(light, light_map(visibility_lights[light], position), position, normal);
+    return look_up_meshes;
 }
 #endif

@@ -7,6 +7,7 @@
 #include "maps/filter.glsl"
 #include "maps/look_up_set.glsl"
 #include "maps/opaque_look_up.glsl"
+#include "world/colors.glsl"
 
 // Where a point is looked up.
 struct LookUp {
@@ -60,6 +61,7 @@ float MAP_TRANSMITTANCE(LookUp l);
 float light_visibility(uint light, vec3 position) {
     LookUp l = look_up(light, position, look_up_normal);
     look_up_normal = vec3(0.0);
+    look_up_meshes = l.opaque;
     return l.in_front ? l.opaque : MAP_TRANSMITTANCE(l) * l.opaque;
 }
 #endif

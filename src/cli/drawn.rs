@@ -46,7 +46,7 @@ pub(super) fn by_reference(
 ) -> Result<()> {
     let (show, air, size) = (arguments.show()?, arguments.air()?, arguments.size());
     let with_air = |casters: &Casters, camera: &View, picture: Picture, air: &Option<Fog>| match air {
-        Some(air) => fog(casters, camera, &picture, air, |light, position| casters.arriving(light, position)),
+        Some(air) => fog(casters, camera, &picture, air, |light, position| casters.arriving_colors(light, position)),
         None => picture,
     };
     for scene in states {

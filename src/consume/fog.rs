@@ -1,6 +1,7 @@
 //! Fog before the picture, in which shadows stand as shafts. Twin: reference::truth::fog.
 
 use super::Renderer;
+use super::colored::colored;
 use crate::Result;
 use crate::gpu::{Blend, Commands, Graphics, Kernel, PassTime, Target, push_struct};
 use crate::scene::Fog;
@@ -42,7 +43,8 @@ impl Renderer {
             depth: None,
         };
         let sets = [&self.scene, answer.bindings, &self.distances];
-        Ok(FogKernel(Kernel::graphics(&self.context, &state, &sets, answer.constants)?))
+        let constants = colored(answer.constants, self.extinction_ratio);
+        Ok(FogKernel(Kernel::graphics(&self.context, &state, &sets, &constants)?))
     }
 
     /// Records the pass that lays it over the picture that was recorded last.

@@ -1,5 +1,6 @@
 //! What draws a picture, by how meshes are shaded and where casters are lit.
 
+use super::colored::colored;
 use super::gbuffer::GBuffer;
 use super::interleaved::Interleaved;
 use super::many_lights::{Asking, ManyLights, Targets};
@@ -7,7 +8,7 @@ use super::reservoir::Reservoirs;
 use super::sliced::Sliced;
 use super::volumes::VolumeKernel;
 use super::{Lighting, Renderer, Shading, Tiled};
-use crate::gpu::{Bindings, Blend, Format, Graphics, Kernel, Shader, Tessellated, push_struct};
+use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Shader, Tessellated, push_struct};
 use crate::shaders::consume as shaders;
 use crate::technique::{Answer, Technique};
 use crate::{Error, Result};
@@ -36,8 +37,9 @@ pub(super) enum Meshes {
 
 /// What draws the casters.
 pub(super) enum Casters {
-    Fragment(Kernel),
-    Vertex(Kernel<SpacingPush>, SpacingPush),
+    /// One, or one a channel; so below.
+    Fragment(Vec<Kernel>),
+    Vertex(Vec<Kernel<SpacingPush>>, SpacingPush),
     Sliced(Sliced),
 }
 
@@ -51,23 +53,34 @@ impl Kernels {
 }
 
 impl Renderer {
-    /// What draws casters as patches, lit at the vertices, or as lines.
-    pub(super) fn tessellated(&self, answer: &Answer, fragment: &Shader, lines: bool) -> Result<Kernel<SpacingPush>> {
-        let colors = [(self.color_format, Blend::Over)];
-        let state = Graphics { vertex: &shaders::VERTEX_LIT_VERT, fragment, colors: &colors, depth: None };
+    /// What draws casters as patches, lit at the vertices, or as lines: one kernel, or one a channel.
+    pub(super) fn tessellated(
+        &self,
+        answer: &Answer,
+        fragment: &Shader,
+        lines: bool,
+    ) -> Result<Vec<Kernel<SpacingPush>>> {
         let evaluation = shaders::VERTEX_LIT_TESE.of(answer.folder);
         let stages = Tessellated { control: &shaders::VERTEX_LIT_TESC, evaluation, lines };
         let sets = [&self.scene, answer.bindings, &self.distances];
-        Kernel::tessellated(&self.context, &state, &stages, &sets, answer.constants)
+        let kernel = |(blend, constants): (Blend, Constants)| {
+            let colors = [(self.color_format, blend)];
+            let state = Graphics { vertex: &shaders::VERTEX_LIT_VERT, fragment, colors: &colors, depth: None };
+            Kernel::tessellated(&self.context, &state, &stages, &sets, &constants)
+        };
+        self.channels(answer.constants).into_iter().map(kernel).collect()
     }
 
     /// What draws the picture, lit by `answer`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what `lighting` needs or room for tiles, [`Error::Input`] where there are
+    /// [`Error::Refused`] where the device lacks what `lighting` needs or room for tiles, or tiles are asked about smoke of a color, [`Error::Input`] where there are
     /// more lights than a tile has room for, [`Error::Gpu`] where the driver rejects a shader.
     pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         self.context.features().require(lighting.requires())?;
+        self.check_colored(shading)?;
+        let constants = colored(answer.constants, self.extinction_ratio);
+        let answer = &Answer { constants: &constants, ..*answer };
         let make = |vertex, fragment, colors: &[(Format, Blend)], depth, sets: &[&Bindings]| {
             let state = Graphics { vertex, fragment, colors, depth };
             Kernel::graphics(&self.context, &state, sets, answer.constants)
@@ -108,8 +121,13 @@ impl Renderer {
                 Lighting::Fragment => {
                     let sets = [scene, asked, &self.distances];
                     let fragment = shaders::CASTER_FRAG.of(answer.folder);
-                    let over = [(self.color_format, Blend::Over)];
-                    Casters::Fragment(make(&shaders::CASTER_VERT, fragment, &over, None, &sets)?)
+                    let kernel = |(blend, constants): (Blend, Constants)| {
+                        let colors = [(self.color_format, blend)];
+                        let vertex = &shaders::CASTER_VERT;
+                        let state = Graphics { vertex, fragment, colors: &colors, depth: None };
+                        Kernel::graphics(&self.context, &state, &sets, &constants)
+                    };
+                    Casters::Fragment(self.channels(&constants).into_iter().map(kernel).collect::<Result<_>>()?)
                 }
                 Lighting::Vertex { spacing } => Casters::Vertex(
                     self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?,
@@ -123,11 +141,16 @@ impl Renderer {
     /// What draws the picture, lit by a technique after a build, or painted by it.
     ///
     /// # Errors
-    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints casters that are to be lit at their vertices.
+    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints casters that are to be lit at their vertices or have a color.
     pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
         if lighting != Lighting::Fragment {
             return Err(Error::Refused { needs: "lighting=fragment: it paints casters itself".into() });
+        }
+        if !self.is_grey() {
+            return Err(Error::Refused {
+                needs: "a scene without [color]: it paints all colors with one opacity".into(),
+            });
         }
         let kernels = self.kernels(&technique.answer(), shading, lighting)?;
         Ok(Kernels { casters: Casters::Sliced(Sliced::new(self, &technique.answer(), painter)?), ..kernels })

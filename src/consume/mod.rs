@@ -1,6 +1,7 @@
 //! Consumers of the answer: the point query, the depth slice, the shaded picture (many lights in tiles, a part of them, or one
 //! per pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`].
 
+mod colored;
 mod fog;
 mod gbuffer;
 mod half;

@@ -26,10 +26,14 @@ impl Renderer {
         self.frame(&kernels, |commands| {
             commands.pass("consume.wireframe", |pass| {
                 let step = (self.blended.casters.len() as u32).div_ceil(OUTLINED).max(1);
-                let outlined = |i: u32| (i % step == step / 2).then_some((&lines, i..i + 1));
-                let both =
-                    |places: Range<u32>| places.flat_map(|i| std::iter::once((&filled, i..i + 1)).chain(outlined(i)));
-                self.patches(pass, &SpacingPush { spacing }, &kernels, |places| both(places).collect());
+                let outlined = |i: u32| i % step == step / 2;
+                let both = |channel: usize, places: Range<u32>| {
+                    let kernels = |i| [Some(&filled[channel]), outlined(i).then_some(&lines[channel])];
+                    places
+                        .flat_map(|i| kernels(i).into_iter().flatten().map(move |kernel| (kernel, i..i + 1)))
+                        .collect()
+                };
+                self.patches(pass, &SpacingPush { spacing }, &kernels, filled.len(), both);
             });
         })?;
         self.read()
@@ -63,8 +67,8 @@ impl Renderer {
 
     pub(super) fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
         match &kernels.casters {
-            Casters::Fragment(kernel) => self.caster(commands, kernel, kernels),
-            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push, kernels),
+            Casters::Fragment(channels) => self.caster(commands, channels, kernels),
+            Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
             Casters::Sliced(sliced) => sliced.record(commands, self),
         }
     }
@@ -89,36 +93,50 @@ impl Renderer {
         });
     }
 
-    fn caster(&self, commands: &mut Commands, kernel: &Kernel, kernels: &Kernels) {
+    fn caster(&self, commands: &mut Commands, channels: &[Kernel], kernels: &Kernels) {
         commands.pass("consume.caster", |pass| {
             let colors = [Target { image: &self.color, clear: None }];
             pass.render(self.color.size(), &colors, None, |draw| {
-                self.draw_blended(draw, kernels.volumes.as_ref(), |draw, places| {
-                    draw.draw_part(kernel, &(), 6 * places.start..6 * places.end);
-                });
+                for (channel, kernel) in channels.iter().enumerate() {
+                    self.draw_blended(draw, kernels.volumes.as_ref(), channel, |draw, places| {
+                        draw.draw_part(kernel, &(), 6 * places.start..6 * places.end);
+                    });
+                }
             });
         });
     }
 
-    fn vertex_lit(&self, commands: &mut Commands, kernel: &Kernel<SpacingPush>, push: &SpacingPush, kernels: &Kernels) {
-        commands.pass("consume.vertex_lit", |pass| self.patches(pass, push, kernels, |places| vec![(kernel, places)]));
+    fn vertex_lit(
+        &self,
+        commands: &mut Commands,
+        channels: &[Kernel<SpacingPush>],
+        push: &SpacingPush,
+        kernels: &Kernels,
+    ) {
+        commands.pass("consume.vertex_lit", |pass| {
+            self.patches(pass, push, kernels, channels.len(), |channel, places| vec![(&channels[channel], places)]);
+        });
     }
 
-    /// Draws casters as patches, those of places in the order each with the kernel that is given for it; and volumes as ever.
+    /// Draws casters as patches, in each of so many channels those of places in the order with the kernels that are given for them; and
+    /// volumes as ever.
     fn patches<'k>(
         &self,
         pass: &mut Pass,
         push: &SpacingPush,
         kernels: &Kernels,
-        draws: impl Fn(Range<u32>) -> Vec<(&'k Kernel<SpacingPush>, Range<u32>)>,
+        channels: usize,
+        draws: impl Fn(usize, Range<u32>) -> Vec<(&'k Kernel<SpacingPush>, Range<u32>)>,
     ) {
         let colors = [Target { image: &self.color, clear: None }];
         pass.render(self.color.size(), &colors, None, |draw| {
-            self.draw_blended(draw, kernels.volumes.as_ref(), |draw, places| {
-                for (kernel, casters) in draws(places) {
-                    draw.draw_patches(kernel, push, casters);
-                }
-            });
+            for channel in 0..channels {
+                self.draw_blended(draw, kernels.volumes.as_ref(), channel, |draw, places| {
+                    for (kernel, casters) in draws(channel, places) {
+                        draw.draw_patches(kernel, push, casters);
+                    }
+                });
+            }
         });
     }
 

@@ -31,6 +31,8 @@ pub struct Renderer {
     pub(super) color_format: Format,
     pub(super) lights: Buffer,
     pub(super) light_count: u32,
+    /// See [`crate::scene::Scene::extinction_ratio`].
+    pub(super) extinction_ratio: [f32; 3],
     pub(super) camera: View,
     camera_data: Buffer,
     order: Buffer,
@@ -116,6 +118,7 @@ impl Renderer {
             color_format,
             lights: world.lights.clone(),
             light_count: world.light_count(),
+            extinction_ratio: world.extinction_ratio(),
             camera: *camera,
             camera_data,
             order,

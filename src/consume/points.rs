@@ -1,6 +1,7 @@
 //! Simulated particles drawn straight from their simulation: a triangle each, coloured by speed or density, before the meshes of
 //! the picture. No order is needed, so nothing leaves the device.
 
+use super::colored::colored;
 use super::{Kernels, Renderer};
 use crate::Result;
 use crate::gpu::{
@@ -106,7 +107,7 @@ impl Renderer {
                 let colors = [(self.color_format, Blend::None)];
                 let fragment = shaders::POINTS_FRAG.of(answer.folder);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };
-                let constants = answer.constants.clone().set(constant::POINT_SIZE, SPECK);
+                let constants = colored(answer.constants, self.extinction_ratio).set(constant::POINT_SIZE, SPECK);
                 let kernel = Kernel::graphics(&self.context, &state, &sets, &constants)?;
                 Way::Speed(kernel, PointsPush { fastest })
             }

@@ -1,5 +1,6 @@
 //! Visibility of lights at lists of points.
 
+use super::colored::colored;
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, PassTime, groups, push_struct};
 use crate::shaders;
@@ -104,6 +105,16 @@ impl Query {
         let shader = shaders::consume::QUERY.of(answer.folder);
         let sets = [&self.bindings, answer.bindings];
         Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
+    }
+
+    /// What asks `answer` for light of one color, of which all casters that are no meshes take `extinction` times what they take in general
+    /// ([`crate::scene::Scene::extinction_ratio`]).
+    ///
+    /// # Errors
+    /// As [`Query::kernel`].
+    pub fn color_kernel(&self, answer: &Answer, extinction: f32) -> Result<QueryKernel> {
+        let constants = colored(answer.constants, [extinction; 3]);
+        self.kernel(&Answer { constants: &constants, ..*answer })
     }
 
     /// Asks for all points; the answers stay on the device. Returns the pass's time, where the device has timestamps.

@@ -1,7 +1,7 @@
 //! Volumes in a picture: the densities of their fields on the device, marched along each pixel's ray. Twin: reference::truth::picture.
 
 use super::Renderer;
-use crate::gpu::{Bindings, Blend, Buffer, Context, Draw, Graphics, Kernel, Memory, push_struct};
+use crate::gpu::{Bindings, Blend, Buffer, Constants, Context, Draw, Graphics, Kernel, Memory, push_struct};
 use crate::scene::{Blended, CORNERS, SIDE, Volume};
 use crate::shaders::{consume as shaders, set};
 use crate::technique::Answer;
@@ -64,8 +64,8 @@ push_struct! {
     struct VolumePush { volume: u32 }
 }
 
-/// What marches volumes, lit by one technique.
-pub(super) struct VolumeKernel(Kernel<VolumePush>);
+/// What marches volumes, lit by one technique: one kernel, or one a channel.
+pub(super) struct VolumeKernel(Vec<Kernel<VolumePush>>);
 
 /// Twin: `field_hash`.
 fn hash([x, y, z]: [u32; 3]) -> u32 {
@@ -160,21 +160,26 @@ impl Renderer {
     /// What marches volumes, lit by `answer`; none where there are none.
     pub(super) fn volume_kernel(&self, answer: &Answer) -> Result<Option<VolumeKernel>> {
         let Some(volumes) = &self.volumes else { return Ok(None) };
-        let state = Graphics {
-            vertex: &shaders::FULLSCREEN_VERT,
-            fragment: shaders::VOLUME_FRAG.of(answer.folder),
-            colors: &[(self.color_format, Blend::Over)],
-            depth: None,
-        };
         let sets = [&self.scene, answer.bindings, &self.distances, &volumes.bindings];
-        Ok(Some(VolumeKernel(Kernel::graphics(&self.context, &state, &sets, answer.constants)?)))
+        let kernel = |(blend, constants): (Blend, Constants)| {
+            let state = Graphics {
+                vertex: &shaders::FULLSCREEN_VERT,
+                fragment: shaders::VOLUME_FRAG.of(answer.folder),
+                colors: &[(self.color_format, blend)],
+                depth: None,
+            };
+            Kernel::graphics(&self.context, &state, &sets, &constants)
+        };
+        let channels = self.channels(answer.constants).into_iter().map(kernel);
+        Ok(Some(VolumeKernel(channels.collect::<Result<_>>()?)))
     }
 
-    /// Draws all that is blended, casters by what is given for their places in the order.
+    /// Draws all that is blended into a channel, or into all of them as the first, casters by what is given for their places in the order.
     pub(super) fn draw_blended<'a>(
         &self,
         draw: &mut Draw<'_, '_, 'a>,
         volumes: Option<&VolumeKernel>,
+        channel: usize,
         mut casters: impl FnMut(&mut Draw<'_, '_, 'a>, std::ops::Range<u32>),
     ) {
         for next in self.blended.blended() {
@@ -182,7 +187,7 @@ impl Renderer {
                 Blended::Casters(places) => casters(draw, places),
                 Blended::Volume(volume) => {
                     if let Some(kernel) = volumes {
-                        draw.draw(&kernel.0, &VolumePush { volume }, 3, 1);
+                        draw.draw(&kernel.0[channel], &VolumePush { volume }, 3, 1);
                     }
                 }
             }

@@ -17,6 +17,8 @@ pub enum Blend {
     None,
     /// Premultiplied over: new + (1 − new alpha) · old.
     Over,
+    /// The same of one channel, 0 to 2, with an alpha of its own: the others stay as they are.
+    OverChannel(u32),
     /// Premultiplied under: old + (1 − old alpha) · new.
     Under,
     /// new · old, in every channel.
@@ -437,10 +439,15 @@ impl<P: Push> Kernel<P> {
 }
 
 fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
-    let base = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+    let written = match blend {
+        // R, G and B are bits 0 to 2.
+        Blend::OverChannel(channel) => vk::ColorComponentFlags::from_raw(1 << channel.min(2)),
+        _ => vk::ColorComponentFlags::RGBA,
+    };
+    let base = vk::PipelineColorBlendAttachmentState::default().color_write_mask(written);
     let (new, old) = match blend {
         Blend::None => return base,
-        Blend::Over => (vk::BlendFactor::ONE, vk::BlendFactor::ONE_MINUS_SRC_ALPHA),
+        Blend::Over | Blend::OverChannel(_) => (vk::BlendFactor::ONE, vk::BlendFactor::ONE_MINUS_SRC_ALPHA),
         Blend::Under => (vk::BlendFactor::ONE_MINUS_DST_ALPHA, vk::BlendFactor::ONE),
         Blend::Multiply => (vk::BlendFactor::ZERO, vk::BlendFactor::SRC_COLOR),
         Blend::Add | Blend::MaxAndAdd => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),

@@ -1,5 +1,6 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
 
+use super::color::ColorAnswers;
 use super::flicker::Flicker;
 use super::footprint::{FootprintError, Footprints, footprint_errors, footprints};
 use super::frames::Frames;
@@ -188,6 +189,7 @@ struct Moments {
     map: Answers,
     space: Answers,
     surface: Answers,
+    colors: ColorAnswers,
     maps: Vec<Arc<MapsTruth>>,
 }
 
@@ -266,6 +268,7 @@ impl Case<'_> {
         if self.effort.truth != Extent::None {
             row.flicker_rms = self.ask_frames(&mut opened, &mut asked)?;
             self.count(&asked, facts.nodes, row);
+            row.colors = asked.colors.errors(self.world.extinction_ratio())?;
         }
         if self.simulation.is_some() {
             // In the picture casters are blended by depth, in an order that the host makes.
@@ -406,6 +409,7 @@ impl Case<'_> {
                 asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
             }
             asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
+            self.ask_colors(technique, truth, &mut asked.colors)?;
             // What has no maps has no map error.
             let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
             if !views.is_empty() && whole && !paints {

@@ -3,6 +3,7 @@
 mod beside;
 mod caster_error;
 mod change;
+mod color;
 mod compare;
 mod copy;
 mod error_metrics;
@@ -30,6 +31,7 @@ mod turning;
 pub use beside::{Agreement, Beside, Column, Disagreement, Line, ROUNDING, Times};
 pub use caster_error::{CLASSES as CASTER_CLASSES, CasterClass, CasterError};
 pub use change::{Change, Figure, Margins, Verdict, change_of, changes, together};
+pub use color::{COLORS, ColorError};
 pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{Answers, PartError, PointError, point_error};

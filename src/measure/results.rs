@@ -3,7 +3,7 @@
 //! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
 
 use crate::gpu::{Executable, Features, PassCounts};
-use crate::measure::{CasterError, FootprintError, PointError, Shard, Steadiness, Timing};
+use crate::measure::{CasterError, ColorError, FootprintError, PointError, Shard, Steadiness, Timing};
 use crate::technique::settings::AUTO;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -162,6 +162,9 @@ pub struct Row {
     /// Against what areas see, for each size of them. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
+    /// Errors of each color, where smoke takes some more than others. Absent elsewhere. New in version 3.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub colors: Vec<ColorError>,
     /// The picture's file name in the output folder.
     pub picture: Option<String>,
     /// The difference picture's file name in the output folder.

@@ -77,6 +77,8 @@ pub(crate) struct Points {
     pub light: usize,
     pub positions: Vec<[f32; 3]>,
     pub visibility: Vec<f64>,
+    /// The same of red, green and blue light; empty where all light is taken alike.
+    pub colors: Vec<[f64; 3]>,
     /// Where they lie on meshes.
     surface: Vec<SurfacePoint>,
     /// Per point, the side that light is asked for on, unit length; empty for points in space.
@@ -91,8 +93,8 @@ pub(crate) struct Points {
 impl Points {
     /// Points in space.
     pub fn in_space(light: usize, positions: Vec<[f32; 3]>, visibility: Vec<f64>) -> Self {
-        let (surface, normals, casters) = (Vec::new(), Vec::new(), Vec::new());
-        Self { light, positions, visibility, surface, normals, casters, boundaries: Cached::new() }
+        let (colors, surface, normals, casters) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { light, positions, visibility, colors, surface, normals, casters, boundaries: Cached::new() }
     }
 }
 
@@ -184,13 +186,21 @@ impl<'a> Truth<'a> {
         self.watched.get_or_init(|| self.wanted.watched.iter().enumerate().map(of).collect())
     }
 
+    /// What reaches these points of each color; nothing where all light is taken alike.
+    fn colors<P: Sync>(&self, light: usize, points: &[P], at: impl Fn(&P) -> DVec3 + Sync) -> Vec<[f64; 3]> {
+        let casters = self.casters();
+        let wanted = if self.scene.extinction_ratio == Scene::GREY { &[] } else { points };
+        wanted.par_iter().map(|p| casters.colors(light, at(p)).to_array()).collect()
+    }
+
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
         // Made before, and not by whichever of the threads comes first: making them is shared out among these too, and a thread
         // that took a point meanwhile would wait for itself.
         let casters = self.casters();
         let visibility = |p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();
-        Points::in_space(light, positions, visibility)
+        let colors = self.colors(light, &positions, |p| DVec3::from(p.map(f64::from)));
+        Points { colors, ..Points::in_space(light, positions, visibility) }
     }
 
     /// Per light, its points on surfaces; none without meshes.
@@ -203,10 +213,12 @@ impl<'a> Truth<'a> {
                 let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
                 let visibility = |p: &SurfacePoint| casters.visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
+                let colors = self.colors(light, &surface, |p: &SurfacePoint| p.position);
                 let normals = surface.iter().map(|p| p.asked(&self.scene.lights[light])).collect();
                 let wanted = if self.wanted.extent.is_whole() { &surface[..] } else { &[] };
                 let distances = wanted.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
-                Points { light, positions, visibility, surface, normals, casters: distances, boundaries: Cached::new() }
+                let boundaries = Cached::new();
+                Points { light, positions, visibility, colors, surface, normals, casters: distances, boundaries }
             };
             if self.scene.has_triangles() { (0..self.scene.lights.len()).map(of).collect() } else { Vec::new() }
         })

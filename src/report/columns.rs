@@ -3,7 +3,7 @@
 use super::wording::{
     NOTHING, bytes, grouped, milliseconds, one_digit, percent, signed, significant, spread_milliseconds,
 };
-use crate::measure::{PointError, Row, Status};
+use crate::measure::{ColorError, PointError, Row, Status};
 
 /// One measured column.
 pub(super) struct Column {
@@ -69,6 +69,11 @@ fn surface(row: &Row) -> Option<PointError> {
     row.error.as_ref()?.surface
 }
 
+/// Mean absolute error of one color.
+fn color(row: &Row, name: &str, points: fn(&ColorError) -> Option<PointError>) -> Option<f64> {
+    Some(row.colors.iter().find(|error| error.color == name).and_then(points)?.mean_abs)
+}
+
 /// Where nothing opaque casts, nothing leaks either.
 fn leaks(points: Option<PointError>) -> Option<f64> {
     let points = points.filter(|points| points.within.is_some())?;
@@ -108,7 +113,7 @@ const LEAKS: &str = "Points that no light reaches but the answer is more than ha
                      light reaches but it is less than half";
 
 /// In the order in which they are shown.
-const COLUMNS: [Column; 28] = [
+const COLUMNS: [Column; 34] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -263,6 +268,60 @@ const COLUMNS: [Column; 28] = [
         spread: |row| false_shadows(surface(row)),
         ..column("On surfaces", "leaks / false", "surface leaks/false", LEAKS, 9, |row| leaks(surface(row)), count_text)
     },
+    column(
+        "In space, by color",
+        "red",
+        "space red",
+        "Mean absolute error of what is left of red light at points all over the casters' bounds",
+        17,
+        |row| color(row, "red", |error| error.space),
+        significant,
+    ),
+    column(
+        "In space, by color",
+        "green",
+        "space green",
+        "Mean absolute error of what is left of green light at points all over the casters' bounds",
+        17,
+        |row| color(row, "green", |error| error.space),
+        significant,
+    ),
+    column(
+        "In space, by color",
+        "blue",
+        "space blue",
+        "Mean absolute error of what is left of blue light at points all over the casters' bounds",
+        17,
+        |row| color(row, "blue", |error| error.space),
+        significant,
+    ),
+    column(
+        "On surfaces, by color",
+        "red",
+        "surface red",
+        "Mean absolute error of what is left of red light at surface points",
+        18,
+        |row| color(row, "red", |error| error.surface),
+        significant,
+    ),
+    column(
+        "On surfaces, by color",
+        "green",
+        "surface green",
+        "Mean absolute error of what is left of green light at surface points",
+        18,
+        |row| color(row, "green", |error| error.surface),
+        significant,
+    ),
+    column(
+        "On surfaces, by color",
+        "blue",
+        "surface blue",
+        "Mean absolute error of what is left of blue light at surface points",
+        18,
+        |row| color(row, "blue", |error| error.surface),
+        significant,
+    ),
     column(
         "Moving",
         "flicker",

@@ -1,6 +1,6 @@
 //! The output folder. A file there is written whole or not at all.
 
-use crate::measure::{FOOTPRINTS, PassTiming, PointError, Results, Row, Timing};
+use crate::measure::{COLORS, ColorError, FOOTPRINTS, PassTiming, PointError, Results, Row, Timing};
 use crate::report::whole::{write_png, write_whole};
 use crate::report::wording::status_word;
 use crate::{Error, Result};
@@ -113,6 +113,9 @@ const POINT_COLUMNS: [&str; 15] = [
     "beyond_false_shadows",
 ];
 
+/// Columns per kind of points and color, behind both names: `space_red_mean_abs`. Where no scene has a color they are left out.
+const COLOR_COLUMNS: [&str; 3] = ["mean_abs", "bias", "max"];
+
 /// One line per row, flat. Numbers in full precision; a value that is missing is an empty field.
 fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn std::error::Error>> {
     let counters: BTreeSet<&str> =
@@ -143,16 +146,24 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
                 .flat_map(|texels| ["rms", "noise", "bias"].map(|what| format!("footprint_{texels}_{what}"))),
         );
     }
+    let colored = results.rows.iter().any(|row| !row.colors.is_empty());
+    if colored {
+        let columns = |points: &'static str| {
+            let of = move |color: &&'static str| COLOR_COLUMNS.map(|column| format!("{points}_{color}_{column}"));
+            COLORS.iter().flat_map(of)
+        };
+        names.extend(["space", "surface"].into_iter().flat_map(columns));
+    }
     // A prefix, for a counter may be called like a column.
     names.extend(counters.iter().map(|name| format!("counter_{name}")));
     writer.write_record(&names)?;
     for row in &results.rows {
-        writer.write_record(fields(row, asked, &counters))?;
+        writer.write_record(fields(row, asked, colored, &counters))?;
     }
     Ok(writer.into_inner().map_err(|failed| failed.into_error())?)
 }
 
-fn fields(row: &Row, footprints: bool, counters: &BTreeSet<&str>) -> Vec<String> {
+fn fields(row: &Row, footprints: bool, colored: bool, counters: &BTreeSet<&str>) -> Vec<String> {
     let mut fields = vec![
         row.scene.clone(),
         row.technique.clone(),
@@ -196,6 +207,16 @@ fn fields(row: &Row, footprints: bool, counters: &BTreeSet<&str>) -> Vec<String>
     for texels in sizes {
         let of = row.footprints.iter().find(|error| error.texels == *texels);
         fields.extend([of.map(|e| e.rms), of.map(|e| e.noise), of.map(|e| e.bias)].map(number));
+    }
+    if colored {
+        let of = |points: fn(&ColorError) -> Option<PointError>| {
+            let error = move |color: &&str| row.colors.iter().find(|e| e.color == **color).and_then(points);
+            COLORS
+                .iter()
+                .map(error)
+                .flat_map(|e| [e.map(|e| e.mean_abs), e.and_then(|e| e.bias), e.and_then(|e| e.max)])
+        };
+        fields.extend(of(|e| e.space).chain(of(|e| e.surface)).map(number));
     }
     fields.extend(counters.iter().map(|&name| row.counters.get(name).map(u64::to_string).unwrap_or_default()));
     fields

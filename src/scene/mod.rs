@@ -150,6 +150,9 @@ pub struct Scene {
     pub camera: Camera,
     /// What moves by itself.
     pub motion: Motion,
+    /// Extinction of red, green and blue light, each a multiple of what translucent casters have: finite, ≥ 0, not all 0. What red keeps of
+    /// its light is the power of that number of what casters leave. Meshes end all light alike.
+    pub extinction_ratio: [f32; 3],
 }
 
 /// What of a scene is a function of time.
@@ -195,6 +198,9 @@ impl Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 impl Scene {
+    /// The extinction ratio of what takes of all light alike.
+    pub const GREY: [f32; 3] = [1.0; 3];
+
     /// Casters that there are at once, at any time.
     pub fn most_casters(&self) -> usize {
         self.particles.len().max(self.motion.most_particles())
@@ -246,6 +252,7 @@ pub(crate) mod tests {
             volumes: vec![],
             meshes: vec![],
             motion: Motion::Still,
+            extinction_ratio: Scene::GREY,
             lights: vec![Light {
                 kind: LightKind::Directional { direction: DVec3::NEG_Z },
                 radiance: [1.0; 3],

@@ -93,6 +93,7 @@ impl Draw {
             lights,
             camera,
             motion: Motion::Still,
+            extinction_ratio: Scene::GREY,
         }
     }
 

@@ -18,6 +18,7 @@ pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>
         lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
     }
 }
 

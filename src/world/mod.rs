@@ -105,6 +105,11 @@ impl World {
         }
     }
 
+    /// The scene's [`Scene::extinction_ratio`]; [`Scene::GREY`] where buffers of the caller's fill it.
+    pub fn extinction_ratio(&self) -> [f32; 3] {
+        self.scene().map_or(Scene::GREY, |scene| scene.extinction_ratio)
+    }
+
     /// Each rises whenever its part has changed.
     pub fn generations(&self) -> &Generations {
         &self.generations

@@ -186,6 +186,8 @@ impl World {
             "it has splats or volumes, and the world was made without".into()
         } else if triangle_count != self.triangle_count as usize || maps(&scene.lights) != maps(&self.lit) {
             "meshes or lights are others than those that the world was made for".into()
+        } else if scene.extinction_ratio != self.extinction_ratio() {
+            "its casters are of another color than those that the world was made with".into()
         } else {
             return Ok(());
         };

@@ -22,6 +22,7 @@ fn ray() -> View {
         volumes: vec![],
         meshes: vec![],
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
         lights: vec![Light { kind: down, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
     };

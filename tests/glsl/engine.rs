@@ -43,7 +43,7 @@ pub fn is_glsl(word: &str) -> bool {
         sampler2D sampler3D texture2D uimage2D accelerationStructureEXT rayQueryEXT \
         layout set binding scalar std430 r32ui constant_id readonly buffer uniform \
         abs all any atan bitCount clamp cross distance dot equal exp exp2 findLSB floatBitsToUint floor fract \
-        greaterThan greaterThanEqual imageLoad inversesqrt length lessThan lessThanEqual log log2 max min mix normalize notEqual \
+        greaterThan greaterThanEqual imageLoad inversesqrt length lessThan lessThanEqual log log2 max min mix normalize notEqual pow \
         round sign sqrt step texelFetch textureGather textureLod textureSize uintBitsToFloat unpackHalf2x16 \
         unpackSnorm2x16 unpackUnorm2x16 \
         rayQueryInitializeEXT rayQueryProceedEXT rayQueryGetIntersectionPrimitiveIndexEXT rayQueryConfirmIntersectionEXT \

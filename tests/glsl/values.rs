@@ -20,14 +20,21 @@ use shaderc::OptimizationLevel;
 const FIRST: u32 = 2;
 /// And among the engine's constants.
 const FIRST_ID: u32 = 40;
+/// The extinction of a color that is asked for.
+const COLOR: f32 = 0.4;
 /// Points that are asked.
 const POINTS: usize = 2048;
 
-/// The engine's shader: its own two bindings, those of the look-up behind them in the same set.
-fn shader(answer: &Answer, light: usize) -> Shader {
+/// The engine's shader: its own two bindings, those of the look-up behind them in the same set. Asks for a color where there is an
+/// extinction.
+fn shader(answer: &Answer, light: usize, extinction: Option<f32>) -> Shader {
     let file = answer.file();
     let name = file.technique.replace('-', "_");
     let upper = name.to_uppercase();
+    let visibility = format!("gobo_{name}_visibility({light}u, points[i].xyz)");
+    let answered = extinction.map_or(visibility.clone(), |extinction| {
+        format!("gobo_{name}_colors({visibility}, vec3(1.0, {extinction:?}, 0.0)).y")
+    });
     let text = format!(
         "#version 460\n#define size not a size\nstruct Light {{ vec4 color; }};\nfloat texel = 1.0;\n\
          #define GOBO_{upper}_SET 0\n#define GOBO_{upper}_BINDING {FIRST}\n#define GOBO_{upper}_CONSTANT {FIRST_ID}\n{}\
@@ -36,7 +43,7 @@ fn shader(answer: &Answer, light: usize) -> Shader {
          layout(set = 0, binding = 1, std430) writeonly buffer Answers {{ float answers[]; }};\n\
          void main() {{\n\
          uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;\n\
-         if (i < points.length()) {{ answers[i] = gobo_{name}_visibility({light}u, points[i].xyz); }}\n}}\n",
+         if (i < points.length()) {{ answers[i] = {answered}; }}\n}}\n",
         file.text
     );
     let spirv = compile_for(&text, Stage::Compute, OptimizationLevel::Performance).expect(file.technique);
@@ -45,7 +52,7 @@ fn shader(answer: &Answer, light: usize) -> Shader {
     // SAFETY: `Spirv` has one field, which is that slice, and wants the alignment of the words that it was.
     let spirv = unsafe { &*(std::ptr::from_ref(bytes) as *const Spirv) };
     // A pipeline is known by its shader's name.
-    Shader { name: format!("engine/{name}/{light}").leak(), push: "", spirv }
+    Shader { name: format!("engine/{name}/{light}/{extinction:?}").leak(), push: "", spirv }
 }
 
 /// Something of each kind that is not what the look-up wants: the engine's set before it is written.
@@ -70,8 +77,8 @@ fn other(context: &Context, kind: DescriptorType) -> Resource {
     }
 }
 
-/// What the engine's shader says of light `light` at `points`.
-fn asked(context: &Context, answer: &Answer, light: usize, points: &[[f32; 3]]) -> Vec<f32> {
+/// What the engine's shader says of light `light` at `points`, or of a color of it.
+fn asked(context: &Context, answer: &Answer, light: usize, points: &[[f32; 3]], extinction: Option<f32>) -> Vec<f32> {
     let padded: Vec<_> = points.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
     let answers = Buffer::new(context, "answers", 4 * points.len() as u64, Memory::Device).expect("a buffer");
     let mut resources = vec![
@@ -90,7 +97,8 @@ fn asked(context: &Context, answer: &Answer, light: usize, points: &[[f32; 3]]) 
         assert!(((FIRST_ID..).zip(answer.file().constants)).any(|(own, _)| own == id), "{id}");
         all.set(Constant::new(id), word)
     });
-    let kernel: Kernel = Kernel::compute(context, &shader(answer, light), &[&set], &constants).expect("a kernel");
+    let kernel: Kernel =
+        Kernel::compute(context, &shader(answer, light, extinction), &[&set], &constants).expect("a kernel");
     let [x, y] = groups((points.len() as u64).div_ceil(64));
     context
         .submit(|commands| commands.pass("engine", |pass| pass.dispatch(&kernel, &(), [x, y, 1])))
@@ -107,10 +115,19 @@ fn answers_alike(context: &Context, scene: &Scene, text: &str) {
     for light in 0..scene.lights.len() {
         let points = space_points(scene, light, POINTS);
         let own = Query::new(context, light, &points).expect("room").ask(&answer).expect("answered");
-        let theirs = asked(context, &answer, light, &points);
+        let theirs = asked(context, &answer, light, &points, None);
         let bits = |all: &[f32]| all.iter().map(|a| a.to_bits()).collect::<Vec<_>>();
         let off = bits(&own).iter().zip(bits(&theirs)).filter(|(a, b)| **a != *b).count();
         assert_eq!(off, 0, "{text}, {}, light {light}: of {} answers", scene.name, own.len());
+        if answer.file().text.contains("_colors(") {
+            let query = Query::new(context, light, &points).expect("room");
+            query.query(&query.color_kernel(&answer, COLOR).expect("a kernel")).expect("asked");
+            let theirs = asked(context, &answer, light, &points, Some(COLOR));
+            // One of the two knows the power when it is compiled.
+            let apart =
+                query.answers().expect("read").iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(apart < 1e-6, "{text}, {}, light {light}: colors are {apart} apart", scene.name);
+        }
         let partly = own.iter().filter(|a| **a > 0.01 && **a < 0.99).count();
         println!("{text}, {}, light {light}: {} points, {partly} in penumbra", scene.name, own.len());
     }
@@ -119,6 +136,12 @@ fn answers_alike(context: &Context, scene: &Scene, text: &str) {
 #[test]
 fn smoke_is_answered_alike() {
     gpu_test("smoke_is_answered_alike", |context| {
+        // Files of what sees smoke have colors, and of what sees meshes alone none.
+        for (technique, has) in [("avsm", true), ("density-grid", true), ("shadow-map", false), ("none", false)] {
+            let file = gobo::glsl::file(technique).expect("a file");
+            let name = format!("vec3 gobo_{}_colors(float", technique.replace('-', "_"));
+            assert_eq!(file.text.contains(&name), has, "{technique}");
+        }
         let first = [
             "avsm",
             "avsm:nodes=4,storage=packed,curve=linear",

@@ -82,6 +82,31 @@ fn scene_files_have_several_lights() {
 }
 
 #[test]
+fn scene_files_have_a_color() {
+    let text = format!("[[particles]]\nfile = \"smoke.ply\"\n{LIGHT}{CAMERA}");
+    assert_eq!(scene_file(&text).expect("a scene").extinction_ratio, Scene::GREY);
+    let with = |values: &str| scene_file(&format!("{text}[color]\n{values}\n"));
+    assert_eq!(with("extinction = [1.0, 0.5, 0]").expect("a scene").extinction_ratio, [1.0, 0.5, 0.0]);
+    for (values, words) in [
+        ("extinction = [0, 0.0, 0]", "0 in every color"),
+        ("extinction = [1e-60, 0, 0]", "0 in every color"),
+        ("extinction = [1, -0.1, 1]", "not finite and at least 0"),
+        ("extinction = [1, nan, 1]", "not finite"),
+        ("extinction = [inf, 1, 1]", "not finite"),
+        ("extinction = [1e39, 1, 1]", "not finite"),
+        ("extinction = [1, 1]", "line"),
+        ("extinction = 1", "line"),
+        ("", "missing field `extinction`"),
+        ("absorption = [1, 1, 1]", "unknown field `absorption`"),
+    ] {
+        message(with(values), "scene.toml", words);
+    }
+    // What plays, and what is read at another time, keeps it.
+    let scene = with("extinction = [1, 0.5, 0.25]").expect("a scene");
+    assert_eq!(scene.at(3.0).expect("in range").extinction_ratio, scene.extinction_ratio);
+}
+
+#[test]
 fn broken_scene_files_are_refused() {
     let particles = "[[particles]]\nfile = \"smoke.ply\"\n";
     let mesh = "[[meshes]]\nfile = \"tri.ply\"\n";

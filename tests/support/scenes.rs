@@ -15,6 +15,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::from(direction).normalize() },
             radiance: [1.0; 3],

@@ -178,7 +178,7 @@ void main() {
             Light of = lights[32u * word + at];
             float visibility = 1.0 - float(sum_of(sums, at)) * share;
             if (visibility > 0.0 && light_radiance(of, position) != vec3(0.0)) {
-                light += light_on_surface(of, position, normal, visibility);
+                light += light_on_surface(of, position, normal, vec3(visibility));
             }
         }
     }

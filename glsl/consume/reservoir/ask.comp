@@ -12,6 +12,7 @@
 #include "consume/surface.glsl"
 #include "consume/reservoir/random.glsl"
 #include "visibility.glsl"
+#include "consume/colored.glsl"
 #include "world/light.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -59,11 +60,11 @@ struct Seen {
 
 // What a surface turns of a light that nothing keeps from it, as luminance.
 float target(uint light, Seen at) {
-    return dot(light_on_surface(lights[light], at.position, at.normal, 1.0), vec3(0.2126, 0.7152, 0.0722));
+    return dot(light_on_surface(lights[light], at.position, at.normal, vec3(1.0)), vec3(0.2126, 0.7152, 0.0722));
 }
 
-float visibility(uint light, Seen at) {
-    return surface_visibility(light, lights[light], at.position, at.normal, at.is_closed);
+vec3 visibility(uint light, Seen at) {
+    return colored(surface_visibility(light, lights[light], at.position, at.normal, at.is_closed));
 }
 
 // What the surface kept in the frame before, where it was seen, and from where.
@@ -113,8 +114,8 @@ void main() {
             own = one;
         }
     }
-    float visible = own > 0.0 ? visibility(light, here) : 0.0;
-    float weight = visible > 0.0 ? sum * (float(count) / float(CANDIDATES)) / own : 0.0;
+    vec3 visible = own > 0.0 ? visibility(light, here) : vec3(0.0);
+    float weight = any(greaterThan(visible, vec3(0.0))) ? sum * (float(count) / float(CANDIDATES)) / own : 0.0;
 
     uint frames = 1u;
     Reservoir old;
@@ -132,13 +133,13 @@ void main() {
         }
         // How many of all these frames could have kept this light.
         uint could = is_old ? frames_before : 0u;
-        could += visible > 0.0 ? 1u : 0u;
-        if (!is_old && visible > 0.0) {
+        could += any(greaterThan(visible, vec3(0.0))) ? 1u : 0u;
+        if (!is_old && any(greaterThan(visible, vec3(0.0)))) {
             bool same_place = there.position == here.position && there.normal == here.normal;
-            bool reached = same_place || target(light, there) > 0.0 && visibility(light, there) > 0.0;
+            bool reached = same_place || target(light, there) > 0.0 && any(greaterThan(visibility(light, there), vec3(0.0)));
             could += reached ? frames_before : 0u;
         }
-        weight = visible > 0.0 ? all / (float(could) * own) : 0.0;
+        weight = any(greaterThan(visible, vec3(0.0))) ? all / (float(could) * own) : 0.0;
     }
     vec3 turned = weight > 0.0 ? weight * light_on_surface(lights[light], here.position, here.normal, visible) : vec3(0.0);
     estimates[index] = turned;

@@ -10,6 +10,7 @@
 //   binding 6  its lists of casters, likewise
 //   binding 7  casters (world/caster.glsl)
 // flat: bindings 168, constants 336: GRID_SIZE STRANDS GAUSSIANS
+#include "world/colors.glsl"
 #include "world/caster.glsl"
 #include "world/light.glsl"
 #include "grid/grid.glsl"
@@ -44,6 +45,7 @@ vec3 light_end(Light l) {
 }
 
 float light_visibility(uint light, vec3 position) {
+    look_up_meshes = 1.0;
     Light l = visibility_lights[light];
     vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
     // What is no number has no voxel.
@@ -56,6 +58,7 @@ float light_visibility(uint light, vec3 position) {
     vec3 direction = l.kind == LIGHT_DIRECTIONAL ? -l.direction * far : light_end(l) - position;
     vec3 way = direction * visibility_grid.per_unit;
     if (march_triangles(from, way, position, direction, 1.0)) {
+        look_up_meshes = 0.0;
         return 0.0;
     }
     return exp(-march_casters(from, way, Ray(position, direction)));

@@ -13,6 +13,7 @@
 //   binding 5  casters (world/caster.glsl)
 // flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS
 #extension GL_EXT_ray_query : require
+#include "world/colors.glsl"
 #include "world/cast_depth.glsl"
 #include "world/light.glsl"
 #include "world/triangle.glsl"
@@ -71,11 +72,13 @@ float optical_depth_between(vec3 position, vec3 direction, float end) {
 }
 
 float light_visibility(uint light, vec3 position) {
+    look_up_meshes = 1.0;
     Light l = visibility_lights[light];
     vec3 far = abs(position), direction = light_direction(l, position);
     float rounding = POINT_ROUNDING * max(visibility_extent, max(far.x, max(far.y, far.z)));
     float end = l.kind == LIGHT_DIRECTIONAL ? FARTHEST : distance(l.position, position);
     if (l.has_opaque != 0u && end > rounding && mesh_between(position, direction, end, rounding)) {
+        look_up_meshes = 0.0;
         return 0.0;
     }
     return MEDIA ? exp(-optical_depth_between(position, direction, end)) : 1.0;

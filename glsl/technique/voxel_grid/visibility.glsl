@@ -10,6 +10,7 @@
 //   binding 6  triangles (world/triangle_rows.glsl)
 //   binding 7  its masks (grid/masks.glsl), or any buffer where CELL is not 1
 // flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
+#include "world/colors.glsl"
 #include "world/light.glsl"
 #include "grid/grid.glsl"
 #include "world/triangle_rows.glsl"
@@ -105,6 +106,7 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
 }
 
 float light_visibility(uint light, vec3 position) {
+    look_up_meshes = 1.0;
     Light l = visibility_lights[light];
     vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
     // What is no number has no voxel.
@@ -128,6 +130,7 @@ float light_visibility(uint light, vec3 position) {
     } else {
         left = (MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, offset)) ? 0.0 : 1.0;
     }
+    look_up_meshes = left;
     if (left == 0.0 || !MEDIA) {
         return left;
     }

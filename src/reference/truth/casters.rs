@@ -138,7 +138,26 @@ impl<'a> Casters<'a> {
         if self.unblocked(light, position) { (-self.optical_depth(light, position)).exp() } else { 0.0 }
     }
 
-    /// The same, with what distance leaves of light `light`, and nothing outside the cone of a spot light.
+    /// The same of red, green and blue light, each of which loses a multiple of the optical depth ([`Scene::extinction_ratio`]). Twin:
+    /// glsl/world/colors.glsl.
+    pub fn colors(&self, light: usize, position: DVec3) -> DVec3 {
+        if !self.unblocked(light, position) {
+            return DVec3::ZERO;
+        }
+        (-self.optical_depth(light, position) * self.extinction_ratio()).exp()
+    }
+
+    pub(super) fn extinction_ratio(&self) -> DVec3 {
+        DVec3::from(self.scene.extinction_ratio.map(f64::from))
+    }
+
+    /// [`Casters::colors`], with what distance leaves of light `light`, and nothing outside the cone of a spot light.
+    pub fn arriving_colors(&self, light: usize, position: DVec3) -> DVec3 {
+        let shining = &self.scene.lights[light];
+        if shining.shines_on(position) { self.colors(light, position) * shining.falloff(position) } else { DVec3::ZERO }
+    }
+
+    /// [`Casters::visibility`], with what distance leaves of light `light`, and nothing outside the cone of a spot light.
     pub fn arriving(&self, light: usize, position: DVec3) -> f64 {
         let shining = &self.scene.lights[light];
         if shining.shines_on(position) { self.visibility(light, position) * shining.falloff(position) } else { 0.0 }

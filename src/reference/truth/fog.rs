@@ -4,19 +4,23 @@ use super::casters::Casters;
 use crate::scene::{Fog, Picture, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::ops::Mul;
 
 /// Twin: PHASE.
 const PHASE: f64 = 0.25;
 
-/// Lays fog over `picture`, which `camera` has taken. `arriving`: how much of a light there is at a point, 0 to 1;
-/// [`Casters::arriving`] is the truth.
-pub fn fog(
+/// Lays fog over `picture`, which `camera` has taken. `arriving`: how much of a light there is at a point, 0 to 1, or
+/// how much of each color; [`Casters::arriving_colors`] is the truth.
+pub fn fog<L>(
     casters: &Casters,
     camera: &View,
     picture: &Picture,
     fog: &Fog,
-    arriving: impl Fn(usize, DVec3) -> f64 + Sync,
-) -> Picture {
+    arriving: impl Fn(usize, DVec3) -> L + Sync,
+) -> Picture
+where
+    DVec3: Mul<L, Output = DVec3>,
+{
     let radiances: Vec<_> = casters.scene.lights.iter().map(|l| DVec3::from(l.radiance.map(f64::from))).collect();
     let light = |position| radiances.iter().enumerate().map(|(i, l)| *l * arriving(i, position)).sum::<DVec3>();
     let pixel = |(i, behind): (usize, &[f32; 3])| {
@@ -27,9 +31,14 @@ pub fn fog(
         let length = end * ray.direction.length();
         let at = |share: f64| light(ray.at(share * end));
         let [scattered, transmittance] = march(fog, length, place_in_step(pixel), at);
-        (PHASE * scattered + transmittance * DVec3::from(behind.map(f64::from))).as_vec3().into()
+        over(scattered, transmittance, *behind)
     };
     Picture { pixels: picture.pixels.par_iter().enumerate().map(pixel).collect(), ..*picture }
+}
+
+/// What is scattered, over what is behind.
+fn over(scattered: DVec3, transmittance: DVec3, behind: [f32; 3]) -> [f32; 3] {
+    (PHASE * scattered + transmittance * DVec3::from(behind.map(f64::from))).as_vec3().into()
 }
 
 /// What a way of that length through the fog scatters towards its beginning, and what it lets through; `light` is what arrives

@@ -180,7 +180,14 @@ fn pixel(
     let ends = (camera.near.into(), farthest);
     let through = |number: u32, behind: DVec3| {
         let volume = &scene.volumes[number as usize];
-        through(volume, ray, ends, |position| ambient(scene) + light(None, position), behind)
+        through(
+            volume,
+            casters.extinction_ratio(),
+            ray,
+            ends,
+            |position| ambient(scene) + light(None, position),
+            behind,
+        )
     };
     for &i in candidates {
         while let Some((_, volume)) = volumes.next_if(|(before, _)| *before <= places.casters[i as usize]) {
@@ -192,7 +199,7 @@ fn pixel(
         if exit < entry {
             continue;
         }
-        let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit)).exp();
+        let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit) * casters.extinction_ratio()).exp();
         let light = light(Some(i), ray.at(0.5 * (entry + exit)));
         let albedo = albedo(scene, i as usize, caster);
         color = albedo * (ambient(scene) + light) * opacity + color * (1.0 - opacity);
@@ -203,15 +210,16 @@ fn pixel(
 /// A volume before what is behind it, lit at the middle of each step. Twin: glsl/consume/volume.frag.
 fn through(
     volume: &Volume,
+    ratio: DVec3,
     ray: &Ray,
     (near, farthest): (f64, f64),
     light: impl Fn(DVec3) -> DVec3,
     behind: DVec3,
 ) -> DVec3 {
-    let (mut scattered, mut transmittance) = (DVec3::ZERO, 1.0);
+    let (mut scattered, mut transmittance) = (DVec3::ZERO, DVec3::ONE);
     volume::steps(volume, ray, near, farthest, |middle, depth| {
-        if depth > 0.0 && transmittance > HIDDEN {
-            let left = transmittance * (-depth).exp();
+        if depth > 0.0 && transmittance.max_element() > HIDDEN {
+            let left = transmittance * (-depth * ratio).exp();
             scattered += (transmittance - left) * light(ray.at(middle));
             transmittance = left;
         }
@@ -283,7 +291,7 @@ pub(in crate::reference) fn light(
         let towards = light.towards(position);
         let turned = turn(towards);
         if turned > 0.0 {
-            sum += radiance * turned * casters.visibility(i, position + lift(towards) * towards);
+            sum += radiance * turned * casters.colors(i, position + lift(towards) * towards);
         }
     }
     sum

@@ -6,6 +6,7 @@ pub mod avsm;
 pub mod beer_shadow_map;
 pub mod bins;
 pub mod cell;
+pub mod colors;
 pub mod compact;
 pub mod cone;
 pub mod deep_shadow_map;

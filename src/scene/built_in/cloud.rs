@@ -37,6 +37,7 @@ pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
         volumes: vec![volume],
         meshes: vec![ground()],
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.5, 0.45, -0.74).normalize() },
             radiance: [1.0, 0.97, 0.9],

@@ -36,6 +36,7 @@ pub(in crate::scene) fn cornell() -> Scene {
         volumes: Vec::new(),
         meshes: meshes(),
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
         lights: vec![Light {
             kind: LightKind::Spot { position: LAMP, direction: DVec3::NEG_Z, cone_degrees: 110.0 },
             radiance: [1.4, 1.25, 1.0],

@@ -80,6 +80,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
             fov_y_degrees: 38.0,
         },
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
     }
 }
 

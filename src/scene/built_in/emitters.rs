@@ -186,6 +186,7 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
     Ok(Scene {
         name: "three-emitters".into(),
         motion: Motion::ThreeEmitters,
+        extinction_ratio: Scene::GREY,
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),

@@ -84,6 +84,7 @@ pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
     Ok(Scene {
         name: "lantern".into(),
         motion: Motion::Lantern,
+        extinction_ratio: Scene::GREY,
         particles: particles(time_s)?,
         strands: Vec::new(),
         gaussians: Vec::new(),

@@ -12,6 +12,7 @@ pub(super) mod failures;
 pub(super) mod fountain;
 pub(super) mod hair;
 pub(super) mod houses;
+pub(super) mod ink;
 pub(super) mod lantern;
 pub(super) mod plume;
 pub(super) mod sparse;

@@ -42,6 +42,7 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
         volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
+        extinction_ratio: Scene::GREY,
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.55, 0.35, -0.76).normalize() },
             radiance: [1.0; 3],

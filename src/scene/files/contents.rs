@@ -31,6 +31,17 @@ impl Contents {
     /// The scene of all of it under these lights, before this camera.
     pub(in crate::scene) fn scene(self, name: String, lights: Vec<Light>, camera: Camera) -> Scene {
         let Self { particles, strands, gaussians, volumes, meshes, .. } = self;
-        Scene { name, particles, strands, gaussians, volumes, meshes, lights, camera, motion: Motion::Still }
+        Scene {
+            name,
+            particles,
+            strands,
+            gaussians,
+            volumes,
+            meshes,
+            lights,
+            camera,
+            motion: Motion::Still,
+            extinction_ratio: Scene::GREY,
+        }
     }
 }

@@ -36,6 +36,9 @@
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
 //! solid = false                 # optional; true: the back of it is never seen, as a ground's
 //!
+//! [color]                       # optional
+//! extinction = [1.0, 0.6, 0.3]  # of red, green and blue light: multiples of the extinction of all that is not a mesh
+//!
 //! [light]                       # or [[light]], any number of them; left out, the lights of the glTF files stand here
 //! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction, or "point"
 //!                               # with position
@@ -84,6 +87,13 @@ struct SceneFile {
     #[serde(default, deserialize_with = "one_or_more")]
     light: Option<Vec<LightEntry>>,
     camera: Option<CameraEntry>,
+    color: Option<ColorEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ColorEntry {
+    extinction: [f64; 3],
 }
 
 #[derive(Deserialize)]
@@ -185,6 +195,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let lights = parsed.light.map(|entries| entries.iter().map(light).collect::<std::result::Result<Vec<_>, _>>());
     let lights = lights.transpose().map_err(wrong)?;
     let camera = parsed.camera.as_ref().map(camera).transpose().map_err(wrong)?;
+    let extinction_ratio =
+        parsed.color.map_or(Ok(Scene::GREY), |color| extinction_ratio(color.extinction)).map_err(wrong)?;
 
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents = Contents::default();
@@ -252,7 +264,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         return Err(missing("light"));
     }
     let camera = camera.or(contents.camera).ok_or_else(|| missing("camera"))?;
-    Ok(Scene { motion: animation.motion(), ..contents.scene(input::stem(path), lights, camera) })
+    Ok(Scene { motion: animation.motion(), extinction_ratio, ..contents.scene(input::stem(path), lights, camera) })
 }
 
 impl ParticlesEntry {
@@ -305,6 +317,18 @@ impl MeshesEntry {
     fn cause(&self, cause: String) -> String {
         format!("meshes {}: {cause}", self.file)
     }
+}
+
+/// Extinction of red, green and blue light, or what is wrong with it.
+fn extinction_ratio(values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
+    let ratio = values.map(|value| value as f32);
+    if !ratio.iter().all(|value| value.is_finite() && *value >= 0.0) {
+        return Err(format!("color extinction {values:?} is not finite and at least 0"));
+    }
+    if ratio == [0.0; 3] {
+        return Err("color extinction is 0 in every color: nothing would cast".into());
+    }
+    Ok(ratio)
 }
 
 fn fractions(values: [f64; 3]) -> std::result::Result<[f32; 3], String> {

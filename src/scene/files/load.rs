@@ -4,13 +4,13 @@ use crate::error::did_you_mean;
 use crate::scene::{
     DATA_ENDINGS, Motion, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard,
     built_in::courtyard_lights, built_in::cube, built_in::embedded, built_in::emitters, built_in::failures,
-    built_in::fountain, built_in::hair, built_in::houses, built_in::lantern, built_in::plume, built_in::sparse,
-    built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input,
+    built_in::fountain, built_in::hair, built_in::houses, built_in::ink, built_in::lantern, built_in::plume,
+    built_in::sparse, built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 20] = [
+pub const BUILT_IN: [&str; 21] = [
     "three-emitters",
     "plume_8k",
     "plume_64k",
@@ -31,6 +31,7 @@ pub const BUILT_IN: [&str; 20] = [
     "splats",
     "cloud",
     "failures",
+    "ink",
 ];
 
 /// What [`Scene::load`] takes, in words.
@@ -65,6 +66,7 @@ impl Scene {
             "shafts" => Ok(houses::shafts()),
             "town" => Ok(town::town()),
             "cornell" => Ok(cornell::cornell()),
+            "ink" => Ok(ink::ink()),
             "failures" => Ok(failures::failures()),
             "lantern" => lantern::lantern(time_s),
             "splats" => Ok(splats::splats(&built_in.title, built_in.number("count"))),
@@ -126,6 +128,7 @@ impl Scene {
             lights,
             camera: self.camera,
             motion: self.motion.clone(),
+            extinction_ratio: self.extinction_ratio,
         })
     }
 }

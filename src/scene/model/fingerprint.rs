@@ -28,6 +28,9 @@ impl Scene {
             hasher.update(format!("{:?}", volume.placed()).as_bytes());
             volume.field().hash(&mut hasher);
         }
+        if self.extinction_ratio != Self::GREY {
+            hasher.update(bytemuck::bytes_of(&self.extinction_ratio));
+        }
         // Numbers are written so that each reads back as itself.
         hasher.update(format!("{counts:?} {:?} {:?} {:?}", self.lights, self.camera, self.motion).as_bytes());
         hasher.finalize()
@@ -54,6 +57,11 @@ mod tests {
             {
                 let mut other = scene();
                 other.lights[0].radiance[2] = 0.5;
+                other
+            },
+            {
+                let mut other = scene();
+                other.extinction_ratio[1] = 0.5;
                 other
             },
         ];

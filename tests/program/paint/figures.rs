@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 54] = [
+const FIGURES: [Figure; 55] = [
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure(
@@ -76,6 +76,7 @@ const FIGURES: [Figure; 54] = [
     Figure("fountain-speed.png", "docs/notebook/particles.md", "gobo render fountain:particles=1000000", 0),
     Figure("fountain.gif", "docs/notebook/particles.md", "gobo render fountain:particles=100000 ", 0),
     Figure("splats.png", "docs/notebook/splats.md", "gobo render splats --technique avsm:nodes=16 ", 0),
+    Figure("ink.png", "docs/notebook/colour.md", "gobo render ink --technique avsm:nodes=16 ", 0),
     Figure("cloud.png", "docs/notebook/volumes.md", "gobo render cloud --width", 0),
     Figure("failures-none.png", "docs/notebook/failures.md", "gobo render failures --technique none", 0),
     Figure(

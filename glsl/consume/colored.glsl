@@ -1,0 +1,27 @@
+// Extinction of red, green and blue light in what a scene's casters are made of, and what of a look-up is left of each. To be included behind
+// visibility.glsl where a technique is asked. Bound by consume::colored. Twins: reference::truth::Casters::colors,
+// reference::truth::picture.
+#ifndef CONSUME_COLORED_GLSL
+#define CONSUME_COLORED_GLSL
+
+// Multiples of the casters' extinction; all 1 where they are grey.
+CONSTANT(float, EXTINCTION_RED, 1.0)
+CONSTANT(float, EXTINCTION_GREEN, 1.0)
+CONSTANT(float, EXTINCTION_BLUE, 1.0)
+// The channel that is blended: each has an opacity of its own.
+CONSTANT(uint, CHANNEL, 0u)
+
+vec3 extinction_ratio() { return vec3(EXTINCTION_RED, EXTINCTION_GREEN, EXTINCTION_BLUE); }
+
+// What is left of each color, by the look-up that was just asked.
+vec3 colored(float visibility) {
+#ifdef TECHNIQUE_COLORS
+    return light_colors(visibility, extinction_ratio());
+#else
+    return vec3(visibility);
+#endif
+}
+
+// Premultiplied, with the opacity of the channel that is drawn.
+vec4 blended_color(vec3 color, vec3 opacity) { return vec4(color, opacity[CHANNEL]); }
+#endif

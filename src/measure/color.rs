@@ -1,0 +1,64 @@
+//! How far answers are from the truth in each color, where smoke takes some of them more than others.
+
+use super::points::at_once;
+use super::truth::{Points, Truth};
+use super::{Answers, Case, PointError};
+use crate::Result;
+use crate::consume::Query;
+use crate::scene::Scene;
+use crate::technique::Technique;
+use serde::{Deserialize, Serialize};
+
+/// Colors of light, as the channels of a picture.
+pub const COLORS: [&str; 3] = ["red", "green", "blue"];
+
+/// Errors of what is left of one color.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ColorError {
+    /// One of [`COLORS`].
+    pub color: String,
+    /// Its extinction, a multiple of that of the casters ([`Scene::extinction_ratio`]).
+    pub extinction: f64,
+    /// At the space points of [`super::RowError`]. Absent for a technique without a look-up.
+    pub space: Option<PointError>,
+    /// At its surface points. Absent without meshes.
+    pub surface: Option<PointError>,
+}
+
+/// Answers in space and on surfaces for each color, over all moments.
+#[derive(Default)]
+pub(super) struct ColorAnswers([[Answers; 2]; 3]);
+
+impl ColorAnswers {
+    /// Errors of each color; none where all light is taken alike.
+    pub(super) fn errors(&self, ratio: [f32; 3]) -> Result<Vec<ColorError>> {
+        let of = |((color, extinction), [space, surface]): ((&&str, f32), &[Answers; 2])| {
+            let (space, surface) = (space.error()?, surface.error()?);
+            Ok(ColorError { color: (*color).into(), extinction: extinction.into(), space, surface })
+        };
+        let all = COLORS.iter().zip(ratio).zip(&self.0).filter(|_| ratio != Scene::GREY);
+        all.map(of).collect()
+    }
+}
+
+impl Case<'_> {
+    /// Asks for each color at the points of a moment, unless all light is taken alike. What paints has no look-up in space.
+    pub(super) fn ask_colors(&self, technique: &dyn Technique, truth: &Truth, asked: &mut ColorAnswers) -> Result<()> {
+        let ratio = self.world.extinction_ratio();
+        if ratio == Scene::GREY {
+            return Ok(());
+        }
+        let space: &[Points] = if technique.painter().is_some() { &[] } else { truth.space() };
+        for (channel, (extinction, answers)) in ratio.into_iter().zip(&mut asked.0).enumerate() {
+            for (points, answers) in [space, truth.surface()].into_iter().zip(answers) {
+                for list in at_once(points) {
+                    let query = Query::of_lights(self.context, &list)?;
+                    query.query(&query.color_kernel(&technique.answer(), extinction)?)?;
+                    answers.approximate.extend(query.answers()?);
+                }
+                answers.truth.extend(points.iter().flat_map(|p| &p.colors).map(|colors| colors[channel]));
+            }
+        }
+        Ok(())
+    }
+}
