@@ -3,11 +3,13 @@
 
 mod camera;
 mod chart;
+mod curve;
 #[allow(unsafe_code)]
 mod host;
 mod lit;
 mod panel;
 mod present;
+mod rays;
 mod script;
 mod stage;
 mod state;

@@ -1,6 +1,8 @@
 //! The panel: a control for all that a state has.
 
 use super::chart::Chart;
+use super::curve;
+use super::rays::Rays;
 use super::stage::Stage;
 use super::state::{Show, Side, State};
 use crate::consume::KEYS;
@@ -17,6 +19,7 @@ pub struct Told<'a> {
     pub scenes: &'a [String],
     pub stage: Option<&'a Stage>,
     pub chart: &'a Chart,
+    pub rays: Option<&'a Rays>,
     /// What went wrong last.
     pub lines: &'a [String],
     /// Milliseconds that the host takes for a frame.
@@ -46,6 +49,7 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
             lines(ui, state, told);
             scene(ui, state, told);
             shown(ui, state, told);
+            under_the_pointer(ui, state, told);
             for (i, name) in ["A", "B"].into_iter().enumerate() {
                 let path = told.stage.and_then(|stage| stage.path(i)).map(|path| format!(", path {path}"));
                 egui::CollapsingHeader::new(format!("{name}: {}{}", state.sides[i].text(), path.unwrap_or_default()))
@@ -135,6 +139,17 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
             }
         }
         Show::A | Show::B => {}
+    }
+}
+
+/// The curve of light 0's ray, where it is asked for.
+fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
+    ui.checkbox(&mut state.curve, "curve under the pointer (V)");
+    match told.rays.filter(|_| state.curve).map(Rays::last) {
+        Some(Some(Ok(found))) => curve::plot(ui, &found),
+        Some(Some(Err(error))) => drop(ui.label(error)),
+        Some(None) => drop(ui.spinner()),
+        None => {}
     }
 }
 

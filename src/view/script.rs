@@ -21,6 +21,8 @@ pub enum Step {
     Frames(u64),
     /// A PNG of what is seen once that is whole.
     Screenshot(PathBuf),
+    /// An SVG of the curve under the pointer, once that is there.
+    Curve(PathBuf),
     /// The picture is of so many pixels; 0 × 0 as if the window were minimized.
     Resize([u32; 2]),
     /// A file is dropped onto the window.
@@ -68,13 +70,14 @@ fn step(line: &str) -> std::result::Result<Step, String> {
         ("wait", Some([ms])) => whole(*ms).map(|ms| Step::Wait(Duration::from_millis(ms.into()))),
         ("frames", Some([count])) => whole(*count).map(|count| Step::Frames(count.into())),
         ("screenshot", _) => (!rest.is_empty()).then(|| Step::Screenshot(rest.into())),
+        ("curve", _) => (!rest.is_empty()).then(|| Step::Curve(rest.into())),
         ("resize", Some([width, height])) => whole(*width).zip(whole(*height)).map(|(w, h)| Step::Resize([w, h])),
         ("drop", _) => (!rest.is_empty()).then(|| Step::Drop(rest.into())),
         ("report", Some([])) => Some(Step::Report),
         ("quit", Some([])) => Some(Step::Quit),
         _ => None,
     };
-    let known = "set KEY VALUE, key NAME, orbit RIGHT UP, wait MILLISECONDS, frames N, screenshot FILE, resize W H, drop FILE, report, quit";
+    let known = "set KEY VALUE, key NAME, orbit RIGHT UP, wait MILLISECONDS, frames N, screenshot FILE, curve FILE, resize W H, drop FILE, report, quit";
     step.ok_or_else(|| format!("write one of: {known}"))
 }
 
@@ -102,6 +105,7 @@ mod tests {
             ("wait 20", Step::Wait(Duration::from_millis(20))),
             ("frames 300", Step::Frames(300)),
             ("screenshot a b.png", Step::Screenshot("a b.png".into())),
+            ("curve a.svg", Step::Curve("a.svg".into())),
             ("resize 64 0", Step::Resize([64, 0])),
             ("report", Step::Report),
             ("quit", Step::Quit),

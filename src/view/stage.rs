@@ -11,6 +11,7 @@ use crate::report::StepRange;
 use crate::scene::{Scene, SceneChange, View};
 use crate::world::World;
 use crate::{Error, Result};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counts of steps on their way to the host.
 struct Counting {
@@ -38,7 +39,7 @@ pub struct Stage {
     /// What of it is otherwise in the world.
     change: SceneChange,
     world: World,
-    /// Rises whenever the world changes.
+    /// Another whenever the world changes: no two states of any scenes have the same.
     version: u64,
     sides: [Option<Lit>; 2],
     /// Specs that cannot be shown, and why.
@@ -67,7 +68,7 @@ impl Stage {
             of: (state.scene.clone(), state.time_s, state.lights),
             change: state.change(),
             world,
-            version: 0,
+            version: next_version(),
             sides: [None, None],
             refused: [None, None],
             truth: Truth::new(),
@@ -89,6 +90,15 @@ impl Stage {
     /// The scene as its file says.
     pub fn base(&self) -> &Scene {
         &self.base
+    }
+
+    /// Which state the world is in, the scene in it, and the camera that sees it.
+    ///
+    /// # Errors
+    /// As [`World::scene`].
+    pub fn seen(&self) -> Result<(u64, &Scene, View)> {
+        let scene = self.world.scene()?;
+        Ok((self.version, scene, View::camera(&scene.camera, scene, self.size)))
     }
 
     /// Pixels of the picture.
@@ -212,7 +222,7 @@ impl Stage {
             self.base = later;
         }
         (self.of.1, self.change) = (state.time_s, change);
-        self.version += 1;
+        self.version = next_version();
         Ok(())
     }
 
@@ -360,6 +370,11 @@ impl Stage {
         (self.values, self.shown) = (Values::Steps, None);
         Ok(())
     }
+}
+
+fn next_version() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 /// Whether the reference is seen.

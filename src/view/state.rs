@@ -99,6 +99,10 @@ pub struct State {
     pub gain: u32,
     /// The depth of the slice, 0 nearest to the light.
     pub depth: f32,
+    /// Whether the curve under the pointer is shown.
+    pub curve: bool,
+    /// The pixel of the picture that it is of; none for the middle.
+    pub pointer: Option<[u32; 2]>,
     /// Whether time runs.
     pub runs: bool,
     /// Whether the panel is there.
@@ -121,6 +125,8 @@ impl State {
             wipe: 0.5,
             gain: 8,
             depth: 0.5,
+            curve: false,
+            pointer: None,
             runs: false,
             panel: true,
         }
@@ -157,7 +163,7 @@ impl State {
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
 
-    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `depth`, `eye`, `target`,
+    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `depth`, `curve`, `pointer`, `eye`, `target`,
     /// `direction`, `extinction`, `time`, `runs`, `panel`.
     ///
     /// # Errors
@@ -194,13 +200,18 @@ impl State {
             "direction" => self.direction = vector()?,
             "extinction" => self.extinction = number(0.0, 1e6)?,
             "time" => self.time_s = number(0.0, 1e6)?,
+            "curve" => self.curve = switch()?,
+            "pointer" => {
+                let numbers: Vec<u32> = value.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+                self.pointer = Some(numbers.try_into().map_err(|_| wrong("two whole numbers, X,Y"))?);
+            }
             "runs" => self.runs = switch()?,
             "panel" => self.panel = switch()?,
             _ => match key.split_once('.') {
                 Some(("a", key)) => set_key(&mut self.sides[0], key, value)?,
                 Some(("b", key)) => set_key(&mut self.sides[1], key, value)?,
                 _ => {
-                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, depth, eye, target, direction, extinction, time, runs, panel";
+                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, depth, curve, pointer, eye, target, direction, extinction, time, runs, panel";
                     return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {known}")));
                 }
             },
@@ -208,24 +219,34 @@ impl State {
         Ok(())
     }
 
+    /// A command for this state: `more` are its own options.
+    fn line(&self, command: &str, more: &str) -> String {
+        let mut line = format!("gobo {command} {}{more} --time {}", quoted(&self.scene), self.time_s);
+        if let Some(lights) = self.lights {
+            line += &format!(" --lights {lights}");
+        }
+        for (name, value) in [("eye", self.eye), ("target", self.target), ("direction", self.direction)] {
+            if let Some(DVec3 { x, y, z }) = value {
+                line += &format!(" --{name} {x},{y},{z}");
+            }
+        }
+        if self.extinction != 1.0 {
+            line += &format!(" --extinction {}", self.extinction);
+        }
+        line
+    }
+
+    /// The command that plots the curve of a texel of light 0's map, as `specs` have it.
+    pub fn curve_command(&self, [x, y]: [u32; 2], face: Option<&str>, specs: &[&Spec]) -> String {
+        let face = face.map_or_else(String::new, |face| format!(" --face {face}"));
+        let techniques: String = specs.iter().map(|spec| format!(" --technique {}", quoted(&spec.short()))).collect();
+        self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
+    }
+
     /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: light 0 has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let line = |side: &Side, command: &str, more: String| {
-            let mut line =
-                format!("gobo {command} {} --plain --technique {}", quoted(&self.scene), quoted(&side.text()));
-            line += &format!("{more} --time {}", self.time_s);
-            if let Some(lights) = self.lights {
-                line += &format!(" --lights {lights}");
-            }
-            for (name, value) in [("eye", self.eye), ("target", self.target), ("direction", self.direction)] {
-                if let Some(DVec3 { x, y, z }) = value {
-                    line += &format!(" --{name} {x},{y},{z}");
-                }
-            }
-            if self.extinction != 1.0 {
-                line += &format!(" --extinction {}", self.extinction);
-            }
-            line
+            self.line(command, &format!(" --plain --technique {}{more}", quoted(&side.text())))
         };
         let [a, b] = &self.sides;
         let pixels = format!(" --width {} --height {}", size[0], size[1]);

@@ -3,12 +3,13 @@
 use super::chart::Chart;
 use super::host::{Host, Said, Ui};
 use super::panel::{self, Pressed, Told};
+use super::rays::{self, Rays};
 use super::script::{Script, Step, key_name};
 use super::stage::{Stage, is_lost};
 use super::state::{Show, State};
 use super::{Options, camera, no_display};
-use crate::gpu::ReadBack;
-use crate::report::write_png;
+use crate::gpu::{self, ReadBack};
+use crate::report::{write_png, write_whole};
 use crate::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -38,6 +39,7 @@ struct Shot {
 /// What there is once a window stands. Fields are dropped in this order.
 struct Open {
     stage: Option<Stage>,
+    rays: Rays,
     host: Host,
     input: egui_winit::State,
     window: Arc<Window>,
@@ -57,6 +59,8 @@ pub struct View {
     chart: Chart,
     lines: Vec<String>,
     shot: Option<Shot>,
+    /// Where the curve under the pointer is to be written.
+    plot: Option<PathBuf>,
     /// Drawn since the window opened.
     frames: u64,
     host_ms: f64,
@@ -86,6 +90,7 @@ impl View {
             chart: Chart::default(),
             lines: Vec::new(),
             shot: None,
+            plot: None,
             frames: 0,
             host_ms: 0.0,
             last: Instant::now(),
@@ -119,7 +124,10 @@ impl View {
         let limit = host.context().features().max_image_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(egui, egui::ViewportId::ROOT, &window, scale, None, Some(limit));
-        Ok(Open { stage: None, host, input, window })
+        // The same device, opened once more.
+        let wanted = Some(host.context().features().name.clone());
+        let rays = Rays::new(gpu::Options { device: wanted, validation: *validation, messages: messages.clone() });
+        Ok(Open { stage: None, rays, host, input, window })
     }
 
     /// The picture's pixels in a window of that size.
@@ -168,6 +176,7 @@ impl View {
                 Err(error) => return Err(error),
             }
             self.read_shot(stage, &open.host, &frame)?;
+            self.ask(stage, &mut open.rays)?;
         }
         let host_ms = start.elapsed().saturating_sub(waited).as_secs_f64() * 1e3;
         self.host_ms = if self.frames == 0 { host_ms } else { 0.9 * self.host_ms + 0.1 * host_ms };
@@ -210,7 +219,7 @@ impl View {
         let (context, mut pressed) = (open.input.egui_ctx().clone(), None);
         let (state, stage) = (&mut self.state, open.stage.as_ref());
         let told =
-            Told { scenes: &self.options.scenes, stage, chart: &self.chart, lines: &self.lines, host_ms: self.host_ms };
+            Told { scenes: &self.options.scenes, stage, chart: &self.chart, rays: Some(&open.rays), lines: &self.lines, host_ms: self.host_ms };
         let output = context.run_ui(input, |ui| {
             if state.panel {
                 pressed = panel::panel(ui, state, &told);
@@ -242,7 +251,11 @@ impl View {
     fn copy(&self, open: &mut Open) {
         let size = open.stage.as_ref().map_or(self.options.size, Stage::size);
         let faces = open.stage.as_ref().is_some_and(|stage| stage.base().lights[0].map_count() > 1);
-        let text = self.state.commands(size, faces).join("\n");
+        let mut lines = self.state.commands(size, faces);
+        if let Some(Ok(found)) = open.rays.answer() {
+            lines.push(self.state.curve_command(found.texel, found.face, &rays::specs(&self.state)));
+        }
+        let text = lines.join("\n");
         println!("{text}");
         open.input.egui_ctx().copy_text(text);
     }
@@ -264,6 +277,26 @@ impl View {
                 Ok(())
             })?;
             shot.read = Some((read, frame.number, stage.pictured(&self.state), stage.size()[0]));
+        }
+        Ok(())
+    }
+
+    /// Asks for the curve under the pointer where it is shown, and writes it where that is wanted.
+    fn ask(&mut self, stage: &Stage, rays: &mut Rays) -> Result<()> {
+        if !self.state.curve {
+            rays.rest();
+            return Ok(());
+        }
+        let (version, scene, camera) = stage.seen()?;
+        rays.ask(&self.state, version, scene, camera);
+        match rays.answer() {
+            Some(answer) => {
+                let Some(path) = self.plot.take() else { return Ok(()) };
+                let found = answer.map_err(|cause| Error::input("the curve", cause, "point at another place"))?;
+                write_whole(&path, found.svg()?.as_bytes())?;
+                println!("{}", path.display());
+            }
+            None => {}
         }
         Ok(())
     }
@@ -312,6 +345,7 @@ impl View {
             "f12" => self.shoot(),
             "c" => self.copy(open),
             "x" => self.state.sides.swap(0, 1),
+            "v" => self.state.curve = !self.state.curve,
             "r" => (self.state.eye, self.state.target) = (None, None),
             "space" => self.state.runs = !self.state.runs,
             "h" => self.state.panel = !self.state.panel,
@@ -336,6 +370,7 @@ impl View {
             if !fits && self.began.elapsed() < GRACE
                 || self.frames_left > 0
                 || self.shot.is_some()
+                || self.plot.is_some()
                 || self.frames == 0
                 || self.until.is_some_and(|until| Instant::now() < until)
             {
@@ -354,6 +389,7 @@ impl View {
                 Step::Wait(time) => self.until = Some(Instant::now() + time),
                 Step::Frames(count) => self.frames_left = count,
                 Step::Screenshot(path) => self.shot = Some(Shot { path, read: None }),
+                Step::Curve(path) => (self.state.curve, self.plot) = (true, Some(path)),
                 Step::Resize([0, _] | [_, 0]) => (self.forced, self.frames_left) = (Some([0; 2]), 2),
                 Step::Resize(size) => {
                     (self.forced, self.options.size, self.began) = (None, size, Instant::now());
@@ -444,6 +480,11 @@ impl ApplicationHandler for View {
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.mouse([position.x, position.y], &open);
+                // A script has a pointer of its own.
+                if self.state.curve && self.script.is_none() && self.is_over_picture(&open) {
+                    self.state.pointer = Some([position.x, position.y].map(|at| at.max(0.0) as u32));
+                    self.wants = true;
+                }
                 self.wants |= self.dragged.is_some();
             }
             WindowEvent::MouseWheel { delta, .. } if self.is_over_picture(&open) => {
@@ -477,7 +518,9 @@ impl ApplicationHandler for View {
             return;
         }
         // The reference gets on by itself.
-        let fills = open.stage.as_ref().is_some_and(|stage| !stage.is_whole(&self.state));
+        let fills = open.stage.as_ref().is_some_and(|stage| !stage.is_whole(&self.state))
+            || open.rays.is_waiting()
+            || self.plot.is_some();
         self.wants |= fills && self.last.elapsed() >= LOOK;
         if self.wants {
             open.window.request_redraw();

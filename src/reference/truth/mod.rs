@@ -11,6 +11,7 @@ mod limit;
 mod meshes;
 mod picture;
 mod points;
+mod seen;
 mod shaft;
 mod shown;
 mod surface;
