@@ -1,11 +1,10 @@
 //! The passes of a picture: meshes, what stands behind them, casters.
 
 use super::kernels::{Casters, Kernels, Meshes, SpacingPush};
-use super::{Lighting, Renderer, Shading};
+use super::{Renderer, Shading};
 use crate::Result;
-use crate::gpu::{Commands, Kernel, Pass, Requirement, Target};
+use crate::gpu::{Commands, Kernel, Pass, Target};
 use crate::scene::{Picture, SKY};
-use crate::shaders::consume as shaders;
 use crate::technique::Answer;
 use std::ops::Range;
 
@@ -19,19 +18,7 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
     pub fn wireframe(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Picture> {
-        self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
-        let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
-        let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
-        let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
-        self.frame(&kernels, |commands| {
-            commands.pass("consume.wireframe", |pass| {
-                let step = (self.blended.casters.len() as u32).div_ceil(OUTLINED).max(1);
-                let outlined = |i: u32| (i % step == step / 2).then_some((&lines, i..i + 1));
-                let both =
-                    |places: Range<u32>| places.flat_map(|i| std::iter::once((&filled, i..i + 1)).chain(outlined(i)));
-                self.patches(pass, &SpacingPush { spacing }, &kernels, |places| both(places).collect());
-            });
-        })?;
+        self.draw(&self.wireframe_kernels(answer, shading, spacing)?)?;
         self.read()
     }
 
@@ -65,6 +52,7 @@ impl Renderer {
         match &kernels.casters {
             Casters::Fragment(kernel) => self.caster(commands, kernel, kernels),
             Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push, kernels),
+            Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),
             Casters::Sliced(sliced) => sliced.record(commands, self),
         }
     }
@@ -102,6 +90,21 @@ impl Renderer {
 
     fn vertex_lit(&self, commands: &mut Commands, kernel: &Kernel<SpacingPush>, push: &SpacingPush, kernels: &Kernels) {
         commands.pass("consume.vertex_lit", |pass| self.patches(pass, push, kernels, |places| vec![(kernel, places)]));
+    }
+
+    fn outlined(
+        &self,
+        commands: &mut Commands,
+        [filled, lines]: [&Kernel<SpacingPush>; 2],
+        push: &SpacingPush,
+        kernels: &Kernels,
+    ) {
+        let step = (self.blended.casters.len() as u32).div_ceil(OUTLINED).max(1);
+        let outlined = |i: u32| (i % step == step / 2).then_some((lines, i..i + 1));
+        let both = |places: Range<u32>| places.flat_map(|i| std::iter::once((filled, i..i + 1)).chain(outlined(i)));
+        commands.pass("consume.wireframe", |pass| {
+            self.patches(pass, push, kernels, |places| both(places).collect());
+        });
     }
 
     /// Draws casters as patches, those of places in the order each with the kernel that is given for it; and volumes as ever.

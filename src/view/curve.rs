@@ -59,7 +59,10 @@ mod tests {
     fn corners_are_corners() {
         let place = Rect::from_min_max(pos2(10.0, 20.0), pos2(110.0, 122.0));
         let at = |depth, through| point_of(place, &(0.25..0.75), (depth, through));
-        assert_eq!((at(0.25, 0.0), at(0.75, 0.0), at(0.5, 0.0)), (pos2(10.0, 122.0), pos2(110.0, 122.0), pos2(60.0, 122.0)));
+        assert_eq!(
+            (at(0.25, 0.0), at(0.75, 0.0), at(0.5, 0.0)),
+            (pos2(10.0, 122.0), pos2(110.0, 122.0), pos2(60.0, 122.0))
+        );
         assert!((at(0.25, 1.0).y - 22.0).abs() < 1e-3);
     }
 }

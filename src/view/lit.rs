@@ -1,11 +1,11 @@
 //! A technique in the window, open, and the picture that it lights.
 
-use crate::Result;
 use crate::consume::{Kernels, Lighting, Renderer, Shading, StepsKernel};
 use crate::gpu::{Commands, Context};
 use crate::scene::View;
 use crate::technique::{Settled, Spec, Technique, open};
 use crate::world::{Generations, World};
+use crate::{Error, Result};
 
 pub struct Lit {
     pub spec: Spec,
@@ -14,6 +14,10 @@ pub struct Lit {
     /// What counts its steps, once they were asked for.
     pub steps: Option<StepsKernel>,
     kernels: Kernels,
+    /// What draws its triangles too, once they were asked for.
+    outlined: Option<Kernels>,
+    /// Whether its picture has them.
+    has_lines: bool,
     /// The world that it was built for.
     built: Option<Generations>,
     /// The frame that recorded its last build, until that is over.
@@ -50,6 +54,8 @@ impl Lit {
             spec: spec.clone(),
             technique,
             renderer,
+            outlined: None,
+            has_lines: false,
             steps: None,
             built: None,
             building: None,
@@ -83,7 +89,24 @@ impl Lit {
         self.left == 0
     }
 
-    /// Records what has changed: the build and, where it is wanted, the picture. `seen` is as for
+    /// Makes what draws its triangles.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where it has none, else as [`Renderer::wireframe_kernels`].
+    pub fn outline(&mut self) -> Result<()> {
+        let settings = self.spec.settings();
+        let Lighting::Vertex { spacing } = Lighting::of(&settings) else {
+            let way_out = "set lighting=vertex";
+            return Err(Error::input(self.spec.entry.name, "it tessellates nothing", way_out));
+        };
+        if self.outlined.is_none() {
+            let answer = self.technique.answer();
+            self.outlined = Some(self.renderer.wireframe_kernels(&answer, Shading::of(&settings), spacing)?);
+        }
+        Ok(())
+    }
+
+    /// Records what has changed: the build and, where it is wanted, the picture, with triangles where `lines`. `seen` is as for
     /// [`Lit::open`].
     ///
     /// # Errors
@@ -94,6 +117,7 @@ impl Lit {
         world: &World,
         seen: (u64, View),
         pictured: bool,
+        lines: bool,
     ) -> Result<Recorded> {
         let parts = self.technique.made_of();
         let builds = !self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts));
@@ -106,12 +130,15 @@ impl Lit {
             self.renderer.look(world, &seen.1)?;
             self.seen = seen;
         }
-        if changed {
+        let lines = lines && self.outlined.is_some();
+        if changed || lines != self.has_lines && pictured {
             self.left = Shading::of(&self.spec.settings()).frames_to_settle();
         }
         let drawn = pictured && self.left > 0;
         if drawn {
-            self.renderer.record(commands, &self.kernels)?;
+            let kernels = self.outlined.as_ref().filter(|_| lines).unwrap_or(&self.kernels);
+            self.renderer.record(commands, kernels)?;
+            self.has_lines = lines;
             self.left -= 1;
         }
         Ok(Recorded { changed, drawn })

@@ -7,6 +7,7 @@ mod curve;
 #[allow(unsafe_code)]
 mod host;
 mod lit;
+mod pace;
 mod panel;
 mod present;
 mod rays;

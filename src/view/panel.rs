@@ -101,6 +101,15 @@ fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
     if kinds.particles || kinds.strands || kinds.splats {
         ui.add(Slider::new(&mut state.extinction, 0.01..=100.0).logarithmic(true).text("extinction ×"));
     }
+    if matches!(stage.base().motion, Motion::Fountain(_)) {
+        ui.horizontal(|ui| {
+            ui.add(Slider::new(&mut state.gravity, 0.0..=3.0).text("gravity ×"));
+            if state.attractor.is_some() && ui.button("let it wander").clicked() {
+                state.attractor = None;
+            }
+        });
+        ui.label("ctrl and drag: the attractor");
+    }
     if stage.base().motion != Motion::Still {
         ui.horizontal(|ui| {
             ui.add(Slider::new(&mut state.time_s, 0.0..=60.0).text("time, s"));
@@ -138,7 +147,26 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
                 ui.label(steps.to_string());
             }
         }
-        Show::A | Show::B => {}
+        Show::A | Show::B | Show::Wireframe => {}
+    }
+}
+
+/// Rings in the picture: where the attractor is held, and in `script`s, which have no pointer to be seen, what the curve is of.
+pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let scale = ui.ctx().pixels_per_point();
+    let ring = |at: [f64; 2], radius: f32, colour: egui::Color32| {
+        let at = egui::pos2(at[0] as f32, at[1] as f32) / scale;
+        painter.circle_stroke(at, radius, egui::Stroke::new(4.0, egui::Color32::BLACK));
+        painter.circle_stroke(at, radius, egui::Stroke::new(2.0, colour));
+    };
+    let size = stage.size();
+    if let (Some(at), Ok((.., view))) = (state.attractor, stage.seen()) {
+        ring(view.project(at).0.into(), 9.0, egui::Color32::from_rgb(0xe6, 0x9f, 0x00));
+    }
+    if state.curve && script {
+        let at = state.pointer.unwrap_or(size.map(|side| side / 2));
+        ring(at.map(|at| f64::from(at) + 0.5), 5.0, egui::Color32::WHITE);
     }
 }
 

@@ -11,6 +11,7 @@ use crate::report::StepRange;
 use crate::scene::{Scene, SceneChange, View};
 use crate::world::World;
 use crate::{Error, Result};
+use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counts of steps on their way to the host.
@@ -36,6 +37,8 @@ pub struct Stage {
     base: Scene,
     /// What of the state `base` was made of.
     of: (String, f64, Option<usize>),
+    /// What pulls at its particles.
+    pull: (Option<DVec3>, f64),
     /// What of it is otherwise in the world.
     change: SceneChange,
     world: World,
@@ -44,6 +47,8 @@ pub struct Stage {
     sides: [Option<Lit>; 2],
     /// Specs that cannot be shown, and why.
     refused: [Option<(String, String)>; 2],
+    /// What of A cannot be shown but as a picture: how, of which spec, and why.
+    unanswered: Option<(Show, String, String)>,
     truth: Truth,
     present: Option<Present>,
     values: Values,
@@ -66,11 +71,13 @@ impl Stage {
         Ok(Self {
             base,
             of: (state.scene.clone(), state.time_s, state.lights),
+            pull: state.pull(),
             change: state.change(),
             world,
             version: next_version(),
             sides: [None, None],
             refused: [None, None],
+            unanswered: None,
             truth: Truth::new(),
             present: None,
             values: Values::Nothing,
@@ -127,7 +134,8 @@ impl Stage {
 
     /// What cannot be shown of A and B, a line each.
     pub fn refused(&self) -> impl Iterator<Item = &str> {
-        self.refused.iter().flatten().map(|(_, cause)| cause.as_str())
+        let unanswered = self.unanswered.iter().map(|(.., cause)| cause.as_str());
+        self.refused.iter().flatten().map(|(_, cause)| cause.as_str()).chain(unanswered)
     }
 
     /// The range of the steps that are painted.
@@ -166,9 +174,12 @@ impl Stage {
         let is_answered = match state.show {
             Show::Slice => self.values == Values::Slice(state.depth),
             Show::Steps => self.values == Values::Steps,
-            Show::A | Show::B | Show::Wipe | Show::Difference => true,
+            Show::A | Show::B | Show::Wipe | Show::Difference | Show::Wireframe => true,
         };
-        side(0) && side(1) && (is_answered || self.refused[0].is_some()) && self.shown.is_some()
+        side(0)
+            && side(1)
+            && (is_answered || self.refused[0].is_some() || self.unanswered.is_some())
+            && self.shown.is_some()
     }
 
     /// Records the frame of `state`. Nothing of it waits.
@@ -193,12 +204,14 @@ impl Stage {
         for i in 0..2 {
             self.open(i, state, &camera)?;
         }
+        self.ask_of_a(state)?;
         for (i, lit) in self.sides.iter_mut().enumerate() {
             let Some(lit) = lit else { continue };
             if !state.show.draws()[i] {
                 continue;
             }
-            let recorded = lit.record(commands, &self.world, (self.version, camera), state.show.is_picture())?;
+            let (seen, lines) = ((self.version, camera), state.show == Show::Wireframe);
+            let recorded = lit.record(commands, &self.world, seen, state.show.is_picture(), lines)?;
             if recorded.changed && self.values != Values::Reference {
                 (self.values, self.counting) = (Values::Nothing, None);
             }
@@ -212,16 +225,22 @@ impl Stage {
     /// Moves the world to where `state` has it.
     fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let change = state.change();
-        if (self.of.1, self.change) == (state.time_s, change) {
+        if (self.of.1, self.pull, self.change) == (state.time_s, state.pull(), change) {
             return Ok(());
         }
-        let later = if self.of.1 == state.time_s { None } else { Some(self.base.at(state.time_s)?) };
+        let later = match () {
+            () if self.pull != state.pull() => {
+                Some(self.base.clone().pulled(state.attractor, state.gravity, state.time_s)?)
+            }
+            () if self.of.1 != state.time_s => Some(self.base.at(state.time_s)?),
+            () => None,
+        };
         let scene = change.of(later.as_ref().unwrap_or(&self.base))?;
         self.world.replace_in(commands, &scene)?;
         if let Some(later) = later {
             self.base = later;
         }
-        (self.of.1, self.change) = (state.time_s, change);
+        (self.of.1, self.pull, self.change) = (state.time_s, state.pull(), change);
         self.version = next_version();
         Ok(())
     }
@@ -255,9 +274,31 @@ impl Stage {
     }
 
     /// A cannot be shown so.
-    fn refuse(&mut self, error: &Error) {
-        let spec = self.sides[0].as_ref().map(|lit| lit.spec.to_string()).unwrap_or_default();
-        self.refused[0] = Some((spec, error.to_string()));
+    fn refuse(&mut self, show: Show, error: &Error) {
+        let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
+        self.unanswered = Some((show, spec, error.to_string()));
+    }
+
+    /// Sees to it that A can be asked for what is shown of it, and not again for what it cannot be.
+    fn ask_of_a(&mut self, state: &State) -> Result<()> {
+        let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
+        self.unanswered.take_if(|(show, of, _)| *show != state.show || *of != spec);
+        if self.unanswered.is_some() {
+            return Ok(());
+        }
+        let outcome = match (state.show, &mut self.sides[0]) {
+            (Show::Slice | Show::Steps | Show::Wireframe, _) if matches!(state.sides[0], Side::Reference) => {
+                Err(Error::input("the reference", "it is only shown as a picture", "choose a technique"))
+            }
+            (Show::Wireframe, Some(lit)) => lit.outline(),
+            _ => Ok(()),
+        };
+        match outcome {
+            Err(error) if is_lost(&error) => return Err(error),
+            Err(error) => self.refuse(state.show, &error),
+            Ok(()) => {}
+        }
+        Ok(())
     }
 
     /// Records what makes the window's bytes, where they are others than before.
@@ -268,8 +309,10 @@ impl Stage {
             self.present = Some(Present::new(&self.context, image(0), image(1), self.size)?);
         }
         let is_answered = match state.show {
+            Show::Slice | Show::Steps if self.unanswered.is_some() => false,
             Show::Slice => self.slice(commands, state.depth)?,
             Show::Steps => self.count_steps(commands)?,
+            Show::Wireframe => self.unanswered.is_none(),
             Show::A | Show::B | Show::Wipe | Show::Difference => self.fill_in(state)?,
         };
         let source = |i: usize| match (&state.sides[i], &self.sides[i]) {
@@ -315,7 +358,7 @@ impl Stage {
         let Some(view) = lit.technique.maps().first().map(|map| map.volume) else {
             let error =
                 Error::input(lit.spec.entry.name, "it has no maps to slice", "choose one that has, such as avsm");
-            self.refuse(&error);
+            self.refuse(Show::Slice, &error);
             return Ok(false);
         };
         let size = [self.size[0].min(self.size[1]); 2];
@@ -338,7 +381,7 @@ impl Stage {
                 Ok(kernel) => lit.steps = Some(kernel),
                 Err(error) if is_lost(&error) => return Err(error),
                 Err(error) => {
-                    self.refuse(&error);
+                    self.refuse(Show::Steps, &error);
                     return Ok(false);
                 }
             }

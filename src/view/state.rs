@@ -1,7 +1,7 @@
 //! What the window shows: all that a control, a key or a line of a script sets. It knows of no device.
 
 use crate::consume::parse;
-use crate::scene::{Scene, SceneChange};
+use crate::scene::{MOST_GRAVITY, Scene, SceneChange};
 use crate::technique::Spec;
 use crate::technique::keys::check;
 use crate::{Error, Result};
@@ -54,17 +54,20 @@ pub enum Show {
     Slice = 4,
     /// How many steps A's look-ups take.
     Steps = 5,
+    /// A, and over some casters the triangles that lighting=vertex makes of them. The shader takes it for A.
+    Wireframe = 6,
 }
 
 impl Show {
-    /// Their words, in the order of their keys, F1 to F6.
-    pub const ALL: [(&str, Self); 6] = [
+    /// Their words, in the order of their keys, F1 to F7.
+    pub const ALL: [(&str, Self); 7] = [
         ("a", Self::A),
         ("b", Self::B),
         ("wipe", Self::Wipe),
         ("difference", Self::Difference),
         ("slice", Self::Slice),
         ("steps", Self::Steps),
+        ("wireframe", Self::Wireframe),
     ];
 
     /// Whether pictures of A and B are seen.
@@ -90,6 +93,10 @@ pub struct State {
     pub target: Option<DVec3>,
     pub direction: Option<DVec3>,
     pub extinction: f64,
+    /// As `--attractor`.
+    pub attractor: Option<DVec3>,
+    /// As `--gravity`.
+    pub gravity: f64,
     /// A and B.
     pub sides: [Side; 2],
     pub show: Show,
@@ -120,6 +127,8 @@ impl State {
             target: None,
             direction: None,
             extinction: 1.0,
+            attractor: None,
+            gravity: 1.0,
             sides: [Side::Reference, Side::Reference],
             show: Show::A,
             wipe: 0.5,
@@ -140,31 +149,42 @@ impl State {
     /// The scene as its name says, at the time.
     ///
     /// # Errors
-    /// As [`Scene::load`] and [`Scene::with_lights`].
+    /// As [`Scene::load`], [`Scene::with_lights`] and [`Scene::pulled`].
     pub fn load(&self) -> Result<Scene> {
         let scene = Scene::load(&self.scene, self.time_s)?;
-        match self.lights {
-            Some(lights) => scene.with_lights(lights, self.time_s),
-            None => Ok(scene),
+        let scene = match self.lights {
+            Some(lights) => scene.with_lights(lights, self.time_s)?,
+            None => scene,
+        };
+        if self.pull() == (None, 1.0) {
+            return Ok(scene);
         }
+        scene.pulled(self.attractor, self.gravity, self.time_s)
+    }
+
+    /// What moves simulated particles otherwise than ever.
+    pub fn pull(&self) -> (Option<DVec3>, f64) {
+        (self.attractor, self.gravity)
     }
 
     /// Another scene, seen and lit as its file says.
     pub fn choose(&mut self, scene: &str) {
         (self.scene, self.lights) = (scene.into(), None);
         (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
+        (self.attractor, self.gravity) = (None, 1.0);
     }
 
     /// The scene of `good`, as that has it, and no time that runs: this one's cannot be.
     pub fn go_back_to(&mut self, good: &Self) {
         self.choose(&good.scene);
         (self.lights, self.time_s, self.runs) = (good.lights, good.time_s, false);
+        (self.attractor, self.gravity) = good.pull();
         (self.eye, self.target) = (good.eye, good.target);
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
 
     /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `depth`, `curve`, `pointer`, `eye`, `target`,
-    /// `direction`, `extinction`, `time`, `runs`, `panel`.
+    /// `direction`, `extinction`, `attractor`, `gravity`, `time`, `runs`, `panel`.
     ///
     /// # Errors
     /// [`Error::Input`] where there is no such key, or the value is none of its.
@@ -199,6 +219,8 @@ impl State {
             "target" => self.target = vector()?,
             "direction" => self.direction = vector()?,
             "extinction" => self.extinction = number(0.0, 1e6)?,
+            "attractor" => self.attractor = if value == "off" { None } else { vector()? },
+            "gravity" => self.gravity = number(0.0, MOST_GRAVITY)?,
             "time" => self.time_s = number(0.0, 1e6)?,
             "curve" => self.curve = switch()?,
             "pointer" => {
@@ -211,7 +233,7 @@ impl State {
                 Some(("a", key)) => set_key(&mut self.sides[0], key, value)?,
                 Some(("b", key)) => set_key(&mut self.sides[1], key, value)?,
                 _ => {
-                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, depth, curve, pointer, eye, target, direction, extinction, time, runs, panel";
+                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
                     return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {known}")));
                 }
             },
@@ -229,6 +251,12 @@ impl State {
             if let Some(DVec3 { x, y, z }) = value {
                 line += &format!(" --{name} {x},{y},{z}");
             }
+        }
+        if let Some(DVec3 { x, y, z }) = self.attractor {
+            line += &format!(" --attractor {x},{y},{z}");
+        }
+        if self.gravity != 1.0 {
+            line += &format!(" --gravity {}", self.gravity);
         }
         if self.extinction != 1.0 {
             line += &format!(" --extinction {}", self.extinction);
@@ -258,6 +286,7 @@ impl State {
                 let face = if faces { " --face +x" } else { "" };
                 vec![line(a, "slice", format!(" --size {} --depth {}{face}", size[0].min(size[1]), self.depth))]
             }
+            Show::Wireframe => vec![line(a, "render", pixels + " --wireframe")],
             Show::Steps => vec![line(a, "render", pixels + " --steps")],
         }
     }

@@ -2,6 +2,7 @@
 
 use super::chart::Chart;
 use super::host::{Host, Said, Ui};
+use super::pace::Pace;
 use super::panel::{self, Pressed, Told};
 use super::rays::{self, Rays};
 use super::script::{Script, Step, key_name};
@@ -64,11 +65,15 @@ pub struct View {
     /// Drawn since the window opened.
     frames: u64,
     host_ms: f64,
+    /// Of the frames since the last report.
+    pace: Pace,
     last: Instant,
     began: Instant,
     /// The window's size as a script has it: none where it is the window's own.
     forced: Option<[u32; 2]>,
     dragged: Option<MouseButton>,
+    /// The control key is down.
+    control: bool,
     pointer: [f64; 2],
     /// Something is to be drawn.
     wants: bool,
@@ -93,10 +98,12 @@ impl View {
             plot: None,
             frames: 0,
             host_ms: 0.0,
+            pace: Pace::default(),
             last: Instant::now(),
             began: Instant::now(),
             forced: None,
             dragged: None,
+            control: false,
             pointer: [0.0; 2],
             wants: true,
             is_over: false,
@@ -146,6 +153,7 @@ impl View {
     fn frame_of(&mut self, open: &mut Open) -> Result<()> {
         let start = Instant::now();
         let seconds = if self.script.is_some() { FRAME_S } else { (start - self.last).as_secs_f64().min(0.1) };
+        let since = start - self.last;
         self.last = start;
         if self.state.runs {
             self.state.time_s += seconds;
@@ -162,7 +170,9 @@ impl View {
         let frame = open.host.begin()?;
         let waited = waited.elapsed();
         if let Some(over) = frame.number.checked_sub(open.host.frames_in_flight()) {
-            self.chart.add(&open.host.context().times(over));
+            let passes = open.host.context().times(over);
+            self.chart.add(&passes);
+            self.pace.passes(&passes);
             self.save(over, open.host.is_blue_first())?;
         }
         if let Some(stage) = &mut open.stage {
@@ -178,10 +188,12 @@ impl View {
             self.read_shot(stage, &open.host, &frame)?;
             self.ask(stage, &mut open.rays)?;
         }
-        let host_ms = start.elapsed().saturating_sub(waited).as_secs_f64() * 1e3;
-        self.host_ms = if self.frames == 0 { host_ms } else { 0.9 * self.host_ms + 0.1 * host_ms };
         let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.size())));
-        open.host.end(frame, picture, ui)?;
+        let waited = waited + open.host.end(frame, picture, ui)?;
+        let host = start.elapsed().saturating_sub(waited);
+        self.pace.frame(host, since);
+        let host_ms = host.as_secs_f64() * 1e3;
+        self.host_ms = if self.frames == 0 { host_ms } else { 0.9 * self.host_ms + 0.1 * host_ms };
         self.frames += 1;
         self.frames_left = self.frames_left.saturating_sub(1);
         let (is_drawn, is_whole) = open
@@ -217,10 +229,19 @@ impl View {
     fn panel(&mut self, open: &mut Open) -> Ui {
         let input = open.input.take_egui_input(&open.window);
         let (context, mut pressed) = (open.input.egui_ctx().clone(), None);
-        let (state, stage) = (&mut self.state, open.stage.as_ref());
-        let told =
-            Told { scenes: &self.options.scenes, stage, chart: &self.chart, rays: Some(&open.rays), lines: &self.lines, host_ms: self.host_ms };
+        let (state, stage, script) = (&mut self.state, open.stage.as_ref(), self.script.is_some());
+        let told = Told {
+            scenes: &self.options.scenes,
+            stage,
+            chart: &self.chart,
+            rays: Some(&open.rays),
+            lines: &self.lines,
+            host_ms: self.host_ms,
+        };
         let output = context.run_ui(input, |ui| {
+            if let Some(stage) = stage {
+                panel::rings(ui, state, stage, script);
+            }
             if state.panel {
                 pressed = panel::panel(ui, state, &told);
             }
@@ -399,7 +420,8 @@ impl View {
                 Step::Drop(file) => self.state.choose(&file),
                 Step::Report => {
                     let (frames, bytes) = (self.frames, open.host.allocated_bytes());
-                    println!("{frames} frames, {bytes} bytes of device memory, {:.3} ms of the host's", self.host_ms);
+                    let lowest = std::mem::take(&mut self.pace).text();
+                    println!("{frames} frames, {bytes} bytes of device memory{lowest}");
                 }
                 Step::Quit => self.is_over = true,
             }
@@ -433,6 +455,7 @@ impl View {
         let (Some(button), Some(stage)) = (self.dragged, &open.stage) else { return };
         let (camera, share) = (&stage.base().camera, 1.0 / f64::from(stage.size()[1]));
         match button {
+            MouseButton::Left if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), [x, y]) => {}
             MouseButton::Left => camera::orbit(&mut self.state, camera, -right * share * 4.0, down * share * 4.0),
             _ => camera::fly(&mut self.state, camera, [-right * share, down * share, 0.0]),
         }
@@ -478,6 +501,7 @@ impl ApplicationHandler for View {
                 let is_ours = state == ElementState::Pressed && self.is_over_picture(&open);
                 self.dragged = is_ours.then_some(button);
             }
+            WindowEvent::ModifiersChanged(modifiers) => self.control = modifiers.state().control_key(),
             WindowEvent::CursorMoved { position, .. } => {
                 self.mouse([position.x, position.y], &open);
                 // A script has a pointer of its own.

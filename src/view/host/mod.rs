@@ -15,6 +15,7 @@ use crate::{Error, Result};
 use ash::vk;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, allocator::GpuAllocator};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use winit::window::Window;
 
 /// An error of the window's own.
@@ -186,11 +187,12 @@ impl Host {
         record(&mut commands)
     }
 
-    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, in the upper left of the window, and the panel over it.
+    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, in the upper left of the window, and the panel over it. Returns
+    /// how long it took to hand it over to the screen, which may wait for the device.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
-    pub fn end(&mut self, frame: Frame, picture: Option<(&Buffer, [u32; 2])>, mut ui: Ui) -> Result<()> {
+    pub fn end(&mut self, frame: Frame, picture: Option<(&Buffer, [u32; 2])>, mut ui: Ui) -> Result<Duration> {
         self.textures(&mut ui)?;
         self.copied[(frame.number % u64::from(FRAMES_IN_FLIGHT)) as usize] = picture.map(|(buffer, _)| buffer.clone());
         if let (Some(image), Some(chain)) = (frame.image, &self.swapchain) {
@@ -207,11 +209,13 @@ impl Host {
         let shown = self.swapchain.as_ref().zip(frame.image);
         self.frames.submit(self.device.queue, frame.number, shown.map(|(chain, image)| chain.drawn[image]))?;
         self.next += 1;
+        let handed_over = Instant::now();
         if let Some((chain, image)) = shown
             && let Turn::Stale = chain.present(self.device.queue, image)?
         {
             self.is_stale = true;
         }
+        let handed_over = handed_over.elapsed();
         if !ui.textures.free.is_empty() {
             self.device.wait();
             for id in ui.textures.free.drain() {
@@ -221,7 +225,7 @@ impl Host {
                     .map_err(|e| error("free", "text", e))?;
             }
         }
-        Ok(())
+        Ok(handed_over)
     }
 
     /// Copies what text needs that was not shown before. It waits for the device, and is rare.
