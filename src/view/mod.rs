@@ -4,6 +4,7 @@
 mod camera;
 mod chart;
 mod curve;
+mod files;
 #[allow(unsafe_code)]
 mod host;
 mod lit;

@@ -422,7 +422,8 @@ fn next_version() -> u64 {
 
 /// Whether the reference is seen.
 fn has_reference(state: &State) -> bool {
-    (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
+    let has_pictures = state.show.is_picture() && state.show != Show::Wireframe;
+    has_pictures && (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
 }
 
 /// Whether nothing can go on.

@@ -1,6 +1,7 @@
 //! The window: what keys, mouse and lines of a script do, and its frames.
 
 use super::chart::Chart;
+use super::files::Files;
 use super::host::{Host, Said, Ui};
 use super::pace::Pace;
 use super::panel::{self, Pressed, Told};
@@ -9,10 +10,8 @@ use super::script::{Script, Step, key_name};
 use super::stage::{Stage, is_lost};
 use super::state::{Show, State};
 use super::{Options, camera, no_display};
-use crate::gpu::{self, ReadBack};
-use crate::report::{write_png, write_whole};
+use crate::gpu;
 use crate::{Error, Result};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
@@ -29,13 +28,6 @@ const FRAME_S: f64 = 1.0 / 30.0;
 
 /// How long a script waits for the window to take on its size.
 const GRACE: Duration = Duration::from_secs(3);
-
-/// A picture that is to be a file.
-struct Shot {
-    path: PathBuf,
-    /// What the host reads it from, of which frame, and its pixels and rows of the window's.
-    read: Option<(ReadBack, u64, [u32; 2], u32)>,
-}
 
 /// What there is once a window stands. Fields are dropped in this order.
 struct Open {
@@ -59,9 +51,7 @@ pub struct View {
     open: Option<Open>,
     chart: Chart,
     lines: Vec<String>,
-    shot: Option<Shot>,
-    /// Where the curve under the pointer is to be written.
-    plot: Option<PathBuf>,
+    files: Files,
     /// Drawn since the window opened.
     frames: u64,
     host_ms: f64,
@@ -94,8 +84,7 @@ impl View {
             open: None,
             chart: Chart::default(),
             lines: Vec::new(),
-            shot: None,
-            plot: None,
+            files: Files::default(),
             frames: 0,
             host_ms: 0.0,
             pace: Pace::default(),
@@ -173,7 +162,11 @@ impl View {
             let passes = open.host.context().times(over);
             self.chart.add(&passes);
             self.pace.passes(&passes);
-            self.save(over, open.host.is_blue_first())?;
+            match self.files.save(over, open.host.is_blue_first()) {
+                // A script's next line may need it.
+                Err(error @ Error::Output { .. }) if self.script.is_none() => self.tell(error.to_string()),
+                outcome => outcome?,
+            }
         }
         if let Some(stage) = &mut open.stage {
             let (host, state) = (&open.host, &self.state);
@@ -185,22 +178,28 @@ impl View {
                 }
                 Err(error) => return Err(error),
             }
-            self.read_shot(stage, &open.host, &frame)?;
+            self.files.read(&self.state, stage, &open.host, &frame)?;
             self.ask(stage, &mut open.rays)?;
         }
         let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.size())));
-        let waited = waited + open.host.end(frame, picture, ui)?;
+        let is_whole = open.stage.as_ref().is_some_and(|stage| stage.is_whole(&self.state));
+        let film = self.files.wanted(&open.host, is_whole && !open.rays.is_waiting())?;
+        let waited = waited + open.host.end(frame, picture, ui, film.as_ref())?;
         let host = start.elapsed().saturating_sub(waited);
         self.pace.frame(host, since);
         let host_ms = host.as_secs_f64() * 1e3;
         self.host_ms = if self.frames == 0 { host_ms } else { 0.9 * self.host_ms + 0.1 * host_ms };
+        if let Some(film) = film {
+            open.host.wait();
+            self.files.add(&film, open.host.window_size(), open.host.is_blue_first())?;
+        }
         self.frames += 1;
         self.frames_left = self.frames_left.saturating_sub(1);
         let (is_drawn, is_whole) = open
             .stage
             .as_ref()
             .map_or((false, false), |stage| (stage.is_drawn(&self.state), stage.is_whole(&self.state)));
-        let shoots = self.shot.as_ref().is_some_and(|shot| is_whole || shot.read.is_some());
+        let shoots = self.files.need_frames(is_whole);
         self.wants |= !is_drawn || self.state.runs || shoots || self.frames_left > 0;
         Ok(())
     }
@@ -251,7 +250,7 @@ impl View {
         self.wants |= delay.is_some_and(|delay| delay.is_zero());
         match pressed {
             Some(Pressed::Copy) => self.copy(open),
-            Some(Pressed::Screenshot) => self.shoot(),
+            Some(Pressed::Screenshot) => self.files.shoot(None),
             None => {}
         }
         let pixels_per_point = output.pixels_per_point;
@@ -281,27 +280,6 @@ impl View {
         open.input.egui_ctx().copy_text(text);
     }
 
-    /// A PNG under a name that is not taken.
-    fn shoot(&mut self) {
-        let names = (0..).map(|i| PathBuf::from(format!("gobo-view-{i:02}.png")));
-        let path = names.into_iter().find(|path| !path.exists()).unwrap_or_default();
-        self.shot = Some(Shot { path, read: None });
-    }
-
-    /// Records that the host reads the picture, once it is whole.
-    fn read_shot(&mut self, stage: &Stage, host: &Host, frame: &super::host::Frame) -> Result<()> {
-        let (Some(shot), Some(bytes)) = (&mut self.shot, stage.bytes()) else { return Ok(()) };
-        if shot.read.is_none() && stage.is_whole(&self.state) {
-            let read = ReadBack::new(host.context(), "view.screenshot", bytes.bytes())?;
-            host.record(frame, |commands| {
-                commands.read_back(bytes, &read);
-                Ok(())
-            })?;
-            shot.read = Some((read, frame.number, stage.pictured(&self.state), stage.size()[0]));
-        }
-        Ok(())
-    }
-
     /// Asks for the curve under the pointer where it is shown, and writes it where that is wanted.
     fn ask(&mut self, stage: &Stage, rays: &mut Rays) -> Result<()> {
         if !self.state.curve {
@@ -310,36 +288,7 @@ impl View {
         }
         let (version, scene, camera) = stage.seen()?;
         rays.ask(&self.state, version, scene, camera);
-        match rays.answer() {
-            Some(answer) => {
-                let Some(path) = self.plot.take() else { return Ok(()) };
-                let found = answer.map_err(|cause| Error::input("the curve", cause, "point at another place"))?;
-                write_whole(&path, found.svg()?.as_bytes())?;
-                println!("{}", path.display());
-            }
-            None => {}
-        }
-        Ok(())
-    }
-
-    /// Writes the picture that a frame left, which is over.
-    fn save(&mut self, over: u64, blue_first: bool) -> Result<()> {
-        let Some(shot) = self.shot.take_if(|shot| shot.read.as_ref().is_some_and(|(_, frame, ..)| *frame <= over))
-        else {
-            return Ok(());
-        };
-        let Some((read, frame, [width, height], row)) = shot.read else { return Ok(()) };
-        let pixels = read.read::<[u8; 4]>(frame, (row * height) as usize)?.unwrap_or_default();
-        let rgb = |[r, g, b, _]: [u8; 4]| if blue_first { [b, g, r] } else { [r, g, b] };
-        let rows = pixels.chunks_exact(row.max(1) as usize).flat_map(|pixels| &pixels[..width as usize]);
-        let bytes: Vec<u8> = rows.flat_map(|pixel| rgb(*pixel)).collect();
-        match write_png(&shot.path, [width, height], &bytes) {
-            Ok(()) => println!("{}", shot.path.display()),
-            // A script's next line may need it.
-            Err(error) if self.script.is_some() => return Err(error),
-            Err(error) => self.tell(error.to_string()),
-        }
-        Ok(())
+        self.files.save_plot(rays)
     }
 
     /// Does what a key does.
@@ -363,7 +312,7 @@ impl View {
             camera::fly(&mut self.state, &stage.base().camera, way);
         }
         match key {
-            "f12" => self.shoot(),
+            "f12" => self.files.shoot(None),
             "c" => self.copy(open),
             "x" => self.state.sides.swap(0, 1),
             "v" => self.state.curve = !self.state.curve,
@@ -390,8 +339,7 @@ impl View {
             let fits = self.forced.is_some() || self.picture(window, open.window.scale_factor()) == wants;
             if !fits && self.began.elapsed() < GRACE
                 || self.frames_left > 0
-                || self.shot.is_some()
-                || self.plot.is_some()
+                || self.files.are_due()
                 || self.frames == 0
                 || self.until.is_some_and(|until| Instant::now() < until)
             {
@@ -409,8 +357,12 @@ impl View {
                 }
                 Step::Wait(time) => self.until = Some(Instant::now() + time),
                 Step::Frames(count) => self.frames_left = count,
-                Step::Screenshot(path) => self.shot = Some(Shot { path, read: None }),
-                Step::Curve(path) => (self.state.curve, self.plot) = (true, Some(path)),
+                Step::Screenshot(path) => self.files.shoot(Some(path)),
+                Step::Gif(path, ms) => self.files.film(&path, ms),
+                Step::Curve(path) => {
+                    self.state.curve = true;
+                    self.files.plot(path);
+                }
                 Step::Resize([0, _] | [_, 0]) => (self.forced, self.frames_left) = (Some([0; 2]), 2),
                 Step::Resize(size) => {
                     (self.forced, self.options.size, self.began) = (None, size, Instant::now());
@@ -423,7 +375,10 @@ impl View {
                     let lowest = std::mem::take(&mut self.pace).text();
                     println!("{frames} frames, {bytes} bytes of device memory{lowest}");
                 }
-                Step::Quit => self.is_over = true,
+                Step::Quit => {
+                    self.is_over = true;
+                    self.files.finish()?;
+                }
             }
             self.wants = true;
             if self.is_over {
@@ -544,7 +499,7 @@ impl ApplicationHandler for View {
         // The reference gets on by itself.
         let fills = open.stage.as_ref().is_some_and(|stage| !stage.is_whole(&self.state))
             || open.rays.is_waiting()
-            || self.plot.is_some();
+            || self.files.are_due();
         self.wants |= fills && self.last.elapsed() >= LOOK;
         if self.wants {
             open.window.request_redraw();
