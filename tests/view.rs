@@ -113,6 +113,10 @@ fn what_is_seen_is_what_the_command_makes() {
         "set scene fountain:particles=2000\nset show a",
         "set attractor 1.5,0.5,2.5",
         "set gravity 4",
+        "set look full\nset a avsm:size=32",
+        "set samples 8\nset exposure 1.5",
+        "set a reference\nset samples 1\nset scene plume_8k",
+        "set a avsm:size=32,lighting=vertex\nset show wireframe",
     ];
     let script: String =
         controls.iter().enumerate().map(|(i, control)| format!("{control}\nscreenshot {i}.png\nkey c\n")).collect();

@@ -42,6 +42,20 @@ pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
     (state.eye, state.target) = (Some(is.position + way), Some(is.target + way));
 }
 
+/// Where a key flies to, in shares of the distance.
+pub fn way(key: &str) -> Option<[f64; 3]> {
+    let step = 0.05;
+    match key {
+        "w" => Some([0.0, 0.0, step]),
+        "s" => Some([0.0, 0.0, -step]),
+        "a" => Some([-step, 0.0, 0.0]),
+        "d" => Some([step, 0.0, 0.0]),
+        "q" => Some([0.0, -step, 0.0]),
+        "e" => Some([0.0, step, 0.0]),
+        _ => None,
+    }
+}
+
 /// Where the attractor of a fountain is; none of any other scene.
 pub fn attractor(state: &State, scene: &Scene) -> Option<DVec3> {
     let Motion::Fountain(fountain) = &scene.motion else { return None };

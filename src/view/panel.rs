@@ -14,6 +14,16 @@ use glam::DVec3;
 /// Points.
 pub const WIDTH: f32 = 340.0;
 
+/// Pixels of the window that are the panel's.
+pub fn pixels(state: &State, scale: f64) -> u32 {
+    if state.panel { (f64::from(WIDTH) * scale).ceil() as u32 } else { 0 }
+}
+
+/// The picture's pixels in a window of that size.
+pub fn picture(state: &State, window: [u32; 2], scale: f64) -> [u32; 2] {
+    [window[0].saturating_sub(pixels(state, scale)), window[1]]
+}
+
 /// What the panel shows beside the state.
 pub struct Told<'a> {
     pub scenes: &'a [String],
@@ -136,6 +146,12 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
     ui.horizontal_wrapped(|ui| {
         for (word, show) in Show::ALL {
             ui.selectable_value(&mut state.show, show, word);
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut state.full, "as render shows it");
+        if state.full {
+            ui.add(Slider::new(&mut state.exposure, -4.0..=4.0).text("stops"));
         }
     });
     match state.show {

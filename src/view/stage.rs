@@ -197,7 +197,7 @@ impl Stage {
         let scene = self.world.scene()?;
         let camera = View::camera(&scene.camera, scene, self.size);
         if has_reference(state) {
-            self.truth.see(self.version, scene, &camera);
+            self.truth.see(self.version, scene, &camera, state.look());
         } else {
             self.truth.rest();
         }
@@ -258,14 +258,15 @@ impl Stage {
                 return Ok(());
             }
         };
-        let text = wanted.to_string();
-        let is = |lit: &Lit| lit.spec.to_string() == text;
+        let look = state.look();
+        let text = format!("{wanted} {look:?}");
+        let is = |lit: &Lit| (lit.spec.to_string(), lit.look) == (wanted.to_string(), look);
         if self.sides[i].as_ref().is_some_and(is) || self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
             return Ok(());
         }
         (self.sides[i], self.refused[i]) = (None, None);
         self.forget();
-        match Lit::open(&self.context, &self.world, wanted, (self.version, *camera)) {
+        match Lit::open(&self.context, &self.world, wanted, (self.version, *camera), look) {
             Ok(lit) => self.sides[i] = Some(lit),
             Err(error) if is_lost(&error) => return Err(error),
             Err(error) => self.refused[i] = Some((text, error.to_string())),
@@ -305,7 +306,7 @@ impl Stage {
     fn show(&mut self, commands: &mut Commands, state: &State, blue_first: bool) -> Result<()> {
         if self.present.is_none() {
             let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;
-            let image = |i: usize| self.sides[i].as_ref().map_or(&none, |lit| lit.renderer.image());
+            let image = |i: usize| self.sides[i].as_ref().map_or(&none, Lit::image);
             self.present = Some(Present::new(&self.context, image(0), image(1), self.size)?);
         }
         let is_answered = match state.show {
@@ -377,7 +378,7 @@ impl Stage {
         }
         let Some(lit) = self.sides[0].as_mut().filter(|lit| lit.stands(&self.world)) else { return Ok(false) };
         if lit.steps.is_none() {
-            match lit.renderer.steps_kernel(&lit.technique.answer()) {
+            match lit.renderer().steps_kernel(&lit.technique.answer()) {
                 Ok(kernel) => lit.steps = Some(kernel),
                 Err(error) if is_lost(&error) => return Err(error),
                 Err(error) => {
@@ -387,7 +388,7 @@ impl Stage {
             }
         }
         let Some(kernel) = &lit.steps else { return Ok(false) };
-        lit.renderer.record_steps(commands, kernel);
+        lit.renderer().record_steps(commands, kernel);
         let pixels = self.size[0] as usize * self.size[1] as usize;
         let copy = Buffer::new(&self.context, "view.steps", 4 * pixels as u64, Memory::Device)?;
         let read = ReadBack::new(&self.context, "view.steps", 4 * pixels as u64)?;

@@ -1,7 +1,7 @@
 //! What the window shows: all that a control, a key or a line of a script sets. It knows of no device.
 
 use crate::consume::parse;
-use crate::scene::{MOST_GRAVITY, Scene, SceneChange};
+use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look};
 use crate::technique::Spec;
 use crate::technique::keys::check;
 use crate::{Error, Result};
@@ -104,6 +104,12 @@ pub struct State {
     pub wipe: f64,
     /// Differences are shown so many times as large.
     pub gain: u32,
+    /// Whether pictures are shown as `render` shows them, else as `render --plain` does.
+    pub full: bool,
+    /// As `--samples`.
+    pub samples: u32,
+    /// As `--exposure`.
+    pub exposure: f32,
     /// The depth of the slice, 0 nearest to the light.
     pub depth: f32,
     /// Whether the curve under the pointer is shown.
@@ -133,6 +139,9 @@ impl State {
             show: Show::A,
             wipe: 0.5,
             gain: 8,
+            full: false,
+            samples: 4,
+            exposure: 0.0,
             depth: 0.5,
             curve: false,
             pointer: None,
@@ -144,6 +153,12 @@ impl State {
     /// What changes in the scene.
     pub fn change(&self) -> SceneChange {
         SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
+    }
+
+    /// How pictures are shown; none as they are measured, and for what is no picture.
+    pub fn look(&self) -> Option<Look> {
+        let look = Look::new(self.samples, self.exposure).ok();
+        look.filter(|_| self.full && self.show.is_picture())
     }
 
     /// The scene as its name says, at the time.
@@ -183,7 +198,7 @@ impl State {
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
 
-    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `depth`, `curve`, `pointer`, `eye`, `target`,
+    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `depth`, `curve`, `pointer`, `eye`, `target`,
     /// `direction`, `extinction`, `attractor`, `gravity`, `time`, `runs`, `panel`.
     ///
     /// # Errors
@@ -222,6 +237,18 @@ impl State {
             "attractor" => self.attractor = if value == "off" { None } else { vector()? },
             "gravity" => self.gravity = number(0.0, MOST_GRAVITY)?,
             "time" => self.time_s = number(0.0, 1e6)?,
+            "look" => {
+                self.full = match value {
+                    "full" => true,
+                    "plain" => false,
+                    _ => return Err(wrong("full or plain")),
+                }
+            }
+            "samples" => {
+                let samples = value.parse().ok().filter(|samples| Look::new(*samples, 0.0).is_ok());
+                self.samples = samples.ok_or_else(|| wrong("1, 4, 8 or 16"))?;
+            }
+            "exposure" => self.exposure = number(-20.0, 20.0)? as f32,
             "curve" => self.curve = switch()?,
             "pointer" => {
                 let numbers: Vec<u32> = value.split(',').filter_map(|n| n.trim().parse().ok()).collect();
@@ -233,7 +260,7 @@ impl State {
                 Some(("a", key)) => set_key(&mut self.sides[0], key, value)?,
                 Some(("b", key)) => set_key(&mut self.sides[1], key, value)?,
                 _ => {
-                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
+                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, look, samples, exposure, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
                     return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {known}")));
                 }
             },
@@ -273,8 +300,12 @@ impl State {
 
     /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: light 0 has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
+        let look = match self.look() {
+            None => " --plain".into(),
+            Some(_) => format!(" --samples {} --exposure {}", self.samples, self.exposure),
+        };
         let line = |side: &Side, command: &str, more: String| {
-            self.line(command, &format!(" --plain --technique {}{more}", quoted(&side.text())))
+            self.line(command, &format!("{look} --technique {}{more}", quoted(&side.text())))
         };
         let [a, b] = &self.sides;
         let pixels = format!(" --width {} --height {}", size[0], size[1]);

@@ -108,7 +108,7 @@ impl View {
 
     fn start(&mut self, events: &ActiveEventLoop) -> Result<Open> {
         let [width, height] = self.options.size;
-        let size = |scale: f64| PhysicalSize::new(width + panel_pixels(&self.state, scale), height);
+        let size = |scale: f64| PhysicalSize::new(width + panel::pixels(&self.state, scale), height);
         let attributes = Window::default_attributes().with_title("gobo view").with_inner_size(size(1.0));
         let window = Arc::new(events.create_window(attributes).map_err(no_display)?);
         if window.scale_factor() != 1.0 {
@@ -124,11 +124,6 @@ impl View {
         let wanted = Some(host.context().features().name.clone());
         let rays = Rays::new(gpu::Options { device: wanted, validation: *validation, messages: messages.clone() });
         Ok(Open { stage: None, rays, host, input, window })
-    }
-
-    /// The picture's pixels in a window of that size.
-    fn picture(&self, window: [u32; 2], scale: f64) -> [u32; 2] {
-        [window[0].saturating_sub(panel_pixels(&self.state, scale)), window[1]]
     }
 
     /// Draws a frame.
@@ -148,7 +143,7 @@ impl View {
             self.state.time_s += seconds;
         }
         let window: [u32; 2] = self.forced.unwrap_or_else(|| open.window.inner_size().into());
-        let size = self.picture(window, open.window.scale_factor());
+        let size = panel::picture(&self.state, window, open.window.scale_factor());
         self.load(open, size)?;
         let ui = self.panel(open);
         open.host.resize(window);
@@ -298,17 +293,7 @@ impl View {
         if let Some((_, show)) = shown {
             self.state.show = *show;
         }
-        let step = 0.05;
-        let way = match key {
-            "w" => Some([0.0, 0.0, step]),
-            "s" => Some([0.0, 0.0, -step]),
-            "a" => Some([-step, 0.0, 0.0]),
-            "d" => Some([step, 0.0, 0.0]),
-            "q" => Some([0.0, -step, 0.0]),
-            "e" => Some([0.0, step, 0.0]),
-            _ => None,
-        };
-        if let (Some(way), Some(stage)) = (way, &open.stage) {
+        if let (Some(way), Some(stage)) = (camera::way(key), &open.stage) {
             camera::fly(&mut self.state, &stage.base().camera, way);
         }
         match key {
@@ -336,7 +321,8 @@ impl View {
         loop {
             let window: [u32; 2] = open.window.inner_size().into();
             let wants = self.options.size;
-            let fits = self.forced.is_some() || self.picture(window, open.window.scale_factor()) == wants;
+            let fits =
+                self.forced.is_some() || panel::picture(&self.state, window, open.window.scale_factor()) == wants;
             if !fits && self.began.elapsed() < GRACE
                 || self.frames_left > 0
                 || self.files.are_due()
@@ -366,7 +352,7 @@ impl View {
                 Step::Resize([0, _] | [_, 0]) => (self.forced, self.frames_left) = (Some([0; 2]), 2),
                 Step::Resize(size) => {
                     (self.forced, self.options.size, self.began) = (None, size, Instant::now());
-                    let panel = panel_pixels(&self.state, open.window.scale_factor());
+                    let panel = panel::pixels(&self.state, open.window.scale_factor());
                     let _ = open.window.request_inner_size(PhysicalSize::new(size[0] + panel, size[1]));
                 }
                 Step::Drop(file) => self.state.choose(&file),
@@ -400,7 +386,7 @@ impl View {
     /// Whether the pointer is not over the panel.
     fn is_over_picture(&self, open: &Open) -> bool {
         let window: [u32; 2] = open.window.inner_size().into();
-        self.pointer[0] < f64::from(self.picture(window, open.window.scale_factor())[0])
+        self.pointer[0] < f64::from(panel::picture(&self.state, window, open.window.scale_factor())[0])
     }
 
     /// What the mouse does to the camera.
@@ -415,11 +401,6 @@ impl View {
             _ => camera::fly(&mut self.state, camera, [-right * share, down * share, 0.0]),
         }
     }
-}
-
-/// Pixels of the window that are the panel's.
-fn panel_pixels(state: &State, scale: f64) -> u32 {
-    if state.panel { (f64::from(panel::WIDTH) * scale).ceil() as u32 } else { 0 }
 }
 
 impl ApplicationHandler for View {

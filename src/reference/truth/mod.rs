@@ -26,7 +26,7 @@ pub use fog::fog;
 pub use limit::{LIMIT_TEXELS, limit_mean_abs, limit_steps};
 pub use meshes::{Hit, Meshes};
 pub(super) use picture::{camera_rays, lift, light, lit_surface};
-pub use picture::{picture, picture_rows, picture_tries, shown_picture};
+pub use picture::{picture, picture_rows, picture_tries, shown_picture, shown_rows};
 pub use points::{MAP_DEPTHS, MapTruth, bounds, map_truths, points_outside, points_within, sample_maps, space_points};
 pub use shown::{developed, filmic};
 pub use surface::{SurfacePoint, surface_points};
