@@ -114,7 +114,7 @@ fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
     if matches!(stage.base().motion, Motion::Fountain(_)) {
         ui.horizontal(|ui| {
             ui.add(Slider::new(&mut state.gravity, 0.0..=3.0).text("gravity ×"));
-            if state.attractor.is_some() && ui.button("let it wander").clicked() {
+            if state.attractor.is_some() && ui.button("wander").clicked() {
                 state.attractor = None;
             }
         });
