@@ -55,7 +55,7 @@ pub struct View {
     /// Drawn since the window opened.
     frames: u64,
     host_ms: f64,
-    /// Of the frames since the last report.
+    /// The frames since the last report.
     pace: Pace,
     last: Instant,
     began: Instant,
