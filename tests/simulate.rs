@@ -8,6 +8,7 @@ mod support;
 #[path = "simulate/drawn.rs"]
 mod drawn;
 
+use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::reference::twin::simulate::{Rules, bodies};
 use gobo::scene::{Body, Caster, Fountain, Motion, Scene};
@@ -35,9 +36,12 @@ fn scene(particles: u32) -> Scene {
 }
 
 fn running(context: &Context, particles: u32) -> Running {
-    let scene = scene(particles);
-    let fountain = fountain(&scene);
-    let world = World::new(context, &scene).expect("room");
+    running_in(context, &scene(particles))
+}
+
+fn running_in(context: &Context, scene: &Scene) -> Running {
+    let fountain = fountain(scene);
+    let world = World::new(context, scene).expect("room");
     let simulation = Simulation::of(context, &world).expect("room").expect("simulated");
     Running { fountain, rules: Rules::of(&fountain, &scene.meshes), world, simulation }
 }
@@ -83,6 +87,46 @@ fn steps_equal_their_twin() {
             }
         }
     });
+}
+
+/// Held, the attractor draws the particles to its side, and with less gravity they are higher; on the device as on its twin.
+#[test]
+fn particles_go_where_they_are_pulled() {
+    let (particles, time_s) = (3000, 2.0);
+    let pulled = |at: Option<[f64; 3]>, gravity: f64| {
+        scene(particles).pulled(at.map(DVec3::from), gravity, time_s).expect("in range")
+    };
+    let mean = |scene: &Scene| {
+        let sum: DVec3 = scene.particles.iter().map(|p| DVec3::from(p.position.map(f64::from))).sum();
+        sum / f64::from(particles)
+    };
+    let usual = Scene::load(&format!("fountain:particles={particles}"), time_s).expect("in range");
+    assert_eq!(pulled(None, 1.0), usual, "what pulls as ever changes nothing");
+    for at in [[1.2, 0.0, 2.8], [-1.2, 0.0, 2.8], [0.0, 1.2, 2.8], [0.0, -1.2, 2.8]] {
+        let place = DVec3::from(at);
+        let [to, from] = [at, [-at[0], -at[1], at[2]]].map(|at| mean(&pulled(Some(at), 1.0)));
+        println!("{at:?}: {to} {from}");
+        let flat = DVec3::new(place.x, place.y, 0.0).normalize();
+        assert!(to.dot(flat) > from.dot(flat) + 0.3, "{at:?}: {to} {from}");
+        // Across: whatever it draws falls too.
+        let across = |mean: DVec3| (mean - place).truncate().length();
+        assert!(across(to) < across(mean(&usual)) - 0.2, "{at:?}: {to}");
+    }
+    let heights = [0.0, 0.5, 1.0, 3.0].map(|gravity| mean(&pulled(None, gravity)).z);
+    assert!(heights.windows(2).all(|two| two[0] > two[1] + 0.05), "{heights:?}");
+    gpu_test("particles_go_where_they_are_pulled", |context| {
+        for scene in [pulled(Some([1.2, 0.5, 2.8]), 1.0), pulled(None, 0.0), pulled(Some([0.0, 9.0, 0.0]), 10.0)] {
+            let mut running = running_in(context, &scene);
+            for time_s in [2.0, 2.1, 30.0] {
+                running.go(time_s);
+                assert_eq!(difference(&running.bodies(), &running.twin(time_s)), None, "{time_s} s");
+            }
+        }
+    });
+    for (scene, gravity, words) in [("plume_8k", 2.0, "nothing of it is simulated"), ("fountain", 11.0, "of 0 to 10")] {
+        let refused = Scene::load(scene, 0.0).expect("built in").pulled(None, gravity, 0.0).expect_err("refused");
+        assert!(refused.to_string().contains(words), "{refused}");
+    }
 }
 
 /// Bodies as no jet makes them: fast, slow, on the box, in the things that they bounce off, at the attractor.

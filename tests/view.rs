@@ -2,10 +2,17 @@
 
 #![cfg(feature = "view")]
 
+use glam::DVec2;
+use gobo::reference::truth::Casters;
+use gobo::scene::{Scene, View};
+use image::AnimationDecoder;
+use image::codecs::gif::GifDecoder;
 use std::collections::HashSet;
+use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::time::Instant;
 use tempfile::TempDir;
 
 /// A virtual X server, which ends with the test.
@@ -102,6 +109,14 @@ fn what_is_seen_is_what_the_command_makes() {
         "resize 150 130",
         "set show b",
         "set b avsm:size=16,shading=tiled",
+        "set a avsm:size=32,lighting=vertex\nset show wireframe",
+        "set scene fountain:particles=2000\nset show a",
+        "set attractor 1.5,0.5,2.5",
+        "set gravity 4",
+        "set look full\nset a avsm:size=32",
+        "set samples 8\nset exposure 1.5",
+        "set a reference\nset samples 1\nset scene plume_8k",
+        "set a avsm:size=32,lighting=vertex\nset show wireframe",
     ];
     let script: String =
         controls.iter().enumerate().map(|(i, control)| format!("{control}\nscreenshot {i}.png\nkey c\n")).collect();
@@ -122,6 +137,141 @@ fn what_is_seen_is_what_the_command_makes() {
         let is_other = seen.insert(seen_now.1);
         assert!(is_other || control.contains("path"), "{control} changes nothing");
     }
+}
+
+/// The SVG of the curve under the pointer is that of `gobo curve` for the texel that the f64 reference finds there.
+#[test]
+fn the_curve_is_of_what_the_pointer_is_at() {
+    let Some(screen) = screen("the_curve_is_of_what_the_pointer_is_at") else { return };
+    let folder = folder();
+    let pointers = [[100, 60], [112, 40], [90, 52]];
+    let mut script: String = String::new();
+    for (i, [x, y]) in pointers.iter().enumerate() {
+        script += &format!("set pointer {x},{y}\ncurve {i}.svg\nkey c\n");
+    }
+    script += "set direction 0.4,0.1,-1\nset extinction 0.5\nset a.nodes 4\ncurve 3.svg\nkey c\nquit\n";
+    let specs = ["--technique", "avsm:size=40,nodes=8", "--against", "uncompressed:size=40"];
+    let output = view(&screen, folder.path(), &[&["plume_8k"], &specs[..], &SMALL].concat(), &script);
+    let lines = lines(&output);
+    let commands: Vec<_> = lines.iter().filter(|line| line.starts_with("gobo curve ")).collect();
+    assert_eq!(commands.len(), 4, "{lines:#?}");
+    let scene = Scene::load("plume_8k", 20.0).expect("built in");
+    let camera = View::camera(&scene.camera, &scene, [200, 120]);
+    let (casters, map) = (Casters::new(&scene), View::volumes(&scene, 40)[0]);
+    let mut seen = HashSet::new();
+    for (i, command) in commands.into_iter().enumerate() {
+        let words: Vec<&str> = command.split(' ').skip(1).collect();
+        let output =
+            gobo().args(&words).args(["-o", "made.svg"]).current_dir(folder.path()).output().expect("it starts");
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let [shown, made] = [format!("{i}.svg"), "made.svg".into()]
+            .map(|name| std::fs::read_to_string(folder.path().join(name)).expect("written"));
+        assert!(shown == made, "{command}");
+        assert!(seen.insert(shown), "{command}: it is another curve");
+        if let Some(pixel) = pointers.get(i) {
+            let place = casters.seen(&camera, DVec2::from(pixel.map(f64::from)) + 0.5).expect("smoke");
+            let [x, y] = map.project(place).0.to_array().map(|at| at as u32);
+            assert!(words.contains(&format!("{x},{y}").as_str()), "{command}: not {x},{y}");
+        }
+    }
+}
+
+/// Held to the left and to the right of the camera, the attractor has the particles there.
+#[test]
+fn particles_are_seen_where_they_are_pulled() {
+    let Some(screen) = screen("particles_are_seen_where_they_are_pulled") else { return };
+    let folder = folder();
+    let script = "set attractor -1.2,0,2.8\nscreenshot left.png\nset attractor 1.2,0,2.8\nscreenshot right.png\n\
+                  set attractor off\nset gravity 0\nscreenshot light.png\nset gravity 6\nscreenshot heavy.png\nquit\n";
+    let specs = ["--technique", "avsm:size=32"];
+    lines(&view(&screen, folder.path(), &[&["fountain:particles=3000"], &specs[..], &SMALL].concat(), script));
+    let [left, right, light, heavy] =
+        ["left", "right", "light", "heavy"].map(|name| pixels(&folder.path().join(format!("{name}.png"))).1);
+    // The mean place of what is brighter in the first than in the second, columns and rows.
+    let middle = |a: &[u8], b: &[u8]| {
+        let (mut all, mut sums) = (0.0, [0.0; 2]);
+        for (i, (a, b)) in a.iter().zip(b).enumerate() {
+            let weight = f64::from(a.saturating_sub(*b));
+            all += weight;
+            sums[0] += weight * (i / 3 % 200) as f64;
+            sums[1] += weight * (i / 3 / 200) as f64;
+        }
+        sums.map(|sum| sum / all)
+    };
+    let (at_left, at_right) = (middle(&left, &right), middle(&right, &left));
+    println!("{at_left:?} {at_right:?} {:?} {:?}", middle(&light, &heavy), middle(&heavy, &light));
+    assert!(at_left[0] + 15.0 < at_right[0], "{at_left:?} {at_right:?}");
+    // Rows count from the top.
+    assert!(middle(&light, &heavy)[1] + 10.0 < middle(&heavy, &light)[1]);
+}
+
+/// A report's times against this test's own clock: a frame is as long as the host's part of it, and all frames together, or all of
+/// their passes, are no longer than the window was open.
+#[test]
+fn a_report_has_the_pace_of_frames() {
+    let Some(screen) = screen("a_report_has_the_pace_of_frames") else { return };
+    let folder = folder();
+    let (specs, frames) = (["--technique", "avsm:size=64"], 40);
+    let script = format!("set runs on\nframes 10\nreport\nframes {frames}\nreport\nquit\n");
+    let start = Instant::now();
+    let output = view(&screen, folder.path(), &[&["three-emitters"], &specs[..], &SMALL].concat(), &script);
+    let open_ms = start.elapsed().as_secs_f64() * 1e3;
+    let report = lines(&output).into_iter().rfind(|line| line.contains("of passes")).expect("a report");
+    let ms = |what: &str| -> f64 {
+        let before = report.split(what).next().expect("some").trim_end_matches(" ms ");
+        before.rsplit(' ').next().and_then(|ms| ms.parse().ok()).unwrap_or_else(|| panic!("{what}: {report}"))
+    };
+    let [host, passes, frame] = ["of the host's", "of passes", "to the next frame"].map(ms);
+    println!("{report}");
+    assert!(host > 0.0 && passes > 0.0 && host <= frame, "{report}");
+    assert!(f64::from(frames) * frame.max(passes) <= open_ms, "{report}, of {open_ms} ms");
+}
+
+/// A GIF has the window as it was: the picture, and beside it the panel.
+#[test]
+fn a_gif_has_the_window() {
+    let Some(screen) = screen("a_gif_has_the_window") else { return };
+    let folder = folder();
+    let script = "screenshot a.png\ngif a.gif 100\nset extinction 0.1\nscreenshot b.png\ngif a.gif 300\nquit\n";
+    let specs = ["--technique", "avsm:size=32", "--validation"];
+    lines(&view(&screen, folder.path(), &[&["plume_8k"], &specs[..], &SMALL].concat(), script));
+    let file = BufReader::new(File::open(folder.path().join("a.gif")).expect("written"));
+    let frames = GifDecoder::new(file).expect("a GIF").into_frames().collect_frames().expect("frames");
+    let times: Vec<u32> = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).collect();
+    assert_eq!(times, [100, 300]);
+    let shots = ["a.png", "b.png"].map(|name| pixels(&folder.path().join(name)).1);
+    // How far the window's left is from a picture, in the mean: a GIF has 256 colours.
+    let apart = |frame: usize, shot: usize| {
+        let image = frames[frame].buffer();
+        assert_eq!(image.height(), 120);
+        let far = |i: usize| {
+            let pixel = image.get_pixel((i / 3 % 200) as u32, (i / 3 / 200) as u32);
+            f64::from(pixel.0[i % 3].abs_diff(shots[shot][i]))
+        };
+        (0..shots[shot].len()).map(far).sum::<f64>() / shots[shot].len() as f64
+    };
+    let all = [[apart(0, 0), apart(0, 1)], [apart(1, 0), apart(1, 1)]];
+    println!("{all:?}");
+    assert!(all[0][0] < 3.0 && all[1][1] < 3.0, "{all:?}");
+    assert!(all[0][1] > 2.0 * all[0][0] && all[1][0] > 2.0 * all[1][1], "{all:?}");
+    // The panel has letters: light on dark.
+    let panel = frames[0].buffer();
+    let light = (210..panel.width()).flat_map(|x| (0..120).map(move |y| panel.get_pixel(x, y).0[1]));
+    assert!(panel.width() > 400 && light.clone().max() > Some(120) && light.min() < Some(60));
+}
+
+/// What the reference or a spec has no part in is a line, and no script waits for it.
+#[test]
+fn what_has_no_answer_is_not_waited_for() {
+    let Some(screen) = screen("what_has_no_answer_is_not_waited_for") else { return };
+    let folder = folder();
+    let script = "screenshot before.png\nset show wireframe\nscreenshot a.png\nset show slice\nset a reference\nscreenshot b.png\n\
+                  set a avsm:size=32\nset show a\nscreenshot after.png\nquit\n";
+    let specs = ["--technique", "avsm:size=32"];
+    lines(&view(&screen, folder.path(), &[&["plume_8k"], &specs[..], &SMALL].concat(), script));
+    let [before, a, after] = ["before", "a", "after"].map(|name| pixels(&folder.path().join(format!("{name}.png"))).1);
+    assert!(before == after && before != a, "a picture is a picture again");
+    assert!(a.iter().all(|byte| *byte == a[0]), "avsm that is lit per pixel has no triangles");
 }
 
 /// A wipe has A's pixels left of its line and B's right of it; a difference is theirs, times the gain.

@@ -1,11 +1,10 @@
 //! `gobo curve`
 
-use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
-use crate::measure::LightRay;
+use super::{ChangeArguments, DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
+use crate::measure::{LightRay, Standing};
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
-use crate::technique::{Name, open, usual};
-use crate::world::World;
+use crate::technique::{Name, usual};
 use crate::{Error, Result};
 use clap::Args;
 use std::path::PathBuf;
@@ -29,6 +28,8 @@ pub struct Arguments {
     #[command(flatten)]
     load: LoadArguments,
     #[command(flatten)]
+    change: ChangeArguments,
+    #[command(flatten)]
     device: DeviceArguments,
 }
 
@@ -39,7 +40,7 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     place::check(&arguments.out, "svg")?;
-    let scene = load_whole(&arguments.scene, &arguments.load)?;
+    let scene = arguments.change.change().of(&load_whole(&arguments.scene, &arguments.load)?)?;
     let map = arguments.map.of(&scene)?;
     let mut specs = Vec::new();
     for text in &arguments.techniques {
@@ -49,19 +50,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));
     }
     let context = arguments.device.open()?;
-    let world = World::new(&context, &scene)?;
-    let mut opened = Vec::new();
-    let mut names = Vec::new();
-    for spec in &specs {
-        let mut technique = open(&context, &world, spec)?;
-        technique.build(&world)?;
-        names.push(format!("{} ({})", spec.short(), technique.technique.facts()?.path));
-        opened.push(technique);
-    }
-    let ray = LightRay::new(&context, &Casters::new(&scene), &opened, map, arguments.texel)?;
-    let [x, y] = arguments.texel;
-    let title = format!("{}, texel {x},{y}: {} segments", scene.name, ray.segments);
-    let svg = curve(&title, &ray, &names)?;
+    let standing = Standing::new(&context, &scene, &specs)?;
+    let ray = LightRay::new(&context, &Casters::new(&scene), &standing.opened, map, arguments.texel)?;
+    let title = ray.title(&scene.name, arguments.texel);
+    let svg = curve(&title, &ray, &standing.names)?;
     write_whole(&arguments.out, svg.as_bytes())?;
     check_messages()?;
     say(format!("{}: {} on {}", arguments.out.display(), title, context.features().name))?;

@@ -44,6 +44,7 @@ use crate::scene::{FACES, Motion, Scene, check_time};
 use crate::technique::Spec;
 use crate::{Error, Result};
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use glam::DVec3;
 use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
@@ -134,6 +135,12 @@ struct LoadArguments {
     /// How many lights courtyard has, 1 to 1024 [default: 32]
     #[arg(long, value_name = "N")]
     lights: Option<usize>,
+    /// Hold the attractor of fountain here, world units [default: it wanders]
+    #[arg(long, value_name = "X,Y,Z", value_parser = change::vector, allow_hyphen_values = true)]
+    attractor: Option<DVec3>,
+    /// Gravity in fountain, so many times the earth's, 0 to 10
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", allow_hyphen_values = true)]
+    gravity: f64,
 }
 
 /// Lights in the place of the scene's.
@@ -291,6 +298,9 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     let mut scene = Scene::load(name, with.time)?;
     if let Some(lights) = with.lights {
         scene = scene.with_lights(lights, with.time)?;
+    }
+    if with.attractor.is_some() || with.gravity != 1.0 {
+        scene = scene.pulled(with.attractor, with.gravity, with.time)?;
     }
     scene.name = scene.name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
     Ok(scene)

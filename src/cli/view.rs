@@ -46,6 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     use crate::view::{Options, Side, State, open};
     let change = arguments.change.change();
     let mut state = State::new(&arguments.scenes[0], arguments.load.time, arguments.load.lights);
+    (state.attractor, state.gravity) = (arguments.load.attractor, arguments.load.gravity);
     (state.eye, state.target) = (change.eye, change.target);
     (state.direction, state.extinction) = (change.direction, change.extinction);
     let named = |option: &str, text: &str| {
@@ -61,5 +62,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         messages: super::MESSAGES.clone(),
     };
     open(options, state)?;
+    super::check_messages()?;
     Ok(ExitCode::SUCCESS)
 }

@@ -8,7 +8,7 @@ use super::reservoir::Reservoirs;
 use super::sliced::Sliced;
 use super::volumes::VolumeKernel;
 use super::{Lighting, Renderer, Shading, Tiled};
-use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Shader, Tessellated, push_struct};
+use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Requirement, Shader, Tessellated, push_struct};
 use crate::shaders::consume as shaders;
 use crate::technique::{Answer, Technique};
 use crate::{Error, Result};
@@ -40,6 +40,12 @@ pub(super) enum Casters {
     /// One, or one a channel; so below.
     Fragment(Vec<Kernel>),
     Vertex(Vec<Kernel<SpacingPush>>, SpacingPush),
+    /// Patches, and over some of them their sides.
+    Outlined {
+        filled: Vec<Kernel<SpacingPush>>,
+        lines: Vec<Kernel<SpacingPush>>,
+        push: SpacingPush,
+    },
     Sliced(Sliced),
 }
 
@@ -136,6 +142,18 @@ impl Renderer {
             },
             volumes: self.volume_kernel(answer)?,
         })
+    }
+
+    /// What draws the picture and, over some casters, the sides of the triangles that they are made of.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::kernels`].
+    pub fn wireframe_kernels(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Kernels> {
+        self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
+        let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
+        let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
+        let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
+        Ok(Kernels { casters: Casters::Outlined { filled, lines, push: SpacingPush { spacing } }, ..kernels })
     }
 
     /// What draws the picture, lit by a technique after a build, or painted by it.

@@ -1,11 +1,10 @@
 //! The passes of a picture: meshes, what stands behind them, casters.
 
 use super::kernels::{Casters, Kernels, Meshes, SpacingPush};
-use super::{Lighting, Renderer, Shading};
+use super::{Renderer, Shading};
 use crate::Result;
-use crate::gpu::{Commands, Kernel, Pass, Requirement, Target};
+use crate::gpu::{Commands, Kernel, Pass, Target};
 use crate::scene::{Picture, SKY};
-use crate::shaders::consume as shaders;
 use crate::technique::Answer;
 use std::ops::Range;
 
@@ -19,23 +18,7 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
     pub fn wireframe(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Picture> {
-        self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
-        let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
-        let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
-        let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
-        self.frame(&kernels, |commands| {
-            commands.pass("consume.wireframe", |pass| {
-                let step = (self.blended.casters.len() as u32).div_ceil(OUTLINED).max(1);
-                let outlined = |i: u32| i % step == step / 2;
-                let both = |channel: usize, places: Range<u32>| {
-                    let kernels = |i| [Some(&filled[channel]), outlined(i).then_some(&lines[channel])];
-                    places
-                        .flat_map(|i| kernels(i).into_iter().flatten().map(move |kernel| (kernel, i..i + 1)))
-                        .collect()
-                };
-                self.patches(pass, &SpacingPush { spacing }, &kernels, filled.len(), both);
-            });
-        })?;
+        self.draw(&self.wireframe_kernels(answer, shading, spacing)?)?;
         self.read()
     }
 
@@ -69,6 +52,7 @@ impl Renderer {
         match &kernels.casters {
             Casters::Fragment(channels) => self.caster(commands, channels, kernels),
             Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
+            Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),
             Casters::Sliced(sliced) => sliced.record(commands, self),
         }
     }
@@ -116,6 +100,22 @@ impl Renderer {
         commands.pass("consume.vertex_lit", |pass| {
             self.patches(pass, push, kernels, channels.len(), |channel, places| vec![(&channels[channel], places)]);
         });
+    }
+
+    fn outlined(
+        &self,
+        commands: &mut Commands,
+        [filled, lines]: [&[Kernel<SpacingPush>]; 2],
+        push: &SpacingPush,
+        kernels: &Kernels,
+    ) {
+        let step = (self.blended.casters.len() as u32).div_ceil(OUTLINED).max(1);
+        let outlined = |i: u32| i % step == step / 2;
+        let both = |channel: usize, places: Range<u32>| {
+            let kernels = |i| [Some(&filled[channel]), outlined(i).then_some(&lines[channel])];
+            places.flat_map(|i| kernels(i).into_iter().flatten().map(move |kernel| (kernel, i..i + 1))).collect()
+        };
+        commands.pass("consume.wireframe", |pass| self.patches(pass, push, kernels, filled.len(), both));
     }
 
     /// Draws casters as patches, in each of so many channels those of places in the order with the kernels that are given for them; and

@@ -100,6 +100,21 @@ impl LightRay {
         }
         Ok(Self { view, segments, truth, lines })
     }
+
+    /// What a plot of it is called.
+    pub fn title(&self, scene: &str, [x, y]: [u32; 2]) -> String {
+        format!("{scene}, texel {x},{y}: {} segments", self.segments)
+    }
+
+    /// The depths about which something happens: a fifth of the range in front of the casters and behind them is enough.
+    pub fn range(&self) -> std::ops::Range<f64> {
+        let covered = self.truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
+        let last = self.truth.last().map_or(1.0, |p| p.1);
+        let first = covered.fold(1.0, f64::min);
+        let settled = self.truth.iter().filter(|(_, t)| *t > last + 1e-4).map(|p| p.0).fold(first, f64::max);
+        let margin = 0.2 * (settled - first).max(0.01);
+        (first - margin).max(0.0)..(settled + margin).min(1.0)
+    }
 }
 
 /// The light that is asked for through map `map` at `position`; none where it is asked for through another map.

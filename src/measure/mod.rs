@@ -21,6 +21,7 @@ mod repeats;
 mod results;
 mod shards;
 pub mod standard;
+mod standing;
 mod steadiness;
 mod submission;
 mod timed;
@@ -46,6 +47,7 @@ pub use results::{
     DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status,
 };
 pub use shards::{Shard, join};
+pub use standing::Standing;
 pub use steadiness::Steadiness;
 pub use submission::{SUBMISSION, Submission, answers_hash, noise};
 pub use timed::{BuildTimes, LookupTimes, Ran, TimedBuilds};

@@ -27,16 +27,11 @@ pub fn curve(title: &str, ray: &LightRay, names: &[String]) -> Result<String> {
 fn draw(
     svg: &mut String,
     title: &str,
-    LightRay { truth, lines, .. }: &LightRay,
+    ray: &LightRay,
     names: &[String],
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
-    // A fifth of the range in front of the casters and behind them is enough.
-    let covered = truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
-    let last = truth.last().map_or(1.0, |p| p.1);
-    let first = covered.clone().fold(1.0, f64::min);
-    let settled = truth.iter().filter(|(_, t)| *t > last + 1e-4).map(|p| p.0).fold(first, f64::max);
-    let margin = 0.2 * (settled - first).max(0.01);
-    let range = (first - margin).max(0.0)..(settled + margin).min(1.0);
+    let LightRay { truth, lines, .. } = ray;
+    let range = ray.range();
     let root = SVGBackend::with_string(svg, (960, 540)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)

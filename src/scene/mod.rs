@@ -23,7 +23,7 @@ pub(crate) use model::field::{CORNERS, SIDE};
 pub use model::field::{Field, MOST_BLOCKS, MOST_SIDE};
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
-pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
+pub use model::fountain_law::{Body, Fountain, Jet, Law, MOST_GRAVITY, Place};
 #[cfg(feature = "program")]
 pub(crate) use model::fountain_steps;
 pub use model::gaussian::Gaussian;

@@ -1,8 +1,8 @@
 //! A camera that goes round what it looks at, and flies.
 
 use super::state::State;
-use crate::scene::Camera;
-use glam::{DQuat, DVec3};
+use crate::scene::{Camera, Motion, Scene, View};
+use glam::{DQuat, DVec2, DVec3};
 
 /// How near the camera comes to looking along its up, radians.
 const POLE: f64 = 0.02;
@@ -40,6 +40,37 @@ pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
     let side = ahead.cross(is.up).normalize_or(DVec3::X);
     let way = (side * right + side.cross(ahead) * up + ahead * forward) * offset.length();
     (state.eye, state.target) = (Some(is.position + way), Some(is.target + way));
+}
+
+/// Where a key flies to, in shares of the distance.
+pub fn way(key: &str) -> Option<[f64; 3]> {
+    let step = 0.05;
+    match key {
+        "w" => Some([0.0, 0.0, step]),
+        "s" => Some([0.0, 0.0, -step]),
+        "a" => Some([-step, 0.0, 0.0]),
+        "d" => Some([step, 0.0, 0.0]),
+        "q" => Some([0.0, -step, 0.0]),
+        "e" => Some([0.0, step, 0.0]),
+        _ => None,
+    }
+}
+
+/// Where the attractor of a fountain is; none of any other scene.
+pub fn attractor(state: &State, scene: &Scene) -> Option<DVec3> {
+    let Motion::Fountain(fountain) = &scene.motion else { return None };
+    let wanders = || DVec3::from(fountain.attractor(fountain.step_at(state.time_s)).map(f64::from));
+    Some(state.attractor.unwrap_or_else(wanders))
+}
+
+/// Brings the attractor to where it is seen at a point given in pixels, no nearer and no farther than it is. Returns whether there is one.
+pub fn pull(state: &mut State, scene: &Scene, size: [u32; 2], pixel: [f64; 2]) -> bool {
+    let Some(is) = attractor(state, scene) else { return false };
+    let view = View::camera(&camera(state, &scene.camera), scene, size);
+    let to = view.ray(DVec2::from(pixel)).at(view.project(is).1);
+    // Millimetres are enough, and short in a command.
+    state.attractor = Some((to * 1e3).round() / 1e3);
+    true
 }
 
 #[cfg(test)]
@@ -80,6 +111,21 @@ mod tests {
         let mut state = self::state();
         orbit(&mut state, &CAMERA, -0.1, 0.0);
         assert!((state.eye.expect("moved") - CAMERA.position).dot(forward.cross(CAMERA.up)) > 0.0);
+    }
+
+    /// It is seen where it was let go, as far away as before; and of what is not simulated nothing is pulled.
+    #[test]
+    fn the_attractor_follows_the_pointer() {
+        let scene = Scene::load("fountain:particles=10", 1.0).expect("built in");
+        let mut state = State::new("fountain", 1.0, None);
+        let view = View::camera(&scene.camera, &scene, [400, 300]);
+        let before = attractor(&state, &scene).expect("wanders");
+        assert!(pull(&mut state, &scene, [400, 300], [300.0, 100.0]));
+        let (seen, z) = view.project(state.attractor.expect("stands"));
+        assert!(seen.distance(DVec2::new(300.0, 100.0)) < 0.1, "{seen}");
+        assert!((z - view.project(before).1).abs() < 2e-3, "{z}");
+        let plume = Scene::load("plume_8k", 0.0).expect("built in");
+        assert!(!pull(&mut state, &plume, [400, 300], [1.0, 1.0]));
     }
 
     #[test]

@@ -1,19 +1,27 @@
 //! A technique in the window, open, and the picture that it lights.
 
-use crate::Result;
-use crate::consume::{Kernels, Lighting, Renderer, Shading, StepsKernel};
-use crate::gpu::{Commands, Context};
-use crate::scene::View;
+use crate::consume::{Developed, Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel};
+use crate::gpu::{Commands, Context, Image};
+use crate::scene::{Backdrop, Show, View};
 use crate::technique::{Settled, Spec, Technique, open};
 use crate::world::{Generations, World};
+use crate::{Error, Result};
 
 pub struct Lit {
     pub spec: Spec,
     pub technique: Box<dyn Technique>,
-    pub renderer: Renderer,
+    pictures: Pictures,
+    /// How its picture is shown; none as it is measured.
+    pub look: Option<Show>,
+    /// What then stands behind it.
+    backdrop: Backdrop,
     /// What counts its steps, once they were asked for.
     pub steps: Option<StepsKernel>,
     kernels: Kernels,
+    /// What draws its triangles too, once they were asked for.
+    outlined: Option<Kernels>,
+    /// Whether its picture has them.
+    has_lines: bool,
     /// The world that it was built for.
     built: Option<Generations>,
     /// The frame that recorded its last build, until that is over.
@@ -37,25 +45,40 @@ impl Lit {
     /// Opens a technique for the world in state `seen.0`, seen by the camera `seen.1`.
     ///
     /// # Errors
-    /// As [`open`] and [`Renderer::kernels_of`].
-    pub fn open(context: &Context, world: &World, spec: &Spec, seen: (u64, View)) -> Result<Self> {
+    /// As [`open`], [`Pictures::new`] and [`Renderer::kernels_of`].
+    pub fn open(context: &Context, world: &World, spec: &Spec, seen: (u64, View), look: Option<Show>) -> Result<Self> {
         let settings = spec.settings();
         let lighting = Lighting::of(&settings);
         context.features().require(lighting.requires())?;
         let technique = open(context, world, spec)?.technique;
-        let renderer = Renderer::new(context, world, &seen.1)?;
+        let size = [seen.1.width, seen.1.height];
+        let pictures = Pictures::new(context, world, world.scene()?, size, look)?;
         let shading = Shading::of(&settings);
         Ok(Self {
-            kernels: renderer.kernels_of(technique.as_ref(), shading, lighting)?,
+            kernels: pictures.renderer.kernels_of(technique.as_ref(), shading, lighting)?,
             spec: spec.clone(),
             technique,
-            renderer,
+            pictures,
+            look,
+            backdrop: Backdrop::of(world.scene()?),
+            outlined: None,
+            has_lines: false,
             steps: None,
             built: None,
             building: None,
             seen,
             left: shading.frames_to_settle(),
         })
+    }
+
+    /// What draws it.
+    pub fn renderer(&self) -> &Renderer {
+        &self.pictures.renderer
+    }
+
+    /// Its picture, in linear light.
+    pub fn image(&self) -> &Image {
+        self.pictures.developed().map_or_else(|| self.renderer().image(), Developed::image)
     }
 
     /// Takes what frame `over` says, which is over: what did not fit has room from now on, and is built again.
@@ -83,7 +106,24 @@ impl Lit {
         self.left == 0
     }
 
-    /// Records what has changed: the build and, where it is wanted, the picture. `seen` is as for
+    /// Makes what draws its triangles.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where it has none, else as [`Renderer::wireframe_kernels`].
+    pub fn outline(&mut self) -> Result<()> {
+        let settings = self.spec.settings();
+        let Lighting::Vertex { spacing } = Lighting::of(&settings) else {
+            let way_out = "set lighting=vertex";
+            return Err(Error::input(self.spec.entry.name, "it tessellates nothing", way_out));
+        };
+        if self.outlined.is_none() {
+            let answer = self.technique.answer();
+            self.outlined = Some(self.renderer().wireframe_kernels(&answer, Shading::of(&settings), spacing)?);
+        }
+        Ok(())
+    }
+
+    /// Records what has changed: the build and, where it is wanted, the picture, with triangles where `lines`. `seen` is as for
     /// [`Lit::open`].
     ///
     /// # Errors
@@ -94,6 +134,7 @@ impl Lit {
         world: &World,
         seen: (u64, View),
         pictured: bool,
+        lines: bool,
     ) -> Result<Recorded> {
         let parts = self.technique.made_of();
         let builds = !self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts));
@@ -103,15 +144,27 @@ impl Lit {
         }
         let changed = builds || seen != self.seen;
         if seen != self.seen {
-            self.renderer.look(world, &seen.1)?;
+            let scene = world.scene()?;
+            let backdrop = Backdrop::of(scene);
+            if self.look.is_some() && backdrop != self.backdrop {
+                self.pictures.renderer.show(world)?;
+                self.backdrop = backdrop;
+            }
+            self.pictures.look(world, scene)?;
             self.seen = seen;
         }
-        if changed {
+        let lines = lines && self.outlined.is_some();
+        if changed || lines != self.has_lines && pictured {
             self.left = Shading::of(&self.spec.settings()).frames_to_settle();
         }
         let drawn = pictured && self.left > 0;
         if drawn {
-            self.renderer.record(commands, &self.kernels)?;
+            let kernels = self.outlined.as_ref().filter(|_| lines).unwrap_or(&self.kernels);
+            self.renderer().record(commands, kernels)?;
+            if let Some(developed) = self.pictures.developed() {
+                developed.record(commands);
+            }
+            self.has_lines = lines;
             self.left -= 1;
         }
         Ok(Recorded { changed, drawn })

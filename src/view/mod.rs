@@ -3,11 +3,15 @@
 
 mod camera;
 mod chart;
+mod curve;
+mod files;
 #[allow(unsafe_code)]
 mod host;
 mod lit;
+mod pace;
 mod panel;
 mod present;
+mod rays;
 mod script;
 mod stage;
 mod state;

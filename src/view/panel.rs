@@ -1,6 +1,8 @@
 //! The panel: a control for all that a state has.
 
 use super::chart::Chart;
+use super::curve;
+use super::rays::Rays;
 use super::stage::Stage;
 use super::state::{Show, Side, State};
 use crate::consume::KEYS;
@@ -12,11 +14,22 @@ use glam::DVec3;
 /// Points.
 pub const WIDTH: f32 = 340.0;
 
+/// Pixels of the window that are the panel's.
+pub fn pixels(state: &State, scale: f64) -> u32 {
+    if state.panel { (f64::from(WIDTH) * scale).ceil() as u32 } else { 0 }
+}
+
+/// The picture's pixels in a window of that size.
+pub fn picture(state: &State, window: [u32; 2], scale: f64) -> [u32; 2] {
+    [window[0].saturating_sub(pixels(state, scale)), window[1]]
+}
+
 /// What the panel shows beside the state.
 pub struct Told<'a> {
     pub scenes: &'a [String],
     pub stage: Option<&'a Stage>,
     pub chart: &'a Chart,
+    pub rays: Option<&'a Rays>,
     /// What went wrong last.
     pub lines: &'a [String],
     /// Milliseconds that the host takes for a frame.
@@ -46,6 +59,7 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
             lines(ui, state, told);
             scene(ui, state, told);
             shown(ui, state, told);
+            under_the_pointer(ui, state, told);
             for (i, name) in ["A", "B"].into_iter().enumerate() {
                 let path = told.stage.and_then(|stage| stage.path(i)).map(|path| format!(", path {path}"));
                 egui::CollapsingHeader::new(format!("{name}: {}{}", state.sides[i].text(), path.unwrap_or_default()))
@@ -97,6 +111,15 @@ fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
     if kinds.particles || kinds.strands || kinds.splats {
         ui.add(Slider::new(&mut state.extinction, 0.01..=100.0).logarithmic(true).text("extinction ×"));
     }
+    if matches!(stage.base().motion, Motion::Fountain(_)) {
+        ui.horizontal(|ui| {
+            ui.add(Slider::new(&mut state.gravity, 0.0..=3.0).text("gravity ×"));
+            if state.attractor.is_some() && ui.button("wander").clicked() {
+                state.attractor = None;
+            }
+        });
+        ui.label("ctrl and drag: the attractor");
+    }
     if stage.base().motion != Motion::Still {
         ui.horizontal(|ui| {
             ui.add(Slider::new(&mut state.time_s, 0.0..=60.0).text("time, s"));
@@ -125,6 +148,12 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
             ui.selectable_value(&mut state.show, show, word);
         }
     });
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut state.full, "as render shows it");
+        if state.full {
+            ui.add(Slider::new(&mut state.exposure, -4.0..=4.0).text("stops"));
+        }
+    });
     match state.show {
         Show::Wipe => drop(ui.add(Slider::new(&mut state.wipe, 0.0..=1.0).text("wipe"))),
         Show::Difference => drop(ui.add(Slider::new(&mut state.gain, 1..=64).text("difference ×"))),
@@ -134,7 +163,37 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
                 ui.label(steps.to_string());
             }
         }
-        Show::A | Show::B => {}
+        Show::A | Show::B | Show::Wireframe => {}
+    }
+}
+
+/// Rings in the picture: where the attractor is held, and in `script`s, which have no pointer to be seen, what the curve is of.
+pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let scale = ui.ctx().pixels_per_point();
+    let ring = |at: [f64; 2], radius: f32, colour: egui::Color32| {
+        let at = egui::pos2(at[0] as f32, at[1] as f32) / scale;
+        painter.circle_stroke(at, radius, egui::Stroke::new(4.0, egui::Color32::BLACK));
+        painter.circle_stroke(at, radius, egui::Stroke::new(2.0, colour));
+    };
+    let size = stage.size();
+    if let (Some(at), Ok((.., view))) = (state.attractor, stage.seen()) {
+        ring(view.project(at).0.into(), 9.0, egui::Color32::from_rgb(0xe6, 0x9f, 0x00));
+    }
+    if state.curve && script {
+        let at = state.pointer.unwrap_or(size.map(|side| side / 2));
+        ring(at.map(|at| f64::from(at) + 0.5), 5.0, egui::Color32::WHITE);
+    }
+}
+
+/// The curve of light 0's ray, where it is asked for.
+fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
+    ui.checkbox(&mut state.curve, "curve under the pointer (V)");
+    match told.rays.filter(|_| state.curve).map(Rays::last) {
+        Some(Some(Ok(found))) => curve::plot(ui, &found),
+        Some(Some(Err(error))) => drop(ui.label(error)),
+        Some(None) => drop(ui.spinner()),
+        None => {}
     }
 }
 

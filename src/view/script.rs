@@ -21,6 +21,10 @@ pub enum Step {
     Frames(u64),
     /// A PNG of what is seen once that is whole.
     Screenshot(PathBuf),
+    /// The window, once it is whole, as the next picture of a GIF, which shows it so many milliseconds.
+    Gif(PathBuf, u32),
+    /// An SVG of the curve under the pointer, once that is there.
+    Curve(PathBuf),
     /// The picture is of so many pixels; 0 × 0 as if the window were minimized.
     Resize([u32; 2]),
     /// A file is dropped onto the window.
@@ -68,13 +72,17 @@ fn step(line: &str) -> std::result::Result<Step, String> {
         ("wait", Some([ms])) => whole(*ms).map(|ms| Step::Wait(Duration::from_millis(ms.into()))),
         ("frames", Some([count])) => whole(*count).map(|count| Step::Frames(count.into())),
         ("screenshot", _) => (!rest.is_empty()).then(|| Step::Screenshot(rest.into())),
+        ("gif", _) => rest
+            .rsplit_once(' ')
+            .and_then(|(file, ms)| Some(Step::Gif(file.trim().into(), ms.parse().ok().filter(|ms| *ms <= 60_000)?))),
+        ("curve", _) => (!rest.is_empty()).then(|| Step::Curve(rest.into())),
         ("resize", Some([width, height])) => whole(*width).zip(whole(*height)).map(|(w, h)| Step::Resize([w, h])),
         ("drop", _) => (!rest.is_empty()).then(|| Step::Drop(rest.into())),
         ("report", Some([])) => Some(Step::Report),
         ("quit", Some([])) => Some(Step::Quit),
         _ => None,
     };
-    let known = "set KEY VALUE, key NAME, orbit RIGHT UP, wait MILLISECONDS, frames N, screenshot FILE, resize W H, drop FILE, report, quit";
+    let known = "set KEY VALUE, key NAME, orbit RIGHT UP, wait MILLISECONDS, frames N, screenshot FILE, curve FILE, gif FILE MILLISECONDS, resize W H, drop FILE, report, quit";
     step.ok_or_else(|| format!("write one of: {known}"))
 }
 
@@ -102,13 +110,27 @@ mod tests {
             ("wait 20", Step::Wait(Duration::from_millis(20))),
             ("frames 300", Step::Frames(300)),
             ("screenshot a b.png", Step::Screenshot("a b.png".into())),
+            ("gif a b.gif 80", Step::Gif("a b.gif".into(), 80)),
+            ("curve a.svg", Step::Curve("a.svg".into())),
             ("resize 64 0", Step::Resize([64, 0])),
             ("report", Step::Report),
             ("quit", Step::Quit),
         ] {
             assert_eq!(step(line), Ok(is), "{line}");
         }
-        for line in ["set a", "frames", "frames -1", "frames 1.5", "resize 1", "quit now", "jump", "screenshot"] {
+        for line in [
+            "set a",
+            "frames",
+            "frames -1",
+            "frames 1.5",
+            "resize 1",
+            "quit now",
+            "jump",
+            "gif 80",
+            "gif a.gif",
+            "gif a.gif -1",
+            "screenshot",
+        ] {
             assert!(step(line).is_err_and(|known| known.contains("screenshot FILE")), "{line}");
         }
     }

@@ -11,6 +11,8 @@ use crate::report::StepRange;
 use crate::scene::{Scene, SceneChange, View};
 use crate::world::World;
 use crate::{Error, Result};
+use glam::DVec3;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counts of steps on their way to the host.
 struct Counting {
@@ -35,14 +37,18 @@ pub struct Stage {
     base: Scene,
     /// What of the state `base` was made of.
     of: (String, f64, Option<usize>),
+    /// What pulls at its particles.
+    pull: (Option<DVec3>, f64),
     /// What of it is otherwise in the world.
     change: SceneChange,
     world: World,
-    /// Rises whenever the world changes.
+    /// Another whenever the world changes: no two states of any scenes have the same.
     version: u64,
     sides: [Option<Lit>; 2],
     /// Specs that cannot be shown, and why.
     refused: [Option<(String, String)>; 2],
+    /// What of A cannot be shown but as a picture: how, of which spec, and why.
+    unanswered: Option<(Show, String, String)>,
     truth: Truth,
     present: Option<Present>,
     values: Values,
@@ -65,11 +71,13 @@ impl Stage {
         Ok(Self {
             base,
             of: (state.scene.clone(), state.time_s, state.lights),
+            pull: state.pull(),
             change: state.change(),
             world,
-            version: 0,
+            version: next_version(),
             sides: [None, None],
             refused: [None, None],
+            unanswered: None,
             truth: Truth::new(),
             present: None,
             values: Values::Nothing,
@@ -89,6 +97,15 @@ impl Stage {
     /// The scene as its file says.
     pub fn base(&self) -> &Scene {
         &self.base
+    }
+
+    /// Which state the world is in, the scene in it, and the camera that sees it.
+    ///
+    /// # Errors
+    /// As [`World::scene`].
+    pub fn seen(&self) -> Result<(u64, &Scene, View)> {
+        let scene = self.world.scene()?;
+        Ok((self.version, scene, View::camera(&scene.camera, scene, self.size)))
     }
 
     /// Pixels of the picture.
@@ -117,7 +134,8 @@ impl Stage {
 
     /// What cannot be shown of A and B, a line each.
     pub fn refused(&self) -> impl Iterator<Item = &str> {
-        self.refused.iter().flatten().map(|(_, cause)| cause.as_str())
+        let unanswered = self.unanswered.iter().map(|(.., cause)| cause.as_str());
+        self.refused.iter().flatten().map(|(_, cause)| cause.as_str()).chain(unanswered)
     }
 
     /// The range of the steps that are painted.
@@ -156,9 +174,12 @@ impl Stage {
         let is_answered = match state.show {
             Show::Slice => self.values == Values::Slice(state.depth),
             Show::Steps => self.values == Values::Steps,
-            Show::A | Show::B | Show::Wipe | Show::Difference => true,
+            Show::A | Show::B | Show::Wipe | Show::Difference | Show::Wireframe => true,
         };
-        side(0) && side(1) && (is_answered || self.refused[0].is_some()) && self.shown.is_some()
+        side(0)
+            && side(1)
+            && (is_answered || self.refused[0].is_some() || self.unanswered.is_some())
+            && self.shown.is_some()
     }
 
     /// Records the frame of `state`. Nothing of it waits.
@@ -176,19 +197,21 @@ impl Stage {
         let scene = self.world.scene()?;
         let camera = View::camera(&scene.camera, scene, self.size);
         if has_reference(state) {
-            self.truth.see(self.version, scene, &camera);
+            self.truth.see(self.version, scene, &camera, state.look());
         } else {
             self.truth.rest();
         }
         for i in 0..2 {
             self.open(i, state, &camera)?;
         }
+        self.ask_of_a(state)?;
         for (i, lit) in self.sides.iter_mut().enumerate() {
             let Some(lit) = lit else { continue };
             if !state.show.draws()[i] {
                 continue;
             }
-            let recorded = lit.record(commands, &self.world, (self.version, camera), state.show.is_picture())?;
+            let (seen, lines) = ((self.version, camera), state.show == Show::Wireframe);
+            let recorded = lit.record(commands, &self.world, seen, state.show.is_picture(), lines)?;
             if recorded.changed && self.values != Values::Reference {
                 (self.values, self.counting) = (Values::Nothing, None);
             }
@@ -202,17 +225,23 @@ impl Stage {
     /// Moves the world to where `state` has it.
     fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let change = state.change();
-        if (self.of.1, self.change) == (state.time_s, change) {
+        if (self.of.1, self.pull, self.change) == (state.time_s, state.pull(), change) {
             return Ok(());
         }
-        let later = if self.of.1 == state.time_s { None } else { Some(self.base.at(state.time_s)?) };
+        let later = match () {
+            () if self.pull != state.pull() => {
+                Some(self.base.clone().pulled(state.attractor, state.gravity, state.time_s)?)
+            }
+            () if self.of.1 != state.time_s => Some(self.base.at(state.time_s)?),
+            () => None,
+        };
         let scene = change.of(later.as_ref().unwrap_or(&self.base))?;
         self.world.replace_in(commands, &scene)?;
         if let Some(later) = later {
             self.base = later;
         }
-        (self.of.1, self.change) = (state.time_s, change);
-        self.version += 1;
+        (self.of.1, self.pull, self.change) = (state.time_s, state.pull(), change);
+        self.version = next_version();
         Ok(())
     }
 
@@ -229,14 +258,15 @@ impl Stage {
                 return Ok(());
             }
         };
-        let text = wanted.to_string();
-        let is = |lit: &Lit| lit.spec.to_string() == text;
+        let look = state.look();
+        let text = format!("{wanted} {look:?}");
+        let is = |lit: &Lit| (lit.spec.to_string(), lit.look) == (wanted.to_string(), look);
         if self.sides[i].as_ref().is_some_and(is) || self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
             return Ok(());
         }
         (self.sides[i], self.refused[i]) = (None, None);
         self.forget();
-        match Lit::open(&self.context, &self.world, wanted, (self.version, *camera)) {
+        match Lit::open(&self.context, &self.world, wanted, (self.version, *camera), look) {
             Ok(lit) => self.sides[i] = Some(lit),
             Err(error) if is_lost(&error) => return Err(error),
             Err(error) => self.refused[i] = Some((text, error.to_string())),
@@ -245,21 +275,45 @@ impl Stage {
     }
 
     /// A cannot be shown so.
-    fn refuse(&mut self, error: &Error) {
-        let spec = self.sides[0].as_ref().map(|lit| lit.spec.to_string()).unwrap_or_default();
-        self.refused[0] = Some((spec, error.to_string()));
+    fn refuse(&mut self, show: Show, error: &Error) {
+        let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
+        self.unanswered = Some((show, spec, error.to_string()));
+    }
+
+    /// Sees to it that A can be asked for what is shown of it, and not again for what it cannot be.
+    fn ask_of_a(&mut self, state: &State) -> Result<()> {
+        let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
+        self.unanswered.take_if(|(show, of, _)| *show != state.show || *of != spec);
+        if self.unanswered.is_some() {
+            return Ok(());
+        }
+        let outcome = match (state.show, &mut self.sides[0]) {
+            (Show::Slice | Show::Steps | Show::Wireframe, _) if matches!(state.sides[0], Side::Reference) => {
+                Err(Error::input("the reference", "it is only shown as a picture", "choose a technique"))
+            }
+            (Show::Wireframe, Some(lit)) => lit.outline(),
+            _ => Ok(()),
+        };
+        match outcome {
+            Err(error) if is_lost(&error) => return Err(error),
+            Err(error) => self.refuse(state.show, &error),
+            Ok(()) => {}
+        }
+        Ok(())
     }
 
     /// Records what makes the window's bytes, where they are others than before.
     fn show(&mut self, commands: &mut Commands, state: &State, blue_first: bool) -> Result<()> {
         if self.present.is_none() {
             let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;
-            let image = |i: usize| self.sides[i].as_ref().map_or(&none, |lit| lit.renderer.image());
+            let image = |i: usize| self.sides[i].as_ref().map_or(&none, Lit::image);
             self.present = Some(Present::new(&self.context, image(0), image(1), self.size)?);
         }
         let is_answered = match state.show {
+            Show::Slice | Show::Steps if self.unanswered.is_some() => false,
             Show::Slice => self.slice(commands, state.depth)?,
             Show::Steps => self.count_steps(commands)?,
+            Show::Wireframe => self.unanswered.is_none(),
             Show::A | Show::B | Show::Wipe | Show::Difference => self.fill_in(state)?,
         };
         let source = |i: usize| match (&state.sides[i], &self.sides[i]) {
@@ -305,7 +359,7 @@ impl Stage {
         let Some(view) = lit.technique.maps().first().map(|map| map.volume) else {
             let error =
                 Error::input(lit.spec.entry.name, "it has no maps to slice", "choose one that has, such as avsm");
-            self.refuse(&error);
+            self.refuse(Show::Slice, &error);
             return Ok(false);
         };
         let size = [self.size[0].min(self.size[1]); 2];
@@ -324,17 +378,17 @@ impl Stage {
         }
         let Some(lit) = self.sides[0].as_mut().filter(|lit| lit.stands(&self.world)) else { return Ok(false) };
         if lit.steps.is_none() {
-            match lit.renderer.steps_kernel(&lit.technique.answer()) {
+            match lit.renderer().steps_kernel(&lit.technique.answer()) {
                 Ok(kernel) => lit.steps = Some(kernel),
                 Err(error) if is_lost(&error) => return Err(error),
                 Err(error) => {
-                    self.refuse(&error);
+                    self.refuse(Show::Steps, &error);
                     return Ok(false);
                 }
             }
         }
         let Some(kernel) = &lit.steps else { return Ok(false) };
-        lit.renderer.record_steps(commands, kernel);
+        lit.renderer().record_steps(commands, kernel);
         let pixels = self.size[0] as usize * self.size[1] as usize;
         let copy = Buffer::new(&self.context, "view.steps", 4 * pixels as u64, Memory::Device)?;
         let read = ReadBack::new(&self.context, "view.steps", 4 * pixels as u64)?;
@@ -362,9 +416,15 @@ impl Stage {
     }
 }
 
+fn next_version() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
 /// Whether the reference is seen.
 fn has_reference(state: &State) -> bool {
-    (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
+    let has_pictures = state.show.is_picture() && state.show != Show::Wireframe;
+    has_pictures && (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
 }
 
 /// Whether nothing can go on.

@@ -1,7 +1,7 @@
 //! What the window shows: all that a control, a key or a line of a script sets. It knows of no device.
 
 use crate::consume::parse;
-use crate::scene::{Scene, SceneChange};
+use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look};
 use crate::technique::Spec;
 use crate::technique::keys::check;
 use crate::{Error, Result};
@@ -54,17 +54,20 @@ pub enum Show {
     Slice = 4,
     /// How many steps A's look-ups take.
     Steps = 5,
+    /// A, and over some casters the triangles that lighting=vertex makes of them. The shader takes it for A.
+    Wireframe = 6,
 }
 
 impl Show {
-    /// Their words, in the order of their keys, F1 to F6.
-    pub const ALL: [(&str, Self); 6] = [
+    /// Their words, in the order of their keys, F1 to F7.
+    pub const ALL: [(&str, Self); 7] = [
         ("a", Self::A),
         ("b", Self::B),
         ("wipe", Self::Wipe),
         ("difference", Self::Difference),
         ("slice", Self::Slice),
         ("steps", Self::Steps),
+        ("wireframe", Self::Wireframe),
     ];
 
     /// Whether pictures of A and B are seen.
@@ -90,6 +93,10 @@ pub struct State {
     pub target: Option<DVec3>,
     pub direction: Option<DVec3>,
     pub extinction: f64,
+    /// As `--attractor`.
+    pub attractor: Option<DVec3>,
+    /// As `--gravity`.
+    pub gravity: f64,
     /// A and B.
     pub sides: [Side; 2],
     pub show: Show,
@@ -97,8 +104,18 @@ pub struct State {
     pub wipe: f64,
     /// Differences are shown so many times as large.
     pub gain: u32,
+    /// Whether pictures are shown as `render` shows them, else as `render --plain` does.
+    pub full: bool,
+    /// As `--samples`.
+    pub samples: u32,
+    /// As `--exposure`.
+    pub exposure: f32,
     /// The depth of the slice, 0 nearest to the light.
     pub depth: f32,
+    /// Whether the curve under the pointer is shown.
+    pub curve: bool,
+    /// The pixel of the picture that it is of; none for the middle.
+    pub pointer: Option<[u32; 2]>,
     /// Whether time runs.
     pub runs: bool,
     /// Whether the panel is there.
@@ -116,11 +133,18 @@ impl State {
             target: None,
             direction: None,
             extinction: 1.0,
+            attractor: None,
+            gravity: 1.0,
             sides: [Side::Reference, Side::Reference],
             show: Show::A,
             wipe: 0.5,
             gain: 8,
+            full: false,
+            samples: 4,
+            exposure: 0.0,
             depth: 0.5,
+            curve: false,
+            pointer: None,
             runs: false,
             panel: true,
         }
@@ -131,34 +155,51 @@ impl State {
         SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
     }
 
+    /// How pictures are shown; none as they are measured, and for what is no picture.
+    pub fn look(&self) -> Option<Look> {
+        let look = Look::new(self.samples, self.exposure).ok();
+        look.filter(|_| self.full && self.show.is_picture())
+    }
+
     /// The scene as its name says, at the time.
     ///
     /// # Errors
-    /// As [`Scene::load`] and [`Scene::with_lights`].
+    /// As [`Scene::load`], [`Scene::with_lights`] and [`Scene::pulled`].
     pub fn load(&self) -> Result<Scene> {
         let scene = Scene::load(&self.scene, self.time_s)?;
-        match self.lights {
-            Some(lights) => scene.with_lights(lights, self.time_s),
-            None => Ok(scene),
+        let scene = match self.lights {
+            Some(lights) => scene.with_lights(lights, self.time_s)?,
+            None => scene,
+        };
+        if self.pull() == (None, 1.0) {
+            return Ok(scene);
         }
+        scene.pulled(self.attractor, self.gravity, self.time_s)
+    }
+
+    /// What is not as usual of what moves simulated particles: attractor and gravity.
+    pub fn pull(&self) -> (Option<DVec3>, f64) {
+        (self.attractor, self.gravity)
     }
 
     /// Another scene, seen and lit as its file says.
     pub fn choose(&mut self, scene: &str) {
         (self.scene, self.lights) = (scene.into(), None);
         (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
+        (self.attractor, self.gravity) = (None, 1.0);
     }
 
     /// The scene of `good`, as that has it, and no time that runs: this one's cannot be.
     pub fn go_back_to(&mut self, good: &Self) {
         self.choose(&good.scene);
         (self.lights, self.time_s, self.runs) = (good.lights, good.time_s, false);
+        (self.attractor, self.gravity) = good.pull();
         (self.eye, self.target) = (good.eye, good.target);
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
 
-    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `depth`, `eye`, `target`,
-    /// `direction`, `extinction`, `time`, `runs`, `panel`.
+    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `depth`, `curve`, `pointer`, `eye`, `target`,
+    /// `direction`, `extinction`, `attractor`, `gravity`, `time`, `runs`, `panel`.
     ///
     /// # Errors
     /// [`Error::Input`] where there is no such key, or the value is none of its.
@@ -193,14 +234,33 @@ impl State {
             "target" => self.target = vector()?,
             "direction" => self.direction = vector()?,
             "extinction" => self.extinction = number(0.0, 1e6)?,
+            "attractor" => self.attractor = if value == "off" { None } else { vector()? },
+            "gravity" => self.gravity = number(0.0, MOST_GRAVITY)?,
             "time" => self.time_s = number(0.0, 1e6)?,
+            "look" => {
+                self.full = match value {
+                    "full" => true,
+                    "plain" => false,
+                    _ => return Err(wrong("full or plain")),
+                }
+            }
+            "samples" => {
+                let samples = value.parse().ok().filter(|samples| Look::new(*samples, 0.0).is_ok());
+                self.samples = samples.ok_or_else(|| wrong("1, 4, 8 or 16"))?;
+            }
+            "exposure" => self.exposure = number(-20.0, 20.0)? as f32,
+            "curve" => self.curve = switch()?,
+            "pointer" => {
+                let numbers: Vec<u32> = value.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+                self.pointer = Some(numbers.try_into().map_err(|_| wrong("two whole numbers, X,Y"))?);
+            }
             "runs" => self.runs = switch()?,
             "panel" => self.panel = switch()?,
             _ => match key.split_once('.') {
                 Some(("a", key)) => set_key(&mut self.sides[0], key, value)?,
                 Some(("b", key)) => set_key(&mut self.sides[1], key, value)?,
                 _ => {
-                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, depth, eye, target, direction, extinction, time, runs, panel";
+                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, look, samples, exposure, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
                     return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {known}")));
                 }
             },
@@ -208,24 +268,44 @@ impl State {
         Ok(())
     }
 
+    /// A command for this state: `more` are its own options.
+    fn line(&self, command: &str, more: &str) -> String {
+        let mut line = format!("gobo {command} {}{more} --time {}", quoted(&self.scene), self.time_s);
+        if let Some(lights) = self.lights {
+            line += &format!(" --lights {lights}");
+        }
+        for (name, value) in [("eye", self.eye), ("target", self.target), ("direction", self.direction)] {
+            if let Some(DVec3 { x, y, z }) = value {
+                line += &format!(" --{name} {x},{y},{z}");
+            }
+        }
+        if let Some(DVec3 { x, y, z }) = self.attractor {
+            line += &format!(" --attractor {x},{y},{z}");
+        }
+        if self.gravity != 1.0 {
+            line += &format!(" --gravity {}", self.gravity);
+        }
+        if self.extinction != 1.0 {
+            line += &format!(" --extinction {}", self.extinction);
+        }
+        line
+    }
+
+    /// The command that plots the curve of a texel of light 0's map, as `specs` have it.
+    pub fn curve_command(&self, [x, y]: [u32; 2], face: Option<&str>, specs: &[&Spec]) -> String {
+        let face = face.map_or_else(String::new, |face| format!(" --face {face}"));
+        let techniques: String = specs.iter().map(|spec| format!(" --technique {}", quoted(&spec.short()))).collect();
+        self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
+    }
+
     /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: light 0 has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
+        let look = match self.look() {
+            None => " --plain".into(),
+            Some(_) => format!(" --samples {} --exposure {}", self.samples, self.exposure),
+        };
         let line = |side: &Side, command: &str, more: String| {
-            let mut line =
-                format!("gobo {command} {} --plain --technique {}", quoted(&self.scene), quoted(&side.text()));
-            line += &format!("{more} --time {}", self.time_s);
-            if let Some(lights) = self.lights {
-                line += &format!(" --lights {lights}");
-            }
-            for (name, value) in [("eye", self.eye), ("target", self.target), ("direction", self.direction)] {
-                if let Some(DVec3 { x, y, z }) = value {
-                    line += &format!(" --{name} {x},{y},{z}");
-                }
-            }
-            if self.extinction != 1.0 {
-                line += &format!(" --extinction {}", self.extinction);
-            }
-            line
+            self.line(command, &format!("{look} --technique {}{more}", quoted(&side.text())))
         };
         let [a, b] = &self.sides;
         let pixels = format!(" --width {} --height {}", size[0], size[1]);
@@ -237,6 +317,7 @@ impl State {
                 let face = if faces { " --face +x" } else { "" };
                 vec![line(a, "slice", format!(" --size {} --depth {}{face}", size[0].min(size[1]), self.depth))]
             }
+            Show::Wireframe => vec![line(a, "render", pixels + " --wireframe")],
             Show::Steps => vec![line(a, "render", pixels + " --steps")],
         }
     }

@@ -1,7 +1,8 @@
 //! The f64 reference beside the window: it fills in from coarse to fine on threads of its own while nothing moves.
 
-use crate::reference::truth::{Casters, picture, picture_rows};
-use crate::scene::{Picture, Scene, View};
+use crate::reference::truth::{Casters, developed, picture, picture_rows, shown_picture, shown_rows};
+use crate::scene::{Picture, Scene, Show, View};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -15,7 +16,8 @@ const SHARE: Duration = Duration::from_millis(200);
 
 /// A picture that is being made.
 struct Job {
-    of: (u64, View),
+    /// Which state of which scene, by which camera, and how it is shown.
+    of: (u64, View, Option<Show>),
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -54,15 +56,16 @@ impl Truth {
         Self { job: None }
     }
 
-    /// Begins the picture of `scene`, of which `version` says which state it is, where it is not under way or done.
-    pub fn see(&mut self, version: u64, scene: &Scene, camera: &View) {
-        if self.job.as_ref().is_some_and(|job| job.of == (version, *camera)) {
+    /// Begins the picture of `scene`, of which `version` says which state it is, where it is not under way or done: as
+    /// it is shown, or measured.
+    pub fn see(&mut self, version: u64, scene: &Scene, camera: &View, show: Option<Show>) {
+        if self.job.as_ref().is_some_and(|job| job.of == (version, *camera, show)) {
             return;
         }
         let shared = Arc::new(Shared::default());
         let (scene, camera, theirs) = (scene.clone(), *camera, shared.clone());
-        let thread = std::thread::Builder::new().name("truth".into()).spawn(move || theirs.make(&scene, &camera));
-        self.job = Some(Job { of: (version, camera), shared, thread: thread.ok() });
+        let thread = std::thread::Builder::new().name("truth".into()).spawn(move || theirs.make(&scene, &camera, show));
+        self.job = Some(Job { of: (version, camera, show), shared, thread: thread.ok() });
     }
 
     /// Nobody looks.
@@ -98,7 +101,7 @@ impl Truth {
 
 impl Shared {
     /// On a thread of its own.
-    fn make(&self, scene: &Scene, camera: &View) {
+    fn make(&self, scene: &Scene, camera: &View, show: Option<Show>) {
         // One core is the window's.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads((cores - 1).max(1)).build() else { return };
@@ -109,13 +112,18 @@ impl Shared {
             if self.is_stopped() {
                 return;
             }
-            let first = picture(&casters, scene, &coarse);
+            let first = match show {
+                None => picture(&casters, scene, &coarse),
+                Some(show) => {
+                    developed(&shown_picture(&casters, scene, &coarse), &Show { grid: [1; 2], stops: show.stops })
+                }
+            };
             self.tell(|progress| progress.picture = Some(enlarged(&first, camera)));
             let (mut row, mut rows) = (0, 1);
             while row < camera.height && !self.is_stopped() {
                 let end = (row + rows).min(camera.height);
                 let start = Instant::now();
-                let pixels = picture_rows(&casters, scene, camera, row..end);
+                let pixels = rows_of(&casters, scene, camera, show, row..end);
                 let at = (row * camera.width) as usize;
                 self.tell(|progress| {
                     if let Some(picture) = &mut progress.picture {
@@ -140,6 +148,16 @@ impl Shared {
     }
 }
 
+/// Rows of the picture as it is shown, or measured.
+fn rows_of(casters: &Casters, scene: &Scene, camera: &View, show: Option<Show>, rows: Range<u32>) -> Vec<[f32; 3]> {
+    let Some(show) = show else { return picture_rows(casters, scene, camera, rows) };
+    let [width, height] = show.sampled([camera.width, camera.height]);
+    let sampled = View { width, height, ..*camera };
+    let rows = rows.start * show.grid[1]..rows.end * show.grid[1];
+    let pixels = shown_rows(casters, scene, &sampled, rows.clone());
+    developed(&Picture { width, height: rows.end - rows.start, pixels }, &show).pixels
+}
+
 /// A coarse picture as large as the camera's.
 fn enlarged(coarse: &Picture, camera: &View) -> Picture {
     let at = |i: u32| {
@@ -159,7 +177,7 @@ mod tests {
         let scene = Scene::load("plume_8k", 0.0).expect("built in");
         let camera = View::camera(&scene.camera, &scene, [48, 20]);
         let mut truth = Truth::new();
-        truth.see(0, &scene, &camera);
+        truth.see(0, &scene, &camera, None);
         let mut last = None;
         while !truth.is_whole() {
             if let Some(news) = truth.news(false) {
@@ -170,9 +188,9 @@ mod tests {
         }
         assert_eq!(truth.rows(), [20, 20]);
         assert_eq!(last.expect("some"), picture(&Casters::new(&scene), &scene, &camera));
-        truth.see(0, &scene, &camera);
+        truth.see(0, &scene, &camera, None);
         assert!(truth.is_whole(), "the same is not made again");
-        truth.see(1, &scene, &camera);
+        truth.see(1, &scene, &camera, None);
         assert!(!truth.is_whole(), "another state is");
     }
 }

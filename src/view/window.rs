@@ -1,16 +1,17 @@
 //! The window: what keys, mouse and lines of a script do, and its frames.
 
 use super::chart::Chart;
+use super::files::Files;
 use super::host::{Host, Said, Ui};
+use super::pace::Pace;
 use super::panel::{self, Pressed, Told};
+use super::rays::{self, Rays};
 use super::script::{Script, Step, key_name};
 use super::stage::{Stage, is_lost};
 use super::state::{Show, State};
 use super::{Options, camera, no_display};
-use crate::gpu::ReadBack;
-use crate::report::write_png;
+use crate::gpu;
 use crate::{Error, Result};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
@@ -28,16 +29,10 @@ const FRAME_S: f64 = 1.0 / 30.0;
 /// How long a script waits for the window to take on its size.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// A picture that is to be a file.
-struct Shot {
-    path: PathBuf,
-    /// What the host reads it from, of which frame, and its pixels and rows of the window's.
-    read: Option<(ReadBack, u64, [u32; 2], u32)>,
-}
-
 /// What there is once a window stands. Fields are dropped in this order.
 struct Open {
     stage: Option<Stage>,
+    rays: Rays,
     host: Host,
     input: egui_winit::State,
     window: Arc<Window>,
@@ -56,15 +51,19 @@ pub struct View {
     open: Option<Open>,
     chart: Chart,
     lines: Vec<String>,
-    shot: Option<Shot>,
+    files: Files,
     /// Drawn since the window opened.
     frames: u64,
     host_ms: f64,
+    /// The frames since the last report.
+    pace: Pace,
     last: Instant,
     began: Instant,
     /// The window's size as a script has it: none where it is the window's own.
     forced: Option<[u32; 2]>,
     dragged: Option<MouseButton>,
+    /// The control key is down.
+    control: bool,
     pointer: [f64; 2],
     /// Something is to be drawn.
     wants: bool,
@@ -85,13 +84,15 @@ impl View {
             open: None,
             chart: Chart::default(),
             lines: Vec::new(),
-            shot: None,
+            files: Files::default(),
             frames: 0,
             host_ms: 0.0,
+            pace: Pace::default(),
             last: Instant::now(),
             began: Instant::now(),
             forced: None,
             dragged: None,
+            control: false,
             pointer: [0.0; 2],
             wants: true,
             is_over: false,
@@ -107,7 +108,7 @@ impl View {
 
     fn start(&mut self, events: &ActiveEventLoop) -> Result<Open> {
         let [width, height] = self.options.size;
-        let size = |scale: f64| PhysicalSize::new(width + panel_pixels(&self.state, scale), height);
+        let size = |scale: f64| PhysicalSize::new(width + panel::pixels(&self.state, scale), height);
         let attributes = Window::default_attributes().with_title("gobo view").with_inner_size(size(1.0));
         let window = Arc::new(events.create_window(attributes).map_err(no_display)?);
         if window.scale_factor() != 1.0 {
@@ -119,12 +120,10 @@ impl View {
         let limit = host.context().features().max_image_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(egui, egui::ViewportId::ROOT, &window, scale, None, Some(limit));
-        Ok(Open { stage: None, host, input, window })
-    }
-
-    /// The picture's pixels in a window of that size.
-    fn picture(&self, window: [u32; 2], scale: f64) -> [u32; 2] {
-        [window[0].saturating_sub(panel_pixels(&self.state, scale)), window[1]]
+        // The same device, opened once more.
+        let wanted = Some(host.context().features().name.clone());
+        let rays = Rays::new(gpu::Options { device: wanted, validation: *validation, messages: messages.clone() });
+        Ok(Open { stage: None, rays, host, input, window })
     }
 
     /// Draws a frame.
@@ -138,12 +137,13 @@ impl View {
     fn frame_of(&mut self, open: &mut Open) -> Result<()> {
         let start = Instant::now();
         let seconds = if self.script.is_some() { FRAME_S } else { (start - self.last).as_secs_f64().min(0.1) };
+        let since = start - self.last;
         self.last = start;
         if self.state.runs {
             self.state.time_s += seconds;
         }
         let window: [u32; 2] = self.forced.unwrap_or_else(|| open.window.inner_size().into());
-        let size = self.picture(window, open.window.scale_factor());
+        let size = panel::picture(&self.state, window, open.window.scale_factor());
         self.load(open, size)?;
         let ui = self.panel(open);
         open.host.resize(window);
@@ -154,8 +154,14 @@ impl View {
         let frame = open.host.begin()?;
         let waited = waited.elapsed();
         if let Some(over) = frame.number.checked_sub(open.host.frames_in_flight()) {
-            self.chart.add(&open.host.context().times(over));
-            self.save(over, open.host.is_blue_first())?;
+            let passes = open.host.context().times(over);
+            self.chart.add(&passes);
+            self.pace.passes(&passes);
+            match self.files.save(over, open.host.is_blue_first()) {
+                // A script's next line may need it.
+                Err(error @ Error::Output { .. }) if self.script.is_none() => self.tell(error.to_string()),
+                outcome => outcome?,
+            }
         }
         if let Some(stage) = &mut open.stage {
             let (host, state) = (&open.host, &self.state);
@@ -167,19 +173,28 @@ impl View {
                 }
                 Err(error) => return Err(error),
             }
-            self.read_shot(stage, &open.host, &frame)?;
+            self.files.read(&self.state, stage, &open.host, &frame)?;
+            self.ask(stage, &mut open.rays)?;
         }
-        let host_ms = start.elapsed().saturating_sub(waited).as_secs_f64() * 1e3;
-        self.host_ms = if self.frames == 0 { host_ms } else { 0.9 * self.host_ms + 0.1 * host_ms };
         let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.size())));
-        open.host.end(frame, picture, ui)?;
+        let is_whole = open.stage.as_ref().is_some_and(|stage| stage.is_whole(&self.state));
+        let film = self.files.wanted(&open.host, is_whole && !open.rays.is_waiting())?;
+        let waited = waited + open.host.end(frame, picture, ui, film.as_ref())?;
+        let host = start.elapsed().saturating_sub(waited);
+        self.pace.frame(host, since);
+        let host_ms = host.as_secs_f64() * 1e3;
+        self.host_ms = if self.frames == 0 { host_ms } else { 0.9 * self.host_ms + 0.1 * host_ms };
+        if let Some(film) = film {
+            open.host.wait();
+            self.files.add(&film, open.host.window_size(), open.host.is_blue_first())?;
+        }
         self.frames += 1;
         self.frames_left = self.frames_left.saturating_sub(1);
         let (is_drawn, is_whole) = open
             .stage
             .as_ref()
             .map_or((false, false), |stage| (stage.is_drawn(&self.state), stage.is_whole(&self.state)));
-        let shoots = self.shot.as_ref().is_some_and(|shot| is_whole || shot.read.is_some());
+        let shoots = self.files.need_frames(is_whole);
         self.wants |= !is_drawn || self.state.runs || shoots || self.frames_left > 0;
         Ok(())
     }
@@ -208,10 +223,19 @@ impl View {
     fn panel(&mut self, open: &mut Open) -> Ui {
         let input = open.input.take_egui_input(&open.window);
         let (context, mut pressed) = (open.input.egui_ctx().clone(), None);
-        let (state, stage) = (&mut self.state, open.stage.as_ref());
-        let told =
-            Told { scenes: &self.options.scenes, stage, chart: &self.chart, lines: &self.lines, host_ms: self.host_ms };
+        let (state, stage, script) = (&mut self.state, open.stage.as_ref(), self.script.is_some());
+        let told = Told {
+            scenes: &self.options.scenes,
+            stage,
+            chart: &self.chart,
+            rays: Some(&open.rays),
+            lines: &self.lines,
+            host_ms: self.host_ms,
+        };
         let output = context.run_ui(input, |ui| {
+            if let Some(stage) = stage {
+                panel::rings(ui, state, stage, script);
+            }
             if state.panel {
                 pressed = panel::panel(ui, state, &told);
             }
@@ -221,7 +245,7 @@ impl View {
         self.wants |= delay.is_some_and(|delay| delay.is_zero());
         match pressed {
             Some(Pressed::Copy) => self.copy(open),
-            Some(Pressed::Screenshot) => self.shoot(),
+            Some(Pressed::Screenshot) => self.files.shoot(None),
             None => {}
         }
         let pixels_per_point = output.pixels_per_point;
@@ -242,50 +266,24 @@ impl View {
     fn copy(&self, open: &mut Open) {
         let size = open.stage.as_ref().map_or(self.options.size, Stage::size);
         let faces = open.stage.as_ref().is_some_and(|stage| stage.base().lights[0].map_count() > 1);
-        let text = self.state.commands(size, faces).join("\n");
+        let mut lines = self.state.commands(size, faces);
+        if let Some(Ok(found)) = open.rays.answer() {
+            lines.push(self.state.curve_command(found.texel, found.face, &rays::specs(&self.state)));
+        }
+        let text = lines.join("\n");
         println!("{text}");
         open.input.egui_ctx().copy_text(text);
     }
 
-    /// A PNG under a name that is not taken.
-    fn shoot(&mut self) {
-        let names = (0..).map(|i| PathBuf::from(format!("gobo-view-{i:02}.png")));
-        let path = names.into_iter().find(|path| !path.exists()).unwrap_or_default();
-        self.shot = Some(Shot { path, read: None });
-    }
-
-    /// Records that the host reads the picture, once it is whole.
-    fn read_shot(&mut self, stage: &Stage, host: &Host, frame: &super::host::Frame) -> Result<()> {
-        let (Some(shot), Some(bytes)) = (&mut self.shot, stage.bytes()) else { return Ok(()) };
-        if shot.read.is_none() && stage.is_whole(&self.state) {
-            let read = ReadBack::new(host.context(), "view.screenshot", bytes.bytes())?;
-            host.record(frame, |commands| {
-                commands.read_back(bytes, &read);
-                Ok(())
-            })?;
-            shot.read = Some((read, frame.number, stage.pictured(&self.state), stage.size()[0]));
-        }
-        Ok(())
-    }
-
-    /// Writes the picture that a frame left, which is over.
-    fn save(&mut self, over: u64, blue_first: bool) -> Result<()> {
-        let Some(shot) = self.shot.take_if(|shot| shot.read.as_ref().is_some_and(|(_, frame, ..)| *frame <= over))
-        else {
+    /// Asks for the curve under the pointer where it is shown, and writes it where that is wanted.
+    fn ask(&mut self, stage: &Stage, rays: &mut Rays) -> Result<()> {
+        if !self.state.curve {
+            rays.rest();
             return Ok(());
-        };
-        let Some((read, frame, [width, height], row)) = shot.read else { return Ok(()) };
-        let pixels = read.read::<[u8; 4]>(frame, (row * height) as usize)?.unwrap_or_default();
-        let rgb = |[r, g, b, _]: [u8; 4]| if blue_first { [b, g, r] } else { [r, g, b] };
-        let rows = pixels.chunks_exact(row.max(1) as usize).flat_map(|pixels| &pixels[..width as usize]);
-        let bytes: Vec<u8> = rows.flat_map(|pixel| rgb(*pixel)).collect();
-        match write_png(&shot.path, [width, height], &bytes) {
-            Ok(()) => println!("{}", shot.path.display()),
-            // A script's next line may need it.
-            Err(error) if self.script.is_some() => return Err(error),
-            Err(error) => self.tell(error.to_string()),
         }
-        Ok(())
+        let (version, scene, camera) = stage.seen()?;
+        rays.ask(&self.state, version, scene, camera);
+        self.files.save_plot(rays)
     }
 
     /// Does what a key does.
@@ -295,23 +293,14 @@ impl View {
         if let Some((_, show)) = shown {
             self.state.show = *show;
         }
-        let step = 0.05;
-        let way = match key {
-            "w" => Some([0.0, 0.0, step]),
-            "s" => Some([0.0, 0.0, -step]),
-            "a" => Some([-step, 0.0, 0.0]),
-            "d" => Some([step, 0.0, 0.0]),
-            "q" => Some([0.0, -step, 0.0]),
-            "e" => Some([0.0, step, 0.0]),
-            _ => None,
-        };
-        if let (Some(way), Some(stage)) = (way, &open.stage) {
+        if let (Some(way), Some(stage)) = (camera::way(key), &open.stage) {
             camera::fly(&mut self.state, &stage.base().camera, way);
         }
         match key {
-            "f12" => self.shoot(),
+            "f12" => self.files.shoot(None),
             "c" => self.copy(open),
             "x" => self.state.sides.swap(0, 1),
+            "v" => self.state.curve = !self.state.curve,
             "r" => (self.state.eye, self.state.target) = (None, None),
             "space" => self.state.runs = !self.state.runs,
             "h" => self.state.panel = !self.state.panel,
@@ -332,10 +321,11 @@ impl View {
         loop {
             let window: [u32; 2] = open.window.inner_size().into();
             let wants = self.options.size;
-            let fits = self.forced.is_some() || self.picture(window, open.window.scale_factor()) == wants;
+            let fits =
+                self.forced.is_some() || panel::picture(&self.state, window, open.window.scale_factor()) == wants;
             if !fits && self.began.elapsed() < GRACE
                 || self.frames_left > 0
-                || self.shot.is_some()
+                || self.files.are_due()
                 || self.frames == 0
                 || self.until.is_some_and(|until| Instant::now() < until)
             {
@@ -353,19 +343,28 @@ impl View {
                 }
                 Step::Wait(time) => self.until = Some(Instant::now() + time),
                 Step::Frames(count) => self.frames_left = count,
-                Step::Screenshot(path) => self.shot = Some(Shot { path, read: None }),
+                Step::Screenshot(path) => self.files.shoot(Some(path)),
+                Step::Gif(path, ms) => self.files.film(&path, ms),
+                Step::Curve(path) => {
+                    self.state.curve = true;
+                    self.files.plot(path);
+                }
                 Step::Resize([0, _] | [_, 0]) => (self.forced, self.frames_left) = (Some([0; 2]), 2),
                 Step::Resize(size) => {
                     (self.forced, self.options.size, self.began) = (None, size, Instant::now());
-                    let panel = panel_pixels(&self.state, open.window.scale_factor());
+                    let panel = panel::pixels(&self.state, open.window.scale_factor());
                     let _ = open.window.request_inner_size(PhysicalSize::new(size[0] + panel, size[1]));
                 }
                 Step::Drop(file) => self.state.choose(&file),
                 Step::Report => {
                     let (frames, bytes) = (self.frames, open.host.allocated_bytes());
-                    println!("{frames} frames, {bytes} bytes of device memory, {:.3} ms of the host's", self.host_ms);
+                    let lowest = std::mem::take(&mut self.pace).text();
+                    println!("{frames} frames, {bytes} bytes of device memory{lowest}");
                 }
-                Step::Quit => self.is_over = true,
+                Step::Quit => {
+                    self.is_over = true;
+                    self.files.finish()?;
+                }
             }
             self.wants = true;
             if self.is_over {
@@ -387,7 +386,7 @@ impl View {
     /// Whether the pointer is not over the panel.
     fn is_over_picture(&self, open: &Open) -> bool {
         let window: [u32; 2] = open.window.inner_size().into();
-        self.pointer[0] < f64::from(self.picture(window, open.window.scale_factor())[0])
+        self.pointer[0] < f64::from(panel::picture(&self.state, window, open.window.scale_factor())[0])
     }
 
     /// What the mouse does to the camera.
@@ -397,15 +396,11 @@ impl View {
         let (Some(button), Some(stage)) = (self.dragged, &open.stage) else { return };
         let (camera, share) = (&stage.base().camera, 1.0 / f64::from(stage.size()[1]));
         match button {
+            MouseButton::Left if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), [x, y]) => {}
             MouseButton::Left => camera::orbit(&mut self.state, camera, -right * share * 4.0, down * share * 4.0),
             _ => camera::fly(&mut self.state, camera, [-right * share, down * share, 0.0]),
         }
     }
-}
-
-/// Pixels of the window that are the panel's.
-fn panel_pixels(state: &State, scale: f64) -> u32 {
-    if state.panel { (f64::from(panel::WIDTH) * scale).ceil() as u32 } else { 0 }
 }
 
 impl ApplicationHandler for View {
@@ -442,8 +437,14 @@ impl ApplicationHandler for View {
                 let is_ours = state == ElementState::Pressed && self.is_over_picture(&open);
                 self.dragged = is_ours.then_some(button);
             }
+            WindowEvent::ModifiersChanged(modifiers) => self.control = modifiers.state().control_key(),
             WindowEvent::CursorMoved { position, .. } => {
                 self.mouse([position.x, position.y], &open);
+                // A script has a pointer of its own.
+                if self.state.curve && self.script.is_none() && self.is_over_picture(&open) {
+                    self.state.pointer = Some([position.x, position.y].map(|at| at.max(0.0) as u32));
+                    self.wants = true;
+                }
                 self.wants |= self.dragged.is_some();
             }
             WindowEvent::MouseWheel { delta, .. } if self.is_over_picture(&open) => {
@@ -477,7 +478,9 @@ impl ApplicationHandler for View {
             return;
         }
         // The reference gets on by itself.
-        let fills = open.stage.as_ref().is_some_and(|stage| !stage.is_whole(&self.state));
+        let fills = open.stage.as_ref().is_some_and(|stage| !stage.is_whole(&self.state))
+            || open.rays.is_waiting()
+            || self.files.are_due();
         self.wants |= fills && self.last.elapsed() >= LOOK;
         if self.wants {
             open.window.request_redraw();

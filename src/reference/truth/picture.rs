@@ -45,6 +45,12 @@ pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range
 /// As [`picture`], with what a person is shown: smooth normals, and a sky into which the ground fades. Twin:
 /// consume::Renderer::show.
 pub fn shown_picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
+    let pixels = shown_rows(casters, scene, camera, 0..camera.height);
+    Picture { width: camera.width, height: camera.height, pixels }
+}
+
+/// Some rows of [`shown_picture`], from the top.
+pub fn shown_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u32>) -> Vec<[f32; 3]> {
     let caster = |_, index: Option<u32>, position| light(casters, scene, position, lifted(casters, index), |_| 1.0);
     let normals: Vec<_> = scene.meshes.iter().flat_map(smooth_normals).collect();
     let backdrop = Backdrop::of(scene);
@@ -57,7 +63,7 @@ pub fn shown_picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture
         lit.lerp(sky_color(&backdrop, towards.normalize()), share)
     };
     let sky = |direction: DVec3| sky_color(&backdrop, direction.normalize());
-    rays(casters, scene, camera, &far_to_near(scene, camera), caster, surface, sky)
+    camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
 /// How many casters [`picture`] would try against rays to the lights, meshes included, by a coarse picture of the same view and
@@ -88,24 +94,12 @@ pub(in crate::reference) fn camera_rays(
     light: impl Fn(DVec2, Option<u32>, DVec3) -> DVec3 + Sync,
     surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
 ) -> Picture {
-    rays(casters, scene, camera, order, light, surface, |_| DVec3::from(SKY.map(f64::from)))
-}
-
-/// With a sky, by the direction of the ray that sees it.
-fn rays(
-    casters: &Casters,
-    scene: &Scene,
-    camera: &View,
-    order: &Order,
-    light: impl Fn(DVec2, Option<u32>, DVec3) -> DVec3 + Sync,
-    surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
-    sky: impl Fn(DVec3) -> DVec3 + Sync,
-) -> Picture {
+    let sky = |_| DVec3::from(SKY.map(f64::from));
     let pixels = camera_rows(casters, scene, camera, 0..camera.height, order, light, surface, sky);
     Picture { width: camera.width, height: camera.height, pixels }
 }
 
-/// These rows of it.
+/// Some rows of it, with a sky, by the direction of the ray that sees it.
 #[expect(clippy::too_many_arguments, reason = "what a ray meets, and how each looks")]
 fn camera_rows(
     casters: &Casters,

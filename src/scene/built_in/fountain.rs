@@ -33,7 +33,7 @@ pub(in crate::scene) fn particles(fountain: &Fountain, time_s: f64) -> Result<Ve
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): `time_s` is not in [0, 3600].
 pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Result<Scene> {
-    let fountain = Fountain { particles };
+    let fountain = Fountain::new(particles);
     Ok(Scene {
         name: name.into(),
         motion: Motion::Fountain(fountain),

@@ -2,12 +2,13 @@
 
 use crate::error::did_you_mean;
 use crate::scene::{
-    DATA_ENDINGS, Motion, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard,
+    DATA_ENDINGS, MOST_GRAVITY, Motion, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard,
     built_in::courtyard_lights, built_in::cube, built_in::embedded, built_in::emitters, built_in::failures,
     built_in::fountain, built_in::hair, built_in::houses, built_in::ink, built_in::lantern, built_in::plume,
     built_in::sparse, built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
+use glam::DVec3;
 
 /// Names that [`Scene::load`] knows without a file.
 pub const BUILT_IN: [&str; 21] = [
@@ -98,6 +99,27 @@ impl Scene {
             return Err(Error::input(self.name, cause, "choose another number"));
         }
         Ok(Self { lights: courtyard::lights_at(count, time_s)?, ..self })
+    }
+
+    /// The scene with its attractor at a place, where one is given, and so many times the earth's gravity, as if it had always been
+    /// so, at a time as in [`Scene::load`]: of `fountain`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where nothing of the scene is simulated, or a number or the time is out of range.
+    pub fn pulled(mut self, attractor: Option<DVec3>, gravity: f64, time_s: f64) -> Result<Self> {
+        let Motion::Fountain(fountain) = &mut self.motion else {
+            let way_out = "leave attractor and gravity out, or name fountain";
+            return Err(Error::input(self.name, "nothing of it is simulated", way_out));
+        };
+        if !(0.0..=MOST_GRAVITY).contains(&gravity) {
+            let cause = format!("a gravity of {gravity}, of 0 to {MOST_GRAVITY} times the earth's");
+            return Err(Error::input(self.name, cause, "choose another"));
+        }
+        if attractor.is_some_and(|at| at.abs().max_element() > 1e3 || !at.is_finite()) {
+            return Err(Error::input(self.name, "an attractor farther than 1000 away", "bring it nearer"));
+        }
+        (fountain.attractor, fountain.gravity) = (attractor.map(|at| at.as_vec3().into()), gravity as f32);
+        self.at(time_s)
     }
 
     /// The scene at another time: what moves by itself is as it would be `time_s` seconds after the emitters began, all else as

@@ -84,13 +84,25 @@ pub struct Place {
 }
 
 /// So many particles that jump, fall and are drawn about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fountain {
     /// How many, from 1 to 4,000,000.
     pub particles: u32,
+    /// Where the attractor stands; none where it wanders.
+    pub attractor: Option<[f32; 3]>,
+    /// Gravity, so many times that of the earth, 0 to [`MOST_GRAVITY`].
+    pub gravity: f32,
 }
 
+/// So many times the earth's: more would be faster than particles get.
+pub const MOST_GRAVITY: f64 = 10.0;
+
 impl Fountain {
+    /// So many particles, under the earth's gravity, with an attractor that wanders.
+    pub fn new(particles: u32) -> Self {
+        Self { particles, attractor: None, gravity: 1.0 }
+    }
+
     /// What moves them. The more there are the smaller they are, so that all of them take as much light.
     pub fn law(&self) -> Law {
         // Its fourth root, of which every machine makes the same.
@@ -99,7 +111,7 @@ impl Fountain {
             low: [-3.75, -3.75, 0.125],
             high: [3.75, 3.75, 6.5],
             // 9.8 units / s², at STEPS_PER_SECOND.
-            gravity: 0.002_725,
+            gravity: 0.002_725 * self.gravity,
             drag: 0.995,
             pull: 0.012,
             reach: 0.4,
@@ -137,6 +149,9 @@ impl Fountain {
 
     /// Where the attractor is at a step.
     pub fn attractor(&self, step: u32) -> [f32; 3] {
+        if let Some(stands) = self.attractor {
+            return stands;
+        }
         let turn = |period_s: f64, phase: f64| wave(f64::from(step) / (period_s * STEPS_PER_SECOND) + phase);
         let at = DVec3::new(1.9 * turn(5.3, 0.0), 1.9 * turn(5.3, 0.25), 2.2 + 0.8 * turn(3.1, 0.4));
         at.as_vec3().to_array()

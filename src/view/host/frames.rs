@@ -119,12 +119,13 @@ impl Frames {
         }
     }
 
-    /// Draws over the window's image, and makes it ready to be shown.
+    /// Draws over the window's image, copies all of it to `film`, and makes it ready to be shown.
     pub fn over(
         &self,
         commands: vk::CommandBuffer,
         chain: &Swapchain,
         index: usize,
+        film: Option<&Buffer>,
         draw: impl FnOnce(vk::CommandBuffer) -> Result<()>,
     ) -> Result<()> {
         let (image, layout) = (chain.images[index], vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
@@ -150,7 +151,33 @@ impl Frames {
         // SAFETY: begun above.
         unsafe { self.device.cmd_end_rendering(commands) };
         let shown = (vk::PipelineStageFlags2::NONE, vk::AccessFlags2::NONE);
-        self.barrier(commands, image, [layout, vk::ImageLayout::PRESENT_SRC_KHR], drawn, shown);
+        let wanted = u64::from(extent.width) * u64::from(extent.height) * 4;
+        match film.filter(|film| chain.is_readable && film.bytes() >= wanted) {
+            Some(film) => {
+                let read = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_READ);
+                let from = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+                self.barrier(commands, image, [layout, from], drawn, read);
+                let regions = [vk::BufferImageCopy::default()
+                    .image_subresource(
+                        vk::ImageSubresourceLayers::default().aspect_mask(RANGE.aspect_mask).layer_count(1),
+                    )
+                    .image_extent(vk::Extent3D { width: extent.width, height: extent.height, depth: 1 })];
+                // SAFETY: the image is in this layout and may be copied from, and the buffer has room for all of it.
+                unsafe { self.device.cmd_copy_image_to_buffer(commands, image, from, film.handle(), &regions) };
+                self.barrier(commands, image, [from, vk::ImageLayout::PRESENT_SRC_KHR], read, shown);
+                let copied = [vk::MemoryBarrier2::default()
+                    .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                    .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                    .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+                    .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+                // SAFETY: the commands are being recorded, outside a render.
+                unsafe {
+                    let info = vk::DependencyInfo::default().memory_barriers(&copied);
+                    self.device.cmd_pipeline_barrier2(commands, &info);
+                }
+            }
+            None => self.barrier(commands, image, [layout, vk::ImageLayout::PRESENT_SRC_KHR], drawn, shown),
+        }
         outcome
     }
 

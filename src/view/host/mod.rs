@@ -15,6 +15,7 @@ use crate::{Error, Result};
 use ash::vk;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, allocator::GpuAllocator};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use winit::window::Window;
 
 /// An error of the window's own.
@@ -165,6 +166,22 @@ impl Host {
         Ok(Frame { number, commands, image })
     }
 
+    /// The window's pixels as they are drawn to; none where it has no area.
+    pub fn window_size(&self) -> [u32; 2] {
+        self.swapchain.as_ref().map_or([0; 2], |chain| chain.size)
+    }
+
+    /// Bytes of them; none where they cannot be read.
+    pub fn window_bytes(&self) -> u64 {
+        let chain = self.swapchain.as_ref().filter(|chain| chain.is_readable);
+        chain.map_or(0, |chain| 4 * u64::from(chain.size[0]) * u64::from(chain.size[1]))
+    }
+
+    /// Waits until the device is done with all frames.
+    pub fn wait(&self) {
+        self.device.wait();
+    }
+
     fn remake(&mut self) -> Result<()> {
         self.device.wait();
         let old = self.swapchain.take();
@@ -186,18 +203,26 @@ impl Host {
         record(&mut commands)
     }
 
-    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, in the upper left of the window, and the panel over it.
+    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, in the upper left of the window, and the panel over it. All of
+    /// the window is copied to `film`, which the host may read after [`Host::wait`]. Returns
+    /// how long it took to hand it over to the screen, which may wait for the device.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
-    pub fn end(&mut self, frame: Frame, picture: Option<(&Buffer, [u32; 2])>, mut ui: Ui) -> Result<()> {
+    pub fn end(
+        &mut self,
+        frame: Frame,
+        picture: Option<(&Buffer, [u32; 2])>,
+        mut ui: Ui,
+        film: Option<&Buffer>,
+    ) -> Result<Duration> {
         self.textures(&mut ui)?;
         self.copied[(frame.number % u64::from(FRAMES_IN_FLIGHT)) as usize] = picture.map(|(buffer, _)| buffer.clone());
         if let (Some(image), Some(chain)) = (frame.image, &self.swapchain) {
             self.frames.copy(frame.commands, chain, image, picture);
             let extent = vk::Extent2D { width: chain.size[0], height: chain.size[1] };
             let panel = &mut self.ui;
-            self.frames.over(frame.commands, chain, image, |commands| match panel {
+            self.frames.over(frame.commands, chain, image, film, |commands| match panel {
                 Some(panel) => panel
                     .cmd_draw(commands, extent, ui.pixels_per_point, &ui.primitives)
                     .map_err(|cause| error("draw", "the panel", cause)),
@@ -207,11 +232,13 @@ impl Host {
         let shown = self.swapchain.as_ref().zip(frame.image);
         self.frames.submit(self.device.queue, frame.number, shown.map(|(chain, image)| chain.drawn[image]))?;
         self.next += 1;
+        let handed_over = Instant::now();
         if let Some((chain, image)) = shown
             && let Turn::Stale = chain.present(self.device.queue, image)?
         {
             self.is_stale = true;
         }
+        let handed_over = handed_over.elapsed();
         if !ui.textures.free.is_empty() {
             self.device.wait();
             for id in ui.textures.free.drain() {
@@ -221,7 +248,7 @@ impl Host {
                     .map_err(|e| error("free", "text", e))?;
             }
         }
-        Ok(())
+        Ok(handed_over)
     }
 
     /// Copies what text needs that was not shown before. It waits for the device, and is rare.

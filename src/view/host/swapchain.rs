@@ -12,6 +12,8 @@ pub struct Swapchain {
     pub handle: vk::SwapchainKHR,
     pub format: vk::Format,
     pub size: [u32; 2],
+    /// They can be copied from.
+    pub is_readable: bool,
     pub images: Vec<vk::Image>,
     pub views: Vec<vk::ImageView>,
     /// One per image: it is drawn.
@@ -54,6 +56,7 @@ impl Swapchain {
             plain.contains(&format.format) && format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
         };
         let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT;
+        let read = can.supported_usage_flags & vk::ImageUsageFlags::TRANSFER_SRC;
         let Some(format) = formats.iter().find(is_plain).filter(|_| can.supported_usage_flags.contains(usage)) else {
             return Err(Error::Refused { needs: "a window of 8 bits a channel that pictures can be copied to".into() });
         };
@@ -67,7 +70,7 @@ impl Swapchain {
             .image_color_space(format.color_space)
             .image_extent(vk::Extent2D { width: size[0], height: size[1] })
             .image_array_layers(1)
-            .image_usage(usage)
+            .image_usage(usage | read)
             .pre_transform(can.current_transform)
             .composite_alpha(alpha.unwrap_or(vk::CompositeAlphaFlagsKHR::OPAQUE))
             .present_mode(vk::PresentModeKHR::FIFO)
@@ -82,6 +85,7 @@ impl Swapchain {
             handle,
             format: format.format,
             size,
+            is_readable: !read.is_empty(),
             images: Vec::new(),
             views: Vec::new(),
             drawn: Vec::new(),

@@ -1,0 +1,35 @@
+//! Techniques that stand as they were built for a scene, to be asked along rays of light.
+
+use crate::Result;
+use crate::gpu::Context;
+use crate::scene::Scene;
+use crate::technique::{Opened, Spec, open};
+use crate::world::World;
+
+/// Techniques, each built for the same scene.
+pub struct Standing {
+    /// In the order of their specs.
+    pub opened: Vec<Opened>,
+    /// Spec and path of each.
+    pub names: Vec<String>,
+    /// What they were built for.
+    _world: World,
+}
+
+impl Standing {
+    /// Opens and builds what `specs` name.
+    ///
+    /// # Errors
+    /// As [`World::new`], [`open`] and [`Opened::build`].
+    pub fn new(context: &Context, scene: &Scene, specs: &[Spec]) -> Result<Self> {
+        let world = World::new(context, scene)?;
+        let (mut opened, mut names) = (Vec::new(), Vec::new());
+        for spec in specs {
+            let mut technique = open(context, &world, spec)?;
+            technique.build(&world)?;
+            names.push(format!("{} ({})", spec.short(), technique.technique.facts()?.path));
+            opened.push(technique);
+        }
+        Ok(Self { opened, names, _world: world })
+    }
+}

@@ -1,0 +1,92 @@
+//! The place that a camera sees through a pixel.
+
+use super::casters::{Casters, optical_depth, overlap};
+use super::volume;
+use crate::scene::{Ray, View};
+use glam::{DVec2, DVec3};
+
+/// Smoke that takes less than this of what is behind it is not what is seen.
+const LEAST: f64 = 1e-3;
+
+/// Halvings: a place among floats.
+const HALVINGS: u32 = 60;
+
+impl Casters<'_> {
+    /// The place that `camera` sees at a point given in pixels, of meshes, smoke, hair and splats: where half of what arrives has come
+    /// from. That is on a mesh where more than half comes from there, else in front of it where half is left behind; where no mesh is,
+    /// where half of what the casters take is taken. None where nothing is seen.
+    pub fn seen(&self, camera: &View, pixel: DVec2) -> Option<DVec3> {
+        let (ray, near) = (camera.ray(pixel), f64::from(camera.near));
+        let surface = self.meshes.hit(ray.origin, ray.direction).map(|hit| hit.distance);
+        let far = surface.unwrap_or(f64::INFINITY).min(camera.far.into());
+        let met = self.met(&ray);
+        let through = |z: f64| (-self.optical_depth_to(&ray, &met, near, z)).exp();
+        let behind = through(far);
+        let taken = if surface.is_some() { 1.0 } else { 1.0 - behind };
+        if taken < LEAST {
+            return None;
+        }
+        let wanted = 1.0 - 0.5 * taken;
+        if behind > wanted {
+            return Some(ray.at(far));
+        }
+        let (mut before, mut reached) = (near, far);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (before + reached);
+            *(if through(middle) > wanted { &mut before } else { &mut reached }) = middle;
+        }
+        Some(ray.at(reached))
+    }
+
+    /// Casters that a ray meets, and from where to where.
+    fn met(&self, ray: &Ray) -> Vec<(usize, f64, f64)> {
+        let asked = self.all.len() - self.scene.cell_count();
+        let meets = |(i, caster)| overlap(ray, caster).map(|(entry, exit)| (i, entry, exit));
+        self.all[..asked].iter().enumerate().filter_map(meets).collect()
+    }
+
+    fn optical_depth_to(&self, ray: &Ray, met: &[(usize, f64, f64)], near: f64, z: f64) -> f64 {
+        let of = |(i, entry, exit): &(usize, f64, f64)| {
+            let (entry, exit) = (entry.max(near), exit.min(z));
+            if exit < entry { 0.0 } else { optical_depth(ray, &self.all[*i], entry, exit) }
+        };
+        let volumes = self.scene.volumes.iter().map(|field| volume::optical_depth(field, ray, near, z));
+        volumes.sum::<f64>() + met.iter().map(of).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Camera;
+    use crate::scene::tests::{mesh, on_the_axis};
+
+    /// From 10 above, down along the axis: a sphere from 1 to −1 over a plate at −3, whose optical depth is `depth`.
+    fn seen(depth: f32, plate: bool) -> Option<f64> {
+        let mut scene = on_the_axis(&[(0.0, 1.0, depth / 2.0)]);
+        if plate {
+            let corners = vec![[-9.0, -9.0, -3.0], [9.0, -9.0, -3.0], [9.0, 9.0, -3.0], [-9.0, 9.0, -3.0]];
+            scene.meshes = vec![mesh(corners, vec![[0, 1, 2], [0, 2, 3]])];
+        }
+        let above = DVec3::new(0.0, 0.0, 10.0);
+        let camera = Camera { position: above, target: DVec3::ZERO, up: DVec3::Y, fov_y_degrees: 40.0 };
+        let camera = View::camera(&camera, &scene, [64, 64]);
+        Casters::new(&scene).seen(&camera, DVec2::splat(32.0)).map(|place| place.z)
+    }
+
+    /// By hand: the optical depth rises by depth / 2 a unit, and half is left of the light after ln 2 of it.
+    #[test]
+    fn it_is_where_half_has_come_from() {
+        let half = |depth: f64| 1.0 - 2.0 * std::f64::consts::LN_2 / depth;
+        let near = |found: Option<f64>, expected: f64| {
+            assert!(found.is_some_and(|z| (z - expected).abs() < 1e-5), "{found:?}, not {expected}");
+        };
+        near(seen(4.0, true), half(4.0));
+        // Too thin: the plate behind it.
+        near(seen(0.5, true), -3.0);
+        // Over nothing half of what it takes: 1 − (1 − exp(−τ)) / 2.
+        let wanted = -(1.0 - 0.5 * (1.0 - (-0.5f64).exp())).ln();
+        near(seen(0.5, false), 1.0 - 2.0 * wanted / 0.5);
+        assert_eq!(seen(1e-5, false), None);
+    }
+}

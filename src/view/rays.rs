@@ -1,0 +1,240 @@
+//! The curve under the pointer: what is true along light 0's ray through what is seen there, and what A and B say. It is what `gobo curve`
+//! has, made on a thread of its own with a device of its own, so that the window waits for none of it.
+
+use super::state::{Side, State};
+use crate::gpu::{Context, Options};
+use crate::measure::{LightRay, Standing};
+use crate::reference::truth::Casters;
+use crate::report;
+use crate::scene::{FACES, Scene, View};
+use crate::technique::{Name, Spec};
+use crate::{Error, Result};
+use glam::{DVec2, DVec3};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+/// What is asked once for many rays: a state of a scene, and the techniques that stand for it.
+#[derive(Clone, Debug, PartialEq)]
+struct Of {
+    version: u64,
+    specs: Vec<String>,
+}
+
+/// A ray.
+#[derive(Clone, Debug, PartialEq)]
+struct Key {
+    of: Of,
+    camera: View,
+    pixel: [u32; 2],
+}
+
+struct Asked {
+    key: Key,
+    scene: Arc<Scene>,
+    specs: Vec<Spec>,
+}
+
+/// What is known of the ray under a pixel.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Its texel in the light's map.
+    pub texel: [u32; 2],
+    /// The face of a point light's cube.
+    pub face: Option<&'static str>,
+    /// The place that is seen, as a depth in the light's range.
+    pub depth: f64,
+    pub ray: LightRay,
+    /// Who says each of its lines.
+    pub names: Vec<String>,
+    scene: String,
+}
+
+impl Found {
+    /// What `gobo curve` writes.
+    ///
+    /// # Errors
+    /// As [`report::curve`].
+    pub fn svg(&self) -> Result<String> {
+        report::curve(&self.ray.title(&self.scene, self.texel), &self.ray, &self.names)
+    }
+
+    /// What is true at the place that is seen, and what each technique says.
+    pub fn there(&self) -> (f64, Vec<f64>) {
+        let at = self.ray.truth.partition_point(|(depth, _)| *depth < self.depth).min(self.ray.truth.len() - 1);
+        (self.ray.truth[at].1, self.ray.lines.iter().map(|line| line.points[at].1).collect())
+    }
+}
+
+/// Words between the window and the thread.
+#[derive(Default)]
+struct Post {
+    asked: Option<Asked>,
+    answer: Option<(Key, std::result::Result<Arc<Found>, String>)>,
+    is_over: bool,
+}
+
+#[derive(Default)]
+struct Shared {
+    post: Mutex<Post>,
+    wakes: Condvar,
+}
+
+/// What was asked last, and what came of it.
+pub struct Rays {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    options: Options,
+    asked: Option<Key>,
+    /// The scene in the version that was asked for last.
+    scene: Option<(u64, Arc<Scene>)>,
+}
+
+impl Drop for Rays {
+    fn drop(&mut self) {
+        self.shared.lock().is_over = true;
+        self.shared.wakes.notify_all();
+        // Its device is closed before the program ends.
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The specs whose lines are in one plot: those of A and B with maps of one size.
+pub fn specs(state: &State) -> Vec<&Spec> {
+    let all = state.sides.iter().filter_map(|side| if let Side::Technique(spec) = side { Some(spec) } else { None });
+    let mut all: Vec<&Spec> = all.collect();
+    all.dedup_by_key(|spec| spec.to_string());
+    let size = all.first().map(|spec| spec.text(Name::SIZE).to_owned());
+    all.retain(|spec| Some(spec.text(Name::SIZE)) == size.as_deref());
+    all
+}
+
+impl Rays {
+    /// Nothing is asked yet; `options` are those of the device that will answer.
+    pub fn new(options: Options) -> Self {
+        Self { shared: Arc::default(), thread: None, options, asked: None, scene: None }
+    }
+
+    /// Asks for the ray under the pointer, where that is another than before. `version` says which state `scene` is.
+    pub fn ask(&mut self, state: &State, version: u64, scene: &Scene, camera: View) {
+        let specs = specs(state);
+        let of = Of { version, specs: specs.iter().map(ToString::to_string).collect() };
+        let size = [camera.width, camera.height];
+        let pixel = state.pointer.unwrap_or(size.map(|side| side / 2));
+        let pixel = [0, 1].map(|i| pixel[i].min(size[i] - 1));
+        let key = Key { of, camera, pixel };
+        if self.asked.as_ref() == Some(&key) {
+            return;
+        }
+        let kept = self.scene.take().filter(|(of, _)| *of == version);
+        let (_, scene) = self.scene.insert(kept.unwrap_or_else(|| (version, Arc::new(scene.clone()))));
+        let asked = Asked { key: key.clone(), scene: scene.clone(), specs: specs.into_iter().cloned().collect() };
+        self.asked = Some(key);
+        self.shared.lock().asked = Some(asked);
+        self.shared.wakes.notify_all();
+        if self.thread.is_none() {
+            let (shared, options) = (self.shared.clone(), self.options.clone());
+            self.thread = std::thread::Builder::new().name("rays".into()).spawn(move || shared.serve(&options)).ok();
+        }
+    }
+
+    /// Nobody looks any more.
+    pub fn rest(&mut self) {
+        (self.asked, self.scene) = (None, None);
+        let mut post = self.shared.lock();
+        (post.asked, post.answer) = (None, None);
+    }
+
+    /// Whether an answer to what was asked last is still to come.
+    pub fn is_waiting(&self) -> bool {
+        self.asked.is_some() && self.answer().is_none()
+    }
+
+    /// The answer to what was asked last, or why there is none.
+    pub fn answer(&self) -> Option<std::result::Result<Arc<Found>, String>> {
+        let post = self.shared.lock();
+        post.answer.as_ref().filter(|(key, _)| Some(key) == self.asked.as_ref()).map(|(_, answer)| answer.clone())
+    }
+
+    /// The last answer, while the next is made.
+    pub fn last(&self) -> Option<std::result::Result<Arc<Found>, String>> {
+        self.shared.lock().answer.as_ref().map(|(_, answer)| answer.clone())
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Post> {
+        self.post.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next that is asked, once it is; none where the window closes or, `within` a state, that is another one.
+    fn next(&self, within: Option<&Of>) -> Option<Asked> {
+        let mut post = self.lock();
+        loop {
+            if post.is_over {
+                return None;
+            }
+            match &post.asked {
+                Some(asked) if within.is_some_and(|of| *of != asked.key.of) => return None,
+                Some(_) => return post.asked.take(),
+                None => post = self.wakes.wait(post).unwrap_or_else(PoisonError::into_inner),
+            }
+        }
+    }
+
+    /// On a thread of its own, to the end.
+    fn serve(&self, options: &Options) {
+        let mut context = None;
+        while let Some(first) = self.next(None) {
+            if context.is_none() {
+                context = Context::new(options).map_err(|error| self.tell(&first.key, Err(error))).ok();
+            }
+            if let Some(context) = &context {
+                self.serve_state(context, first);
+            }
+        }
+    }
+
+    /// All rays of one state.
+    fn serve_state(&self, context: &Context, first: Asked) {
+        let (of, scene) = (first.key.of.clone(), first.scene.clone());
+        let standing = match first.specs.is_empty() {
+            true => Err(Error::input("the curve", "nobody but the reference is shown", "name a technique")),
+            false => Standing::new(context, &scene, &first.specs),
+        };
+        let standing = match standing {
+            Ok(standing) => standing,
+            Err(error) => return self.tell(&first.key, Err(error)),
+        };
+        let casters = Casters::new(&scene);
+        let mut next = Some(first);
+        while let Some(asked) = next {
+            self.tell(&asked.key, found(context, &casters, &standing, &asked.key));
+            next = self.next(Some(&of));
+        }
+    }
+
+    fn tell(&self, key: &Key, answer: Result<Found>) {
+        let answer = answer.map(Arc::new).map_err(|error| error.to_string());
+        self.lock().answer = Some((key.clone(), answer));
+    }
+}
+
+/// The ray through what is seen at the pixel's middle.
+fn found(context: &Context, casters: &Casters, standing: &Standing, key: &Key) -> Result<Found> {
+    let scene = casters.scene();
+    let place = casters.seen(&key.camera, DVec2::from(key.pixel.map(f64::from)) + 0.5);
+    let [x, y] = key.pixel;
+    let place: DVec3 =
+        place.ok_or_else(|| Error::input(format!("pixel {x},{y}"), "nothing is seen there", "point at something"))?;
+    let map = scene.lights[0].map_at(place.as_vec3().into());
+    let view = standing.opened[0].technique.maps().get(map).map(|map| map.volume);
+    let (at, z) = view.map_or_else(Default::default, |view| view.project(place));
+    // A place beside the map is refused as such.
+    let texel = at.to_array().map(|at| if at >= 0.0 { at as u32 } else { u32::MAX });
+    let ray = LightRay::new(context, casters, &standing.opened, map, texel)?;
+    let face = (scene.lights[0].map_count() > 1).then(|| FACES[map].0);
+    let (depth, names) = (ray.view.depth(z), standing.names.clone());
+    Ok(Found { texel, face, depth, ray, names, scene: scene.name.clone() })
+}
