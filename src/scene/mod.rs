@@ -190,7 +190,7 @@ impl Motion {
     }
 
     /// Cells of volumes that it has at once, at most; 0 where it is of something else.
-    pub fn most_cells(&self) -> usize {
+    fn most_cells(&self) -> usize {
         match self {
             #[cfg(feature = "program")]
             Self::Animation(animation) => animation.most_cells(),
@@ -209,7 +209,12 @@ impl Scene {
         self.particles.len().max(self.motion.most_particles())
             + self.strands.len()
             + self.gaussians.len()
-            + self.cell_count().max(self.motion.most_cells())
+            + self.most_cells()
+    }
+
+    /// Cells of volumes that there are at once, at any time.
+    pub(crate) fn most_cells(&self) -> usize {
+        self.cell_count().max(self.motion.most_cells())
     }
 
     /// Blocks that the field of each volume has at once, at most, at any time.
