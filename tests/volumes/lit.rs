@@ -79,11 +79,12 @@ fn volumes_of_lit_slabs_are_closed_forms() {
                 unlit = unlit.max((without - expected).abs());
             }
         }
-        // In the two cells of each ray where densities fall to 0 the cell's mean stands for a ramp: light is off by an eighth of the
-        // cell's depth there, 0.125 of extinction and length, and what is seen of it at most half of that. Of the middles of steps, the
-        // square of their depth over 24.
-        let [cell, step] = [0.125 * 1.3, 0.0625 * 1.3];
-        let most: f64 = 2.0 * (cell / 8.0) * (cell / 2.0) + 4.0 * f64::powi(step, 2) / 24.0 + rounding(context);
+        // Where densities fall to 0, over a cell, its mean stands for a ramp: light is off by an eighth of what a whole cell takes there,
+        // and half of that is seen of it; behind all of the slab, a tenth of it at most. Middles of steps stand for what falls
+        // exponentially over them: by the square of its exponent over 24.
+        let (cell, slant) = (0.5 * 0.25, 1.25);
+        let ramps = 1.1 * (cell / 8.0) * (slant * cell / 2.0);
+        let most = ramps + f64::powi((1.0 + slant) * cell / 2.0, 2) / 24.0 + rounding(context);
         println!("{worst:.1e} of {most:.1e}; without shadows {unlit:.2}");
         assert!(worst < most && unlit > 100.0 * most, "{worst}, not {most}; {unlit}");
         // Nothing of it has vertices.
