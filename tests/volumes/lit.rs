@@ -126,7 +126,7 @@ fn volumes_hide_lines_behind_them() {
                         if is_before && behind == sky || !is_before {
                             return slab + passes * behind;
                         }
-                        // Of a sphere before it: all black, or nothing but itself, where it is thick.
+                        // A sphere before it: all black, or nothing but itself, where it is thick.
                         behind
                     });
                     let thick = !is_before || *behind == [0.0; 3] || behind.map(f32::to_bits) == SKY.map(f32::to_bits);

@@ -11,7 +11,7 @@ use gobo::technique::Opened;
 use gobo::world::World;
 use std::path::{Path, PathBuf};
 
-/// Of results/files/vdb.py.
+/// A file that results/files/vdb.py wrote.
 fn seed(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/vdb").join(name)
 }
@@ -160,5 +160,55 @@ fn volumes_are_looked_at_again() {
             Renderer::new(context, &World::new(context, &alone[0]).expect("room"), &view(&all)).expect("one");
         let error = small.look(&World::new(context, &empty).expect("room"), &view(&all)).expect_err("larger");
         assert!(error.to_string().contains("more blocks"), "{error}");
+    });
+}
+
+/// Smoke that begins: a first frame in which nothing is, then a box of even density, whose shadow has a closed form, then nothing again.
+#[test]
+fn volumes_may_begin_empty() {
+    gpu_test("volumes_may_begin_empty", |context| {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (number, density) in [(1, 0.0f32), (2, 2.0)] {
+            let raw: Vec<u8> = (0..17 * 17 * 9).flat_map(|_| density.to_le_bytes()).collect();
+            let sidecar = format!(
+                "file = \"{number}.raw\"\nsize = [17, 17, 9]\ntype = \"f32\"\nspacing = [0.125, 0.125, 0.125]\n\
+                 origin = [-1, -1, 0]\n"
+            );
+            std::fs::write(folder.path().join(format!("{number}.raw")), raw).expect("written");
+            std::fs::write(folder.path().join(format!("fog.{number}.volume")), sidecar).expect("written");
+        }
+        let mut all = load(&folder.path().join("fog.#.volume"));
+        all.lights[0].kind = gobo::scene::LightKind::Directional { direction: DVec3::NEG_Z };
+        // Not between cells: along a side that they share a ray may miss both. Below the box: 9 samples of 2 that are 0.125 apart, the ends of which fall to 0 over as much.
+        let below = (-2.0f64 * 9.0 * 0.125).exp() as f32;
+        let points: Vec<[f32; 3]> =
+            (0..64).map(|i| [(i % 8) as f32 * 0.19 - 0.71, (i / 8) as f32 * 0.19 - 0.71, -0.13]).collect();
+        let view = |world: &World| View::camera(&all.camera, world.scene().expect("a scene's"), [48, 27]);
+        for text in ["grid-query:size=64", "avsm:path=binned,size=64", "density-grid:size=64"] {
+            if !support::runs("volumes_may_begin_empty", context, text) {
+                continue;
+            }
+            let mut world = World::new(context, &all).expect("room");
+            assert!(world.kinds().volumes && world.caster_count() == 0);
+            let mut technique = opened(context, &world, text);
+            let mut renderer = Renderer::new(context, &world, &view(&world)).expect("a renderer");
+            technique.build(&world).expect("built");
+            let kernels = renderer.kernels(&technique.technique.answer(), Shading::Forward, Lighting::Fragment);
+            let kernels = kernels.expect("kernels");
+            for (frame, expected) in [(0, 1.0), (1, below), (2, 1.0)] {
+                world.move_to((f64::from(frame) + 0.5) / 24.0).expect("its frame");
+                technique.build(&world).expect("built");
+                let found = ask(context, technique.technique.as_ref(), 0, &points);
+                let off = found.iter().map(|answer| (answer - expected).abs()).fold(0.0, f32::max);
+                renderer.look(&world, &view(&world)).expect("the next frame");
+                renderer.draw(&kernels).expect("drawn");
+                let sky = gobo::scene::SKY;
+                let seen = renderer.read().expect("read").pixels.into_iter().filter(|pixel| *pixel != sky).count();
+                println!("{text}, frame {frame}: {off:.1e} from {expected:.4}, {seen} pixels");
+                // Voxels of a grid are not where samples are.
+                assert!(off < if text.starts_with("density") { 0.03 } else { 2e-4 }, "{text}, frame {frame}: {off}");
+                assert_eq!(seen > 200, frame == 1, "{text}, frame {frame}: {seen} pixels are not the sky");
+            }
+        }
     });
 }

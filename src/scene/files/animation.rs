@@ -48,7 +48,7 @@ pub(in crate::scene) enum Kind {
 struct Size {
     particles: usize,
     cells: usize,
-    /// Of a volume's field.
+    /// Those that are not empty, in a volume's field.
     blocks: usize,
 }
 
@@ -148,7 +148,7 @@ impl Content {
 }
 
 impl Size {
-    /// Of each the more.
+    /// The more, of each.
     fn max(self, other: Self) -> Self {
         Self {
             particles: self.particles.max(other.particles),
