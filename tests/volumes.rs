@@ -4,8 +4,12 @@
 
 #[path = "volumes/ground.rs"]
 mod ground;
+#[path = "volumes/lit.rs"]
+mod lit;
 #[path = "volumes/picture.rs"]
 mod picture;
+#[path = "volumes/sequences.rs"]
+mod sequences;
 #[path = "volumes/spheres.rs"]
 mod spheres;
 mod support;

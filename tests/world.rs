@@ -25,6 +25,8 @@ mod refused;
 mod splats;
 #[path = "world/time.rs"]
 mod time;
+#[path = "world/volumes.rs"]
+mod volumes;
 
 use gobo::consume::{Query, QueryKernel};
 use gobo::gpu::{Context, PassTime};

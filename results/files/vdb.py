@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Small OpenVDB files of one ball: `vdb.py FOLDER`. A part is written here, byte by byte, so that it holds what OpenVDB does not write any more
+"""Small OpenVDB files of one ball, and three frames of one that rises and grows: `vdb.py FOLDER`. A part is written here, byte by byte, so that it holds what OpenVDB does not write any more
 or should not; the rest by OpenVDB's own Python module (Debian: python3-openvdb), where there is one. fuzz/seeds/vdb has all of them.
 """
 import os, struct, sys, zlib
@@ -18,6 +18,14 @@ def samples():
     return {place: ball(*place) for place in places if ball(*place) != 0}
 
 
+def frame(number):
+    """From 1: a puff of that frame, it reaches 3, 5 and 4 samples from its middle, where it is densest."""
+    (x, y, z), square = (2 * number, number, 5 * number - 4), (0, 12, 27, 18)[number]
+    reach = range(-6, 7)
+    away = [(i, j, k) for i in reach for j in reach for k in reach if i * i + j * j + k * k < square]
+    return {(x + i, y + j, z + k): (square - i * i - j * j - k * k) / 8 for i, j, k in away}
+
+
 def text(string):
     return struct.pack("<I", len(string)) + string.encode()
 
@@ -32,8 +40,9 @@ def mask(bits, places):
 class File:
     """One grid of floats, `density`, whose inactive values are 0, or `others`, the first where z is odd."""
 
-    def __init__(self, active, zipped=True, background=0.0, others=None, version=224):
+    def __init__(self, active, zipped=True, background=0.0, others=None, version=224, move=(1.0, 2.0, 3.0)):
         self.active, self.zipped, self.background, self.others, self.version = active, zipped, background, others, version
+        self.move = list(move)
 
     def packed(self, floats):
         raw = struct.pack("<%df" % len(floats), *floats)
@@ -80,8 +89,8 @@ class File:
         out += text("density") + text("Tree_float_5_4_3") + text("")
         begin = len(out) + 24
         grid = struct.pack("<II", 3 if self.zipped else 2, 1) + text("class") + text("string") + text("fog volume")
-        scale, move = [0.25] * 3, [1.0, 2.0, 3.0]
-        numbers = move + scale + scale + [1 / s for s in scale] + [1 / s ** 2 for s in scale] + [0.5 / s for s in scale]
+        scale = [0.25] * 3
+        numbers = self.move + scale + scale + [1 / s for s in scale] + [1 / s ** 2 for s in scale] + [0.5 / s for s in scale]
         grid += text("UniformScaleTranslateMap") + struct.pack("<18d", *numbers)
         roots = {}
         for place in self.active:
@@ -100,6 +109,8 @@ def ours():
     yield "ok-zipped", zipped
     yield "ok-plain", File({(1, 1, 1): 0.5, (2, 1, 1): 0.25}, zipped=False).bytes()
     yield "ok-two-others", File(samples(), others=(0.25, 0.5)).bytes()
+    for number in (1, 2, 3):
+        yield "ok-frame-%d" % number, File(frame(number), move=(-0.5, 0.0, 0.25 * number)).bytes()
     yield "bad-cut-off", zipped[:-9]
     yield "bad-cut-in-the-tree", zipped[:700]
     yield "bad-background", File(samples(), background=1.0).bytes()

@@ -92,7 +92,13 @@ impl Renderer {
         let blended = blended(world, camera)?;
         order.write(&blended.casters)?;
         let colors = splat_colors(world)?;
-        let splats = Buffer::new(context, "picture.splats", 4 * colors.len() as u64, Memory::Device)?;
+        // Cells of a sequence of files are more at other times.
+        let most = match world.scene() {
+            Ok(scene) if world.has_packed() => 1 + 3 * (scene.gaussians.len() + scene.most_cells()),
+            _ => 0,
+        };
+        let words = colors.len().max(most) as u64;
+        let splats = Buffer::new(context, "picture.splats", 4 * words, Memory::Device)?;
         splats.write(&colors)?;
         let scene = set::PictureScene {
             lights: &world.lights,

@@ -84,7 +84,7 @@ impl Fields {
         let [low, high] = field.range();
         let first = |axis: usize| placed.steps[axis] * f64::from(low[axis]);
         let row = |step: DVec3| (step / step.length_squared()).as_vec3().into();
-        let count = (2 * field.blocks().len()).next_power_of_two() as u32;
+        let count = slots_of(field.blocks().len()) as u32;
         self.places.push(FieldData {
             origin: (placed.origin + first(0) + first(1) + first(2)).as_vec3().into(),
             extinction: placed.extinction as f32,
@@ -116,17 +116,22 @@ impl Volumes {
         if !world.kinds().volumes {
             return Ok(None);
         }
-        let volumes = world.scene()?.volumes.clone();
+        let scene = world.scene()?;
+        let volumes = scene.volumes.clone();
         let Fields { places, slots, samples } = Fields::of(&volumes);
-        let places = filled(context, "picture.field_places", &places)?;
-        let slots = filled(context, "picture.field_slots", &slots)?;
-        let samples = filled(context, "picture.field_samples", &samples)?;
+        // Those of a sequence of files have more at other times.
+        let most = scene.most_blocks();
+        let (most_slots, most_samples) =
+            (most.iter().map(|blocks| slots_of(*blocks)).sum(), most.iter().sum::<usize>() * CORNERS.pow(3));
+        let places = filled(context, "picture.field_places", &places, most.len())?;
+        let slots = filled(context, "picture.field_slots", &slots, most_slots)?;
+        let samples = filled(context, "picture.field_samples", &samples, most_samples)?;
         let sets = set::PictureFields { field_places: &places, field_slots: &slots, field_samples: &samples };
         let bindings = sets.bind(context, "picture.fields")?;
         Ok(Some(Self { volumes, places, slots, samples, bindings }))
     }
 
-    /// Volumes may be others now, of no more blocks.
+    /// Volumes may be others now, of no more blocks. Those that are the same are not written again.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         if scene.volumes == self.volumes {
@@ -151,8 +156,15 @@ impl Volumes {
     }
 }
 
-fn filled<T: Pod>(context: &Context, name: &str, data: &[T]) -> Result<Buffer> {
-    let buffer = Buffer::new(context, name, size_of_val(data) as u64, Memory::Device)?;
+/// Slots for so many blocks: half of them stay free.
+fn slots_of(blocks: usize) -> usize {
+    (2 * blocks).next_power_of_two()
+}
+
+/// A buffer with room for `most`, or for all that there is now.
+fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Result<Buffer> {
+    let bytes = size_of::<T>() * most.max(data.len());
+    let buffer = Buffer::new(context, name, bytes as u64, Memory::Device)?;
     buffer.write(data).map(|()| buffer)
 }
 

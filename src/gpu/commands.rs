@@ -62,6 +62,8 @@ pub(super) struct Recorded {
 pub struct Staged {
     from: Buffer,
     to: Buffer,
+    /// Where they go there, bytes.
+    at: u64,
     bytes: u64,
 }
 
@@ -153,13 +155,21 @@ impl<'a> Commands<'a> {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn stage<T: bytemuck::Pod>(&self, to: &Buffer, data: &[T]) -> Result<Option<Staged>> {
+        self.stage_at(to, 0, data)
+    }
+
+    /// The same for a copy to byte `at` of `to`, and as much behind it as there is room for.
+    ///
+    /// # Errors
+    /// As [`Commands::stage`].
+    pub fn stage_at<T: bytemuck::Pod>(&self, to: &Buffer, at: u64, data: &[T]) -> Result<Option<Staged>> {
         let bytes = size_of_val(data) as u64;
         if bytes == 0 {
             return Ok(None);
         }
         let from = Buffer::new(self.context, "staging", bytes, super::Memory::Upload)?;
         from.write(data)?;
-        Ok(Some(Staged { from, to: to.clone(), bytes }))
+        Ok(Some(Staged { from, to: to.clone(), at, bytes }))
     }
 
     /// Copies `from` to `to`, which the host reads, behind the last pass: in no pass's time.
@@ -311,7 +321,7 @@ impl<'a> Pass<'_, 'a> {
 
     /// Copies what was staged.
     pub fn copy_staged(&mut self, staged: &Staged) {
-        self.copy(&staged.from, &staged.to, staged.bytes);
+        self.copy_part((&staged.from, 0), (&staged.to, staged.at), staged.bytes);
     }
 
     /// Copies the first `bytes`.
@@ -321,8 +331,16 @@ impl<'a> Pass<'_, 'a> {
 
     /// Copies `bytes` from byte `offset` of `from` on to the start of `to`, as far as both have them.
     pub(super) fn copy_from(&mut self, from: &Buffer, offset: u64, to: &Buffer, bytes: u64) {
-        let bytes = bytes.min(from.bytes().saturating_sub(offset)).min(to.bytes());
-        let regions = [vk::BufferCopy::default().src_offset(offset).size(bytes)];
+        self.copy_part((from, offset), (to, 0), bytes);
+    }
+
+    /// Copies `bytes` from a byte of one to a byte of another, as far as both have them.
+    fn copy_part(&mut self, (from, first): (&Buffer, u64), (to, at): (&Buffer, u64), bytes: u64) {
+        let bytes = bytes.min(from.bytes().saturating_sub(first)).min(to.bytes().saturating_sub(at));
+        if bytes == 0 {
+            return;
+        }
+        let regions = [vk::BufferCopy::default().src_offset(first).dst_offset(at).size(bytes)];
         let commands = self.commands.buffer;
         // SAFETY: both buffers are kept alive and are as large as the region.
         unsafe { self.commands.device().cmd_copy_buffer(commands, from.handle(), to.handle(), &regions) };

@@ -170,7 +170,7 @@ pub enum Motion {
     Courtyard,
     /// The particles of `fountain`, which the device can simulate too.
     Fountain(Fountain),
-    /// Particles of sequences of files.
+    /// Particles and volumes of sequences of files.
     #[cfg(feature = "program")]
     Animation(std::sync::Arc<Animation>),
 }
@@ -191,6 +191,15 @@ impl Motion {
             Self::Animation(animation) => animation.most_particles(),
         }
     }
+
+    /// Cells of volumes that it has at once, at most; 0 where it is of something else.
+    fn most_cells(&self) -> usize {
+        match self {
+            #[cfg(feature = "program")]
+            Self::Animation(animation) => animation.most_cells(),
+            _ => 0,
+        }
+    }
 }
 
 /// The optical depth across the diameter of a particle whose file says `opacity` 1, where the formula has none.
@@ -206,7 +215,21 @@ impl Scene {
         self.particles.len().max(self.motion.most_particles())
             + self.strands.len()
             + self.gaussians.len()
-            + self.cell_count()
+            + self.most_cells()
+    }
+
+    /// Cells of volumes that there are at once, at any time.
+    pub(crate) fn most_cells(&self) -> usize {
+        self.cell_count().max(self.motion.most_cells())
+    }
+
+    /// Blocks that the field of each volume has at once, at most, at any time.
+    pub(crate) fn most_blocks(&self) -> Vec<usize> {
+        match &self.motion {
+            #[cfg(feature = "program")]
+            Motion::Animation(animation) => animation.most_blocks(),
+            _ => self.volumes.iter().map(|volume| volume.field().blocks().len()).collect(),
+        }
     }
 
     /// Whether anything is opaque.

@@ -4,6 +4,7 @@ use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World}
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
 use crate::scene::{Caster, Light, Particle, Scene, Side, sides};
 use crate::{Error, Result};
+use std::ops::Range;
 use std::time::Instant;
 
 /// What moving the world took.
@@ -215,7 +216,9 @@ struct Copies<'a> {
 impl Copies<'_> {
     fn record(&self, commands: &mut Commands) -> Result<()> {
         let Self { world, scene, .. } = self;
-        let mut staged = vec![commands.stage(&world.casters, self.casters)?];
+        let Range { start, end } = self.changed.casters.clone();
+        let first = (start * size_of::<Caster>()) as u64;
+        let mut staged = vec![commands.stage_at(&world.casters, first, &self.casters[start..end])?];
         if self.changed.lights {
             staged.push(commands.stage(&world.lights, &LightData::all(scene))?);
         }
@@ -236,6 +239,8 @@ struct Changed {
     strands: bool,
     /// Or their colours.
     lights: bool,
+    /// Those of the device's that are others.
+    casters: Range<usize>,
 }
 
 impl Changed {
@@ -244,15 +249,23 @@ impl Changed {
         let Staged { scene: was, written, mixed } = staged;
         let particles =
             bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
+        let others = scene.strands != was.strands || scene.gaussians != was.gaussians || scene.volumes != was.volumes;
+        // Behind particles that are as many, all others stand where they stood.
+        let behind = scene.particles.len();
+        let count = behind + scene.strands.len() + scene.gaussians.len() + scene.cell_count();
+        let casters = match (particles, others) {
+            _ if *mixed || *written || behind != was.particles.len() => 0..count,
+            (true, true) => 0..count,
+            (true, false) => 0..behind,
+            (false, true) => behind..count,
+            (false, false) => 0..0,
+        };
         Self {
+            casters,
             meshes: *mixed || scene.meshes != was.meshes,
             // What simulates them decides where views begin.
             particles: *mixed || *written || particles || scene.motion != was.motion,
-            strands: *mixed
-                || *written && has_strands
-                || scene.strands != was.strands
-                || scene.gaussians != was.gaussians
-                || scene.volumes != was.volumes,
+            strands: *mixed || *written && has_strands || others,
             lights: *mixed || scene.lights != was.lights,
         }
     }

@@ -4,7 +4,7 @@ use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
 use super::{Bounds, Filled, Gathered, Generations, LightData, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory};
-use crate::scene::{Camera, Caster, Kinds};
+use crate::scene::{Camera, Caster, Kinds, Volume};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
@@ -17,6 +17,8 @@ pub struct Capacity {
     pub strands: u32,
     /// Anisotropic Gaussians.
     pub splats: u32,
+    /// Cells of volumes ([`Volume::cells`]).
+    pub cells: u32,
     /// Opaque triangles.
     pub triangles: u32,
     /// Lights.
@@ -25,19 +27,19 @@ pub struct Capacity {
 
 impl Capacity {
     pub(super) fn kinds(self) -> Kinds {
-        let Self { particles, strands, splats, triangles, .. } = self;
+        let Self { particles, strands, splats, cells, triangles, .. } = self;
         Kinds {
             particles: particles > 0,
             strands: strands > 0,
             splats: splats > 0,
-            volumes: false,
+            volumes: cells > 0,
             meshes: triangles > 0,
         }
     }
 
     /// Whether casters of one kind stand behind the room for another's.
     fn is_mixed(self) -> bool {
-        [self.particles, self.strands, self.splats].iter().filter(|room| **room > 0).count() > 1
+        [self.particles, self.strands, self.splats, self.cells].iter().filter(|room| **room > 0).count() > 1
     }
 }
 
@@ -45,6 +47,7 @@ impl Capacity {
 pub(super) struct Theirs {
     pub capacity: Capacity,
     pub gather: Gather,
+    volumes: Vec<Volume>,
     /// Casters that were not written have radius 0.
     cleared: bool,
 }
@@ -69,6 +72,7 @@ impl World {
             .particles
             .checked_add(capacity.strands)
             .and_then(|casters| casters.checked_add(capacity.splats))
+            .and_then(|casters| casters.checked_add(capacity.cells))
             .ok_or_else(|| Error::input("a capacity", "more casters than numbers of 32 bits", "make room for fewer"))?;
         let buffer = |name, count: u32, bytes: usize| {
             Buffer::new(context, name, u64::from(count) * bytes as u64, Memory::Device)
@@ -88,14 +92,19 @@ impl World {
             triangle_count: 0,
             sides: buffer("world.sides", capacity.triangles, size_of::<i32>())?,
             strands: capacity.strands > 0,
-            packed: capacity.splats > 0,
+            packed: capacity.splats > 0 || capacity.cells > 0,
             lights: buffer("world.lights", capacity.lights, size_of::<LightData>())?,
             lit: Vec::new(),
             knows_lights: true,
             camera: None,
             anchors: [DVec3::ZERO; 2],
             bounds: None,
-            filled: Filled::Theirs(Box::new(Theirs { capacity, gather: Gather::new(context)?, cleared: false })),
+            filled: Filled::Theirs(Box::new(Theirs {
+                capacity,
+                gather: Gather::new(context)?,
+                volumes: Vec::new(),
+                cleared: false,
+            })),
         })
     }
 
@@ -118,9 +127,9 @@ impl World {
     pub fn particles(&mut self, commands: &mut Commands, source: &Source, at: SphereAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
-        let Capacity { particles: capacity, strands, splats, .. } = theirs.capacity;
+        let Capacity { particles: capacity, strands, splats, cells, .. } = theirs.capacity;
         // Those stand behind all that there is room for.
-        let count = shown(&source.count, capacity, strands + splats > 0);
+        let count = shown(&source.count, capacity, strands + splats + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: 0, count, capacity };
         theirs.gather.spheres(&context, commands, (&casters, slots), (source, at))?;
@@ -137,8 +146,8 @@ impl World {
     pub fn strands(&mut self, commands: &mut Commands, source: &Source, at: StrandAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
-        let Capacity { particles: first, strands: capacity, splats, .. } = theirs.capacity;
-        let count = shown(&source.count, capacity, splats > 0);
+        let Capacity { particles: first, strands: capacity, splats, cells, .. } = theirs.capacity;
+        let count = shown(&source.count, capacity, splats + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first, count, capacity };
         theirs.gather.strands(&context, commands, (&casters, slots), (source, at))?;
@@ -156,12 +165,44 @@ impl World {
     pub fn splats(&mut self, commands: &mut Commands, source: &Source, at: SplatAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
-        let Capacity { particles, strands, splats: capacity, .. } = theirs.capacity;
-        let count = shown(&source.count, capacity, false);
+        let Capacity { particles, strands, splats: capacity, cells, .. } = theirs.capacity;
+        let count = shown(&source.count, capacity, cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: particles + strands, count, capacity };
         theirs.gather.splats(&context, commands, (&casters, slots), (source, at))?;
         (self.particle_count, self.strand_count, self.gaussian_count) = (particles, strands, count);
+        self.generations.strands += 1;
+        self.generations.bounds += 1;
+        Ok(())
+    }
+
+    /// Its volumes are now those of the host: records the copy of their cells, in a pass `world.volumes`, where any is another, and says
+    /// that they have moved. Volumes that are the same cost nothing, no pass either; clones of one share its field, and are seen to
+    /// be the same without a look at it. None is as good as any number of them.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where they have more cells than there is room for, or a scene fills the world; [`Error::Gpu`] where memory
+    /// runs out.
+    pub fn volumes(&mut self, commands: &mut Commands, volumes: &[Volume]) -> Result<()> {
+        let casters = self.casters.clone();
+        let theirs = self.theirs()?;
+        if theirs.volumes == volumes {
+            return Ok(());
+        }
+        let Capacity { particles, strands, splats, cells: capacity, .. } = theirs.capacity;
+        let cells: Vec<Caster> = volumes.iter().flat_map(Volume::cells).copied().collect();
+        if cells.len() > capacity as usize {
+            let cause = format!("{} cells, and the world has room for {capacity}", cells.len());
+            return Err(Error::input("volumes", cause, "make the world with a larger capacity"));
+        }
+        theirs.clear(commands, &casters);
+        let first = u64::from(particles + strands + splats) * size_of::<Caster>() as u64;
+        if let Some(staged) = commands.stage_at(&casters, first, &cells)? {
+            commands.pass("world.volumes", |pass| pass.copy_staged(&staged));
+        }
+        theirs.volumes = volumes.to_vec();
+        (self.particle_count, self.strand_count, self.gaussian_count) = (particles, strands, splats);
+        self.cell_count = cells.len() as u32;
         self.generations.strands += 1;
         self.generations.bounds += 1;
         Ok(())

@@ -22,12 +22,15 @@ const PLACEHOLDERS: [(&str, &str); 9] = [
 ];
 
 /// Files of the reader's own, and what they are here.
-const FILES: [(&str, &str); 7] = [
+const FILES: [(&str, &str); 10] = [
     ("results.json", "results/nvidia-h200/results.json"),
     ("smoke.ply", "fuzz/seeds/ply/ok-particles-ascii.ply"),
     ("garden.splat", "fuzz/seeds/splat/ok-two.splat"),
     ("smoke.nrrd", "fuzz/seeds/nrrd/ok-bytes.nrrd"),
     ("smoke.vdb", "fuzz/seeds/vdb/ok-blosc.vdb"),
+    ("smoke.0001.vdb", "fuzz/seeds/vdb/ok-frame-1.vdb"),
+    ("smoke.0002.vdb", "fuzz/seeds/vdb/ok-frame-2.vdb"),
+    ("smoke.0003.vdb", "fuzz/seeds/vdb/ok-frame-3.vdb"),
     ("head.tfx", "fuzz/seeds/tressfx/ok-version-4.tfx"),
     ("town.glb", "fuzz/seeds/gltf/ok-binary.glb"),
 ];

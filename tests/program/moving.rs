@@ -206,6 +206,79 @@ fn files_are_frames() {
     assert!(row.flicker_rms.is_some_and(|flicker| flicker > 0.0), "{:?}", row.flicker_rms);
 }
 
+/// A scene of a ground under the volume of a file, which results/files/vdb.py wrote, or of a sequence of such; its path.
+fn puff(folder: &std::path::Path, of: &str) -> std::path::PathBuf {
+    write_scene(folder, "none", &[]);
+    let ground = std::fs::read_to_string(folder.join("none.toml")).expect("written");
+    let (_, rest) = ground.split_once("[[meshes]]").expect("a ground");
+    let seeds = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/vdb");
+    for number in 1..=3 {
+        for (from, to) in [(number, "rising"), (2, "same")] {
+            let from = seeds.join(format!("ok-frame-{from}.vdb"));
+            std::fs::copy(from, folder.join(format!("{to}.{number:02}.vdb"))).expect("copied");
+        }
+    }
+    let volumes = format!("[[volumes]]\nfile = \"{of}\"\nextinction = 2.0\ntranslate = [-1, 0, 0.8]\n[[meshes]]{rest}");
+    let path = folder.join(format!("{}.toml", of.trim_end_matches(".vdb").replace('#', "x")));
+    std::fs::write(&path, volumes).expect("write the scene");
+    path
+}
+
+/// A sequence of volumes is drawn and sliced as each of its files alone is.
+#[test]
+fn volumes_of_files_are_frames() {
+    log("exercised", "volumes_of_files_are_frames", &runs("avsm", "binned").0);
+    let folder = folder();
+    let all = puff(folder.path(), "rising.##.vdb");
+    let path = |name: &str| folder.path().join(name);
+    let technique = ["--technique", "avsm:path=binned,size=32", "--out"];
+    for (command, size) in [("render", &["--width", "64", "--height", "36"][..]), ("slice", &["--size", "32"])] {
+        let moving = [command, text(&all), "--moving", "0.01..0.1", "--frames", "3"];
+        ok(&[&moving[..], size, &technique, &[text(&path(&format!("{command}.png")))]].concat());
+        let mut pictures = Vec::new();
+        for number in 0..3 {
+            let scene = puff(folder.path(), &format!("rising.{:02}.vdb", number + 1));
+            let out = path(&format!("{command}-alone-{number}.png"));
+            ok(&[&[command, text(&scene)][..], size, &technique, &[text(&out)]].concat());
+            let of_all = path(&format!("{command}-{number}.png"));
+            let [of_all, alone] = [of_all, out].map(|p| std::fs::read(p).expect("written"));
+            // The depth of a slice is a share of what the light sees of all that casts: of each frame's.
+            assert!(of_all == alone, "{command}, frame {number}");
+            pictures.push(alone);
+        }
+        pictures.dedup();
+        assert_eq!(pictures.len(), 3, "{command}: each is another picture");
+    }
+    let error = run(&["render", text(&all), "--moving", "0..0.1", "--technique", "avsm", "--frames", "1"]);
+    assert!(!error.status.success());
+}
+
+/// What an answer changes by that the truth does not: nothing where the frames are the same file; all of it of no shadow; less, the nearer
+/// answers are.
+#[test]
+fn volumes_of_files_flicker() {
+    log("exercised", "volumes_of_files_flicker", &runs("avsm", "binned").0);
+    let folder = folder();
+    let specs = ["none", "avsm:path=binned,size=8", "grid-query"];
+    let flicker = |of: &str| {
+        let (scene, out) = (puff(folder.path(), of), folder.path().join("out"));
+        let moving = ["compare", text(&scene), "--moving", "0.01..0.1", "--frames", "3", "--quick", "--validation"];
+        let techniques = specs.iter().flat_map(|spec| ["--technique", spec]).collect::<Vec<_>>();
+        ok(&[&moving[..], &techniques, &["--out", text(&out)]].concat());
+        let rows = results(&out).rows;
+        assert!(rows.iter().all(|row| row.status == Status::Ok), "{rows:?}");
+        let errors = rows.iter().map(|row| row.error.as_ref().and_then(|e| e.space).expect("points"));
+        let all: Vec<_> = errors.zip(rows.iter().map(|row| row.flicker_rms.expect("it moves"))).collect();
+        println!("{of}: {:?}", all.iter().map(|(error, flicker)| (error.rms, *flicker)).collect::<Vec<_>>());
+        all
+    };
+    let rising = flicker("rising.##.vdb");
+    assert!(rising.windows(2).all(|pair| pair[1].1 < pair[0].1), "each technique is nearer than the one before it");
+    let (error, of_cells) = rising[2];
+    assert!(of_cells <= 2.0 * error.max.expect("points") && rising[0].1 > 10.0 * of_cells, "{of_cells}, {error:?}");
+    assert!(flicker("same.##.vdb").iter().all(|(_, flicker)| *flicker == 0.0), "nothing moves");
+}
+
 #[test]
 fn what_cannot_move_says_so() {
     for (arguments, wanted) in [

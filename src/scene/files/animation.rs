@@ -1,9 +1,10 @@
-//! Particles of a sequence of files, one file per frame: `smoke.####.ply`, in which `####` stands for the frame's
-//! number.
+//! What plays from files, one file per frame: `smoke.####.ply` of particles, `smoke.####.vdb` of a volume, in which `####` stands for the
+//! frame's number.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
-use crate::scene::{Motion, Particle, files::input, files::particle_file, files::ply};
+use crate::scene::files::volume_file::{self, Placing};
+use crate::scene::{Motion, Particle, Volume, files::input, files::particle_file, files::ply};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,26 +14,49 @@ use std::time::SystemTime;
 /// Frames a second where a scene file says nothing: a film's.
 pub(in crate::scene) const FRAMES_PER_SECOND: f64 = 24.0;
 
-/// The particles of a scene of which some come from sequences, in the order of the scene file.
-#[derive(Debug, PartialEq)]
+/// The particles and volumes of a scene of which some come from sequences, in the order of the scene file.
+#[derive(PartialEq)]
 pub struct Animation {
     parts: Vec<Part>,
 }
 
-/// One `[[particles]]` of a scene file.
-#[derive(Debug, PartialEq)]
+/// One `[[particles]]` or `[[volumes]]` of a scene file.
+#[derive(PartialEq)]
 pub(in crate::scene) enum Part {
-    /// Particles of one file, which stand still.
-    Still(Vec<Particle>),
-    /// Particles of a sequence.
+    /// What is of one file, and stands still.
+    Still(Content),
+    /// What is of a sequence.
     Moving(Sequence),
+}
+
+/// What a file holds, where it is placed.
+#[derive(Clone, PartialEq)]
+pub(in crate::scene) enum Content {
+    Particles(Vec<Particle>),
+    Volume(Volume),
+}
+
+/// What a sequence's files hold, and how it is placed.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::scene) enum Kind {
+    Particles(Placement),
+    Volume(Placing),
+}
+
+/// How much a file holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Size {
+    particles: usize,
+    cells: usize,
+    /// Those that are not empty, in a volume's field.
+    blocks: usize,
 }
 
 /// A sequence of files that is played again and again.
 pub(in crate::scene) struct Sequence {
     frames: Arc<Vec<Frame>>,
     frames_per_second: f64,
-    placement: Placement,
+    kind: Kind,
     kept: Mutex<Kept>,
 }
 
@@ -40,7 +64,7 @@ pub(in crate::scene) struct Sequence {
 #[derive(Clone, Debug, PartialEq)]
 struct Frame {
     path: PathBuf,
-    particles: usize,
+    size: Size,
     bytes: u64,
     changed: Option<SystemTime>,
 }
@@ -48,8 +72,8 @@ struct Frame {
 /// The frame that was asked for last, and the one behind it, which a thread reads in the meantime.
 #[derive(Default)]
 struct Kept {
-    last: Option<(usize, Vec<Particle>)>,
-    next: Option<(usize, JoinHandle<Result<Vec<Particle>>>)>,
+    last: Option<(usize, Content)>,
+    next: Option<(usize, JoinHandle<Result<Content>>)>,
 }
 
 impl Animation {
@@ -66,26 +90,88 @@ impl Animation {
 
     /// Particles that there are at once, at most.
     pub fn most_particles(&self) -> usize {
-        let most = |part: &Part| match part {
-            Part::Still(particles) => particles.len(),
-            Part::Moving(sequence) => sequence.frames.iter().map(|frame| frame.particles).max().unwrap_or(0),
-        };
-        self.parts.iter().map(most).sum()
+        self.parts.iter().map(|part| part.most().particles).sum()
     }
 
-    /// The particles `time_s` seconds after each sequence began.
+    /// Cells of volumes that there are at once, at most.
+    pub fn most_cells(&self) -> usize {
+        self.parts.iter().map(|part| part.most().cells).sum()
+    }
+
+    /// Blocks that the field of each volume has at once, at most.
+    pub(in crate::scene) fn most_blocks(&self) -> Vec<usize> {
+        self.parts.iter().filter(|part| part.is_volume()).map(|part| part.most().blocks).collect()
+    }
+
+    /// The particles and the volumes `time_s` seconds after each sequence began.
     ///
     /// # Errors
     /// Whatever a frame's file is wrong with.
-    pub(in crate::scene) fn at(&self, time_s: f64) -> Result<Vec<Particle>> {
-        let mut all = Vec::new();
+    pub(in crate::scene) fn at(&self, time_s: f64) -> Result<(Vec<Particle>, Vec<Volume>)> {
+        let (mut particles, mut volumes) = (Vec::new(), Vec::new());
         for part in &self.parts {
+            let mut add = |content: &Content| match content {
+                Content::Particles(more) => particles.extend_from_slice(more),
+                Content::Volume(volume) => volumes.push(volume.clone()),
+            };
             match part {
-                Part::Still(particles) => all.extend_from_slice(particles),
-                Part::Moving(sequence) => sequence.add(time_s, &mut all)?,
+                Part::Still(content) => add(content),
+                Part::Moving(sequence) => sequence.show(time_s, add)?,
             }
         }
-        Ok(all)
+        Ok((particles, volumes))
+    }
+}
+
+impl Part {
+    fn is_volume(&self) -> bool {
+        matches!(self, Self::Still(Content::Volume(_)) | Self::Moving(Sequence { kind: Kind::Volume(_), .. }))
+    }
+
+    fn most(&self) -> Size {
+        match self {
+            Self::Still(content) => content.size(),
+            Self::Moving(sequence) => sequence.frames.iter().map(|frame| frame.size).fold(Size::default(), Size::max),
+        }
+    }
+}
+
+impl Content {
+    fn size(&self) -> Size {
+        match self {
+            Self::Particles(particles) => Size { particles: particles.len(), ..Size::default() },
+            Self::Volume(volume) => {
+                Size { cells: volume.cells().len(), blocks: volume.field().blocks().len(), ..Size::default() }
+            }
+        }
+    }
+}
+
+impl Size {
+    /// The more, of each.
+    fn max(self, other: Self) -> Self {
+        Self {
+            particles: self.particles.max(other.particles),
+            cells: self.cells.max(other.cells),
+            blocks: self.blocks.max(other.blocks),
+        }
+    }
+}
+
+impl Kind {
+    /// How much a file holds. The head of a file of particles says so; a volume's cells are known once it is read.
+    fn size(&self, path: &Path) -> Result<Size> {
+        match self {
+            Self::Particles(_) => Ok(Size { particles: ply::open(path)?.element("vertex")?.count, ..Size::default() }),
+            Self::Volume(_) => Ok(self.read(path)?.size()),
+        }
+    }
+
+    fn read(&self, path: &Path) -> Result<Content> {
+        match self {
+            Self::Particles(placement) => particles(path, placement).map(Content::Particles),
+            Self::Volume(placing) => volume_file::frame(path, placing).map(Content::Volume),
+        }
     }
 }
 
@@ -93,8 +179,8 @@ impl Sequence {
     /// The files that `pattern` stands for. Their numbers go up by 1, from whichever is the first.
     ///
     /// # Errors
-    /// [`crate::Error::Input`]: there is none, one is missing or there twice, or one is no file of particles.
-    pub(in crate::scene) fn open(pattern: &Path, frames_per_second: f64, placement: Placement) -> Result<Self> {
+    /// [`crate::Error::Input`]: there is none, one is missing or there twice, one is no such file, or all are empty.
+    pub(in crate::scene) fn open(pattern: &Path, frames_per_second: f64, kind: Kind) -> Result<Self> {
         let wrong =
             |cause: String| input::error(pattern, cause, "number the files without a gap, as in smoke.0001.ply");
         let mut numbered = files(pattern)?;
@@ -116,67 +202,77 @@ impl Sequence {
                 )));
             }
         }
-        let frames = numbered.into_iter().map(|(_, path)| Frame::open(path)).collect::<Result<Vec<_>>>()?;
-        Ok(Self { frames: Arc::new(frames), frames_per_second, placement, kept: Mutex::default() })
+        let frames = numbered.into_iter().map(|(_, path)| Frame::open(path, &kind)).collect::<Result<Vec<_>>>()?;
+        if frames.iter().all(|frame| frame.size == Size::default()) {
+            let cause = "nothing casts a shadow: all of its frames are empty";
+            return Err(input::error(pattern, cause, "give other files"));
+        }
+        Ok(Self { frames: Arc::new(frames), frames_per_second, kind, kept: Mutex::default() })
     }
 
-    /// The particles of a few frames, to see how far they go: the first, the one in the middle and the last.
-    pub(in crate::scene) fn some(&self) -> Result<Vec<Particle>> {
+    /// A few frames, to see how far they go: the first, the one in the middle and the last.
+    pub(in crate::scene) fn some(&self) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let last = self.frames.len() - 1;
-        let mut all = Vec::new();
-        for frame in [0, last / 2, last] {
-            all.extend(load(&self.frames[frame], &self.placement)?);
-        }
-        Ok(all)
+        let part = |frame: usize| load(&self.frames[frame], &self.kind).map(Part::Still);
+        let parts = [0, last / 2, last].into_iter().map(part).collect::<Result<Vec<_>>>()?;
+        Animation::new(parts).at(0.0)
     }
 
     fn frame(&self, time_s: f64) -> usize {
         (time_s * self.frames_per_second).floor().max(0.0) as usize % self.frames.len()
     }
 
-    /// Adds the frame of a time to `all`, and has the one behind it read.
-    fn add(&self, time_s: f64, all: &mut Vec<Particle>) -> Result<()> {
+    /// Shows the frame of a time, and has the one behind it read.
+    fn show(&self, time_s: f64, shown: impl FnOnce(&Content)) -> Result<()> {
         let frame = self.frame(time_s);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.last.as_ref().is_none_or(|(last, _)| *last != frame) {
             let ahead = kept.next.take().filter(|(next, _)| *next == frame);
             // A thread that panicked has read nothing: then it is read here.
             let read = ahead.and_then(|(_, thread)| thread.join().ok());
-            let particles = read.unwrap_or_else(|| load(&self.frames[frame], &self.placement))?;
-            kept.last = Some((frame, particles));
+            let content = read.unwrap_or_else(|| load(&self.frames[frame], &self.kind))?;
+            kept.last = Some((frame, content));
         }
         let next = (frame + 1) % self.frames.len();
         if next != frame && kept.next.as_ref().is_none_or(|(waits, _)| *waits != next) {
-            let (frames, placement) = (self.frames.clone(), self.placement);
-            kept.next = Some((next, std::thread::spawn(move || load(&frames[next], &placement))));
+            let (frames, kind) = (self.frames.clone(), self.kind.clone());
+            kept.next = Some((next, std::thread::spawn(move || load(&frames[next], &kind))));
         }
-        all.extend(kept.last.iter().flat_map(|(_, particles)| particles));
+        if let Some((_, content)) = &kept.last {
+            shown(content);
+        }
         Ok(())
     }
 }
 
 impl Frame {
-    fn open(path: PathBuf) -> Result<Self> {
-        let particles = ply::open(&path)?.element("vertex")?.count;
+    fn open(path: PathBuf, kind: &Kind) -> Result<Self> {
+        let size = kind.size(&path)?;
         let metadata = std::fs::metadata(&path);
         let metadata = metadata.map_err(|cause| input::error(&path, cause, "check the path and its permissions"))?;
-        Ok(Self { path, particles, bytes: metadata.len(), changed: metadata.modified().ok() })
+        Ok(Self { path, size, bytes: metadata.len(), changed: metadata.modified().ok() })
     }
 }
 
-/// What is the same while files do not change: a scene's fingerprint is made of it, and what has been read so far is no part of it.
-impl fmt::Debug for Sequence {
+/// A scene's fingerprint is made of it: of what is the same while files do not change. What stands still is in the scene itself.
+impl fmt::Debug for Animation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { frames, frames_per_second, placement, .. } = self;
-        write!(f, "{frames:?} {frames_per_second} {placement:?}")
+        for part in &self.parts {
+            match part {
+                Part::Still(content) => write!(f, "{:?}; ", content.size())?,
+                Part::Moving(Sequence { frames, frames_per_second, kind, .. }) => {
+                    write!(f, "{frames:?} {frames_per_second} {kind:?}; ")?;
+                }
+            }
+        }
+        Ok(())
     }
 }
 
+/// What has been read so far is no part of it.
 impl PartialEq for Sequence {
     fn eq(&self, other: &Self) -> bool {
-        self.frames == other.frames
-            && self.frames_per_second == other.frames_per_second
-            && self.placement == other.placement
+        self.frames == other.frames && self.frames_per_second == other.frames_per_second && self.kind == other.kind
     }
 }
 
@@ -192,7 +288,7 @@ pub(in crate::scene) fn stem(pattern: &Path) -> String {
     if before.is_empty() {
         input::stem(Path::new(after.trim_start_matches('.')))
     } else {
-        input::stem(Path::new(&format!("{before}.ply")))
+        input::stem(Path::new(&format!("{before}.{}", input::ending(pattern))))
     }
 }
 
@@ -227,17 +323,22 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn load(frame: &Frame, placement: &Placement) -> Result<Vec<Particle>> {
-    let path = &frame.path;
-    let particles = particle_file::load(path)?;
-    if particles.len() > frame.particles {
-        return Err(input::error(path, "it has more particles than when it was opened", "run again"));
+fn load(frame: &Frame, kind: &Kind) -> Result<Content> {
+    let content = kind.read(&frame.path)?;
+    let (size, was) = (content.size(), frame.size);
+    if size.max(was) != was {
+        let more = if matches!(kind, Kind::Particles(_)) { "particles" } else { "cells" };
+        return Err(input::error(&frame.path, format!("it has more {more} than when it was opened"), "run again"));
     }
+    Ok(content)
+}
+
+fn particles(path: &Path, placement: &Placement) -> Result<Vec<Particle>> {
     let place = |(number, particle)| {
         let wrong = |cause| format!("placed particle {number} (the first is 0): {cause}");
         placement.particle(particle).map_err(|cause| input::error(path, wrong(cause), "correct scale and translate"))
     };
-    particles.iter().enumerate().map(place).collect()
+    particle_file::load(path)?.iter().enumerate().map(place).collect()
 }
 
 #[cfg(test)]
@@ -252,7 +353,7 @@ mod tests {
     }
 
     fn open(folder: &Path, pattern: &str) -> Result<Sequence> {
-        Sequence::open(&folder.join(pattern), 10.0, Placement::AS_IT_STANDS)
+        Sequence::open(&folder.join(pattern), 10.0, Kind::Particles(Placement::AS_IT_STANDS))
     }
 
     /// As many particles as the frame's number says, whatever the order in which times are asked for.
@@ -266,12 +367,12 @@ mod tests {
         write(folder.path(), "s.13.ply", 1);
         write(folder.path(), "s.0xa.ply", 1);
         let sequence = open(folder.path(), "s.###.ply").expect("four frames");
-        let animation = Animation::new(vec![Part::Still(vec![]), Part::Moving(sequence)]);
+        let animation = Animation::new(vec![Part::Still(Content::Particles(vec![])), Part::Moving(sequence)]);
         assert_eq!(animation.most_particles(), 12);
         for (time_s, particles) in
             [(0.0, 9), (0.05, 9), (0.1, 10), (0.25, 11), (0.3, 12), (0.4, 9), (0.1, 10), (39.31, 10), (0.0, 9)]
         {
-            let at = animation.at(time_s).expect("files");
+            let at = animation.at(time_s).expect("files").0;
             assert_eq!((at.len(), at[0].position[2]), (particles, particles as f32), "{time_s} s");
         }
     }
@@ -297,9 +398,8 @@ mod tests {
         let sequence = open(folder.path(), "#.ply").expect("three frames");
         write(folder.path(), "1.ply", 3);
         std::fs::remove_file(folder.path().join("2.ply")).expect("there");
-        let mut all = Vec::new();
         for (time_s, cause) in [(0.1, "1.ply: it has more particles"), (0.2, "2.ply")] {
-            let error = sequence.add(time_s, &mut all).expect_err("bad").to_string();
+            let error = sequence.show(time_s, |_| ()).expect_err("bad").to_string();
             assert!(error.contains(cause) && !error.contains('\n'), "{error}");
         }
         let text = std::fs::read_to_string(folder.path().join("0.ply")).expect("text");

@@ -1,7 +1,7 @@
 //! A data file as a scene by itself.
 
 use crate::Result;
-use crate::scene::files::animation::{self, Animation, Part, Sequence};
+use crate::scene::files::animation::{self, Animation, Kind, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::strand_file::Overrides;
@@ -58,19 +58,25 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     Ok(contents.scene(input::stem(path), lights, camera))
 }
 
-/// Particles of one file per frame. The camera sees what a few of them hold.
+/// Particles, or a volume, of one file per frame. The camera sees what a few of them hold.
 fn sequence(pattern: &Path) -> Result<Scene> {
     let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
-    let sequence = Sequence::open(pattern, animation::FRAMES_PER_SECOND, Placement::AS_IT_STANDS)?;
-    let contents = Contents { particles: sequence.some()?, ..Contents::default() };
-    if contents.particles.is_empty() {
+    let kind = match input::ending(pattern).as_str() {
+        "ply" => Kind::Particles(Placement::AS_IT_STANDS),
+        ending if volume_file::ENDINGS.contains(&ending) => Kind::Volume(volume_file::Placing::AS_IT_STANDS),
+        _ => return Err(wrong("sequences are of particles (.ply) or of volumes (.vdb, .nrrd, .volume)".into())),
+    };
+    let sequence = Sequence::open(pattern, animation::FRAMES_PER_SECOND, kind)?;
+    let (particles, volumes) = sequence.some()?;
+    let contents = Contents { particles, volumes, ..Contents::default() };
+    if contents.spheres().next().is_none() {
         return Err(wrong("nothing casts a shadow: its first, middle and last frames are empty".into()));
     }
     let camera = fitted::camera(&contents, DVec3::Z).map_err(wrong)?;
     let animation = Animation::new(vec![Part::Moving(sequence)]);
-    let (particles, motion) = (animation.at(0.0)?, animation.motion());
+    let ((particles, volumes), motion) = (animation.at(0.0)?, animation.motion());
     let scene = contents.scene(animation::stem(pattern), vec![fitted::light(DVec3::Z)], camera);
-    Ok(Scene { particles, motion, ..scene })
+    Ok(Scene { particles, volumes, motion, ..scene })
 }
 
 fn splats(path: &Path) -> Result<Contents> {

@@ -20,7 +20,7 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //!
 //! [[volumes]]                   # any number of them
-//! file = "smoke.vdb"            # .vdb (vdb_file), .nrrd, or .volume, which names a raw file (volume_file)
+//! file = "smoke.vdb"            # .vdb (vdb_file), .nrrd, or .volume, which names a raw file (volume_file); "smoke.####.vdb": a frame a file
 //! grid = "density"              # optional, of a .vdb: which of its grids
 //! extinction = 4.0              # optional, of density 1, 1 / world unit of the file; replaces the file's
 //! scale = 1.0                   # optional, about the file's origin; optical depths stay as they are
@@ -28,6 +28,7 @@
 //! translate = [0.0, 0.0, 0.0]   # optional, after both
 //! color = [0.9, 0.9, 0.95]      # optional, what it sends back of the light
 //! cells = 1                     # optional, 1, 2, 4 or 8: cells of the file along a side of each that casts
+//! frames_per_second = 24.0      # optional, of a sequence of files
 //!
 //! [[meshes]]                    # any number of them
 //! file = "ground.gltf"          # .ply, .gltf or .glb
@@ -54,7 +55,7 @@
 //! ```
 
 use crate::Result;
-use crate::scene::files::animation::{self, Animation, Part, Sequence};
+use crate::scene::files::animation::{self, Animation, Content, Kind, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{CameraEntry, LightEntry, camera, finite, light, one_or_more, unit};
@@ -144,6 +145,7 @@ struct VolumesEntry {
     grid: Option<String>,
     #[serde(default = "single")]
     cells: u32,
+    frames_per_second: Option<f64>,
 }
 
 fn single() -> u32 {
@@ -204,23 +206,17 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     for entry in &parsed.particles {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let file = folder.join(&entry.file);
-        if animation::is_sequence(&file) {
-            let rate = entry.rate().map_err(|cause| wrong(entry.cause(cause)))?;
-            parts.push(Part::Moving(Sequence::open(&file, rate, placement)?));
+        if let Some(rate) = rate(entry.frames_per_second, &file).map_err(|cause| wrong(entry.cause(cause)))? {
+            parts.push(Part::Moving(Sequence::open(&file, rate, Kind::Particles(placement))?));
             continue;
-        }
-        if entry.frames_per_second.is_some() {
-            return Err(wrong(entry.cause("frames_per_second is of a sequence, whose name has a #".into())));
         }
         let place = |(number, particle)| {
             let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
             placement.particle(particle).map_err(|text| wrong(cause(text)))
         };
         let particles = particle_file::load(&file)?.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
-        parts.push(Part::Still(particles));
+        parts.push(Part::Still(Content::Particles(particles)));
     }
-    let animation = Animation::new(parts);
-    contents.particles = animation.at(0.0)?;
     for entry in &parsed.hair {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
@@ -232,9 +228,15 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         contents.gaussians.extend(splat_file::load(&folder.join(&entry.file), &placement)?);
     }
     for entry in &parsed.volumes {
-        let placing = entry.placing().map_err(|cause| wrong(format!("volumes {}: {cause}", entry.file)))?;
-        contents.volumes.push(volume_file::load(&folder.join(&entry.file), &placing)?);
+        let wrong = |cause| wrong(format!("volumes {}: {cause}", entry.file));
+        let (placing, file) = (entry.placing().map_err(wrong)?, folder.join(&entry.file));
+        parts.push(match rate(entry.frames_per_second, &file).map_err(wrong)? {
+            Some(rate) => Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing))?),
+            None => Part::Still(Content::Volume(volume_file::load(&file, &placing)?)),
+        });
     }
+    let animation = Animation::new(parts);
+    (contents.particles, contents.volumes) = animation.at(0.0)?;
     for entry in &parsed.meshes {
         let wrong = |cause| wrong(entry.cause(cause));
         let placement = Placement::new(entry.translate, entry.scale).map_err(wrong)?;
@@ -267,15 +269,22 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     Ok(Scene { motion: animation.motion(), extinction_ratio, ..contents.scene(input::stem(path), lights, camera) })
 }
 
-impl ParticlesEntry {
-    fn rate(&self) -> std::result::Result<f64, String> {
-        let rate = self.frames_per_second.unwrap_or(animation::FRAMES_PER_SECOND);
-        if rate > 0.0 && rate <= MOST_FRAMES_PER_SECOND {
-            return Ok(rate);
+/// Frames a second where a file is a sequence, none where it is one file.
+fn rate(given: Option<f64>, file: &Path) -> std::result::Result<Option<f64>, String> {
+    match (given, animation::is_sequence(file)) {
+        (None, false) => Ok(None),
+        (Some(_), false) => Err("frames_per_second is of a sequence, whose name has a #".into()),
+        (given, true) => {
+            let rate = given.unwrap_or(animation::FRAMES_PER_SECOND);
+            if rate > 0.0 && rate <= MOST_FRAMES_PER_SECOND {
+                return Ok(Some(rate));
+            }
+            Err(format!("frames_per_second {rate} is not greater than 0 and at most {MOST_FRAMES_PER_SECOND}"))
         }
-        Err(format!("frames_per_second {rate} is not greater than 0 and at most {MOST_FRAMES_PER_SECOND}"))
     }
+}
 
+impl ParticlesEntry {
     fn cause(&self, cause: String) -> String {
         format!("particles {}: {cause}", self.file)
     }

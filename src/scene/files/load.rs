@@ -128,6 +128,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Input`] where the time is out of range.
     pub fn at(&self, time_s: f64) -> Result<Self> {
+        let mut volumes = self.volumes.clone();
         let (particles, lights) = match &self.motion {
             Motion::Still => (self.particles.clone(), self.lights.clone()),
             Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
@@ -137,7 +138,9 @@ impl Scene {
             Motion::Fountain(fountain) => (fountain::particles(fountain, time_s)?, self.lights.clone()),
             Motion::Animation(animation) => {
                 check_time(&self.name, time_s)?;
-                (animation.at(time_s)?, self.lights.clone())
+                let particles;
+                (particles, volumes) = animation.at(time_s)?;
+                (particles, self.lights.clone())
             }
         };
         Ok(Self {
@@ -145,7 +148,7 @@ impl Scene {
             particles,
             strands: self.strands.clone(),
             gaussians: self.gaussians.clone(),
-            volumes: self.volumes.clone(),
+            volumes,
             meshes: self.meshes.clone(),
             lights,
             camera: self.camera,

@@ -46,7 +46,7 @@ pub(in crate::scene) struct Grid {
 }
 
 /// What a scene file does with it; by default it stands as its file says.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct Placing {
     pub translate: DVec3,
     pub rotate: DQuat,
@@ -104,8 +104,21 @@ fn one() -> f64 {
 /// Loads a volume and places it.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; nothing in it; numbers out of range once it is placed.
+/// As [`frame`], and where nothing is in it.
 pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
+    let volume = frame(path, placing)?;
+    if volume.field().is_empty() {
+        let cause = "nothing in it casts a shadow: all densities are 0";
+        return Err(input::error(path, cause, "correct the file, or where it is placed"));
+    }
+    Ok(volume)
+}
+
+/// The same of a file among others, in which there may be nothing: smoke begins so.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; numbers out of range once it is placed.
+pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> {
     let ending = input::ending(path);
     if placing.grid.is_some() && ending != "vdb" {
         return Err(input::error(path, "it has one grid without a name", "leave `grid` out"));
@@ -121,9 +134,6 @@ pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
         _ => return Err(input::error(path, "it ends in none of .vdb, .nrrd and .volume", "give such a file")),
     };
     let wrong = |cause: String| input::error(path, cause, "correct the file, or where it is placed");
-    if grid.field.is_empty() {
-        return Err(wrong("nothing in it casts a shadow: all densities are 0".into()));
-    }
     let placed = |v: DVec3| placing.rotate * (v * placing.scale);
     let color = placing.color.or(grid.color).unwrap_or(COLOR);
     if !color.iter().all(|c| (0.0..=1.0).contains(c)) {
