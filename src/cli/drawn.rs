@@ -116,7 +116,7 @@ pub(super) fn by_technique(
         }
         each(drawn)?;
     }
-    Ok(vec![format!("{spec} on {}, path {path}", context.features().name)])
+    Ok(vec![format!("{} on {}, path {path}", spec.short(), context.features().name)])
 }
 
 /// How a frame is drawn.

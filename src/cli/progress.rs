@@ -4,7 +4,7 @@ use super::complain;
 use crate::measure::{Row, Status};
 use crate::technique::Spec;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::time::Instant;
 
@@ -16,6 +16,8 @@ pub struct Progress {
     rows: usize,
     done: Cell<usize>,
     start: Instant,
+    /// The scene whose rows are measured.
+    scene: RefCell<String>,
 }
 
 impl Progress {
@@ -25,13 +27,18 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}, {eta} left: {wide_msg}") {
             bar.set_style(style);
         }
-        Self { bar, lines: !std::io::stderr().is_terminal(), rows, done: Cell::new(0), start: Instant::now() }
+        let (lines, start) = (!std::io::stderr().is_terminal(), Instant::now());
+        Self { bar, lines, rows, done: Cell::new(0), start, scene: RefCell::default() }
     }
 
     /// A row begins.
     pub fn begins(&self, scene: &str, spec: &Spec) {
         self.bar.set_message(format!("{scene}: {}", spec.short()));
         self.bar.tick();
+        // A scene's first row has its truth, which may take long.
+        if self.lines && self.scene.replace(scene.to_owned()) != scene {
+            complain(format!("[{}/{}] {scene}: the truth, then {}", self.done.get(), self.rows, spec.short()));
+        }
     }
 
     /// A row ends.
@@ -64,8 +71,12 @@ fn outcome(row: &Row) -> String {
     }
     let mut words = vec![row.path.clone()];
     words.extend(row.build_ns.map(|build| format!("build {:.3} ms", build.median / 1e6)));
-    let error = row.error.as_ref().and_then(|error| error.map.or(error.space));
-    words.extend(error.map(|error| format!("error {:.3e}", error.mean_abs)));
+    // What a reader judges by: surfaces where some are asked.
+    let error = row.error.as_ref().and_then(|error| {
+        let surface = error.surface.map(|error| ("surface", error));
+        surface.or(error.space.map(|error| ("space", error))).or(error.map.map(|error| ("map", error)))
+    });
+    words.extend(error.map(|(which, error)| format!("{which} error {:.3e}", error.mean_abs)));
     words.join(", ")
 }
 
@@ -73,6 +84,7 @@ fn outcome(row: &Row) -> String {
 mod tests {
     use super::*;
     use crate::consume::parse;
+    use crate::measure::{PointError, RowError};
 
     #[test]
     fn a_line_is_short_and_says_what_is_left() {
@@ -80,5 +92,14 @@ mod tests {
         let row = Row { scene: "town".into(), technique: "avsm".into(), path: "binned".into(), ..Row::default() };
         assert_eq!(line([2, 8], 3.0, &row, &spec), "[2/8] 3.0 s, 9 s left town: avsm:size=8 binned");
         assert_eq!(line([8, 8], 12.0, &row, &spec), "[8/8] 12.0 s town: avsm:size=8 binned");
+        // The error that tells techniques apart to a reader, by its name.
+        let of = |mean_abs| Some(PointError { mean_abs, ..PointError::default() });
+        let told = |map, space, surface| {
+            let error = Some(RowError { map, space, surface, casters: None, image: None });
+            line([8, 8], 12.0, &Row { error, ..row.clone() }, &spec)
+        };
+        assert!(told(of(0.0), of(0.25), of(0.5)).ends_with("binned, surface error 5.000e-1"));
+        assert!(told(of(0.0), of(0.25), None).ends_with("binned, space error 2.500e-1"));
+        assert!(told(of(0.125), None, None).ends_with("binned, map error 1.250e-1"));
     }
 }

@@ -84,7 +84,14 @@ impl Arguments {
             bytes: match self.max_bytes.as_deref() {
                 None => None,
                 Some(text) => {
-                    let units = [("KiB", 1024.0), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)];
+                    let units = [
+                        ("KiB", 1024.0),
+                        ("MiB", 1_048_576.0),
+                        ("GiB", 1_073_741_824.0),
+                        ("KB", 1e3),
+                        ("MB", 1e6),
+                        ("GB", 1e9),
+                    ];
                     let found = units.iter().find_map(|(unit, size)| Some((text.strip_suffix(unit)?, *size)));
                     let (number, size) = found.unwrap_or((text, 1.0));
                     limit(&format!("--max-bytes {text}"), Some(number), size)?.map(|bytes| bytes as u64)
@@ -100,7 +107,8 @@ fn limit(option: &str, text: Option<&str>, unit: f64) -> Result<Option<f64>> {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(Some(number * unit)),
         _ => {
             let name = if option.contains(' ') { option.to_owned() } else { format!("{option} {text}") };
-            Err(Error::input(name, "no limit", "give a number above 0"))
+            let units = if option.contains("bytes") { ", maybe with KiB, MiB, GiB, KB, MB or GB" } else { "" };
+            Err(Error::input(name, "no limit", format!("give a number above 0{units}")))
         }
     }
 }

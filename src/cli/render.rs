@@ -228,18 +228,28 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         check_messages()?;
         return said_of(&sequence.names(), &said);
     }
-    let mut all: Vec<Vec<Drawn>> = Vec::new();
-    let mut said = Vec::new();
-    for lit_by in &lit_by {
-        let mut frames = Vec::new();
-        said.extend(draw(lit_by, true, &mut |drawn| {
+    // What the device refuses it refuses at once: the reference may take minutes.
+    let is_reference = |lit_by: &LitBy| matches!(lit_by, LitBy::Reference);
+    let mut order: Vec<usize> = (0..lit_by.len()).collect();
+    order.sort_by_key(|i| is_reference(&lit_by[*i]));
+    let mut all: Vec<(Vec<Drawn>, Vec<String>)> = lit_by.iter().map(|_| Default::default()).collect();
+    for i in order {
+        let frames = &mut all[i].0;
+        let said = draw(&lit_by[i], true, &mut |drawn| {
             frames.push(drawn);
             Ok(())
-        })?);
-        all.push(frames);
+        });
+        all[i].1 = said.map_err(|error| match error {
+            Error::Refused { needs } => {
+                Error::Refused { needs: format!("{needs} (--technique {})", arguments.techniques[i]) }
+            }
+            error => error,
+        })?;
     }
+    let (all, said): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+    let said = said.concat();
     check_messages()?;
-    let reference = lit_by.iter().position(|lit_by| matches!(lit_by, LitBy::Reference));
+    let reference = lit_by.iter().position(is_reference);
     let sequence = in_panels(arguments, &states, &all, reference)?;
     said_of(&sequence.names(), &said)
 }

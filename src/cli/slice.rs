@@ -115,6 +115,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         sequence.add(paper.size, paper.rgb8)?;
     }
     check_messages()?;
-    say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;
+    say(format!("{}: {} on {}, path {path}", sequence.names(), spec.short(), context.features().name))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -43,6 +43,6 @@ pub(super) fn by_technique(
         let paper = with_scale(&painted, size, step_colour, [&ends[0], "steps of all look-ups", &ends[1]]);
         each(Drawn::of_bytes(paper.size, paper.rgb8))?;
     }
-    let said = format!("{spec} on {}, path {path}", context.features().name);
+    let said = format!("{} on {}, path {path}", spec.short(), context.features().name);
     Ok(std::iter::once(said).chain(range.map(|range| range.to_string())).collect())
 }

@@ -66,7 +66,7 @@ pub(super) fn percent(share: f64) -> String {
 /// The path that ran, and what the technique does not see of its scene: `map, smoke is not seen`.
 pub(super) fn path(row: &Row) -> String {
     let unseen = row.unseen.join(" and ");
-    let verb = if unseen.ends_with("meshes") || row.unseen.len() > 1 { "are" } else { "is" };
+    let verb = if unseen.ends_with('s') || row.unseen.len() > 1 { "are" } else { "is" };
     let note = if unseen.is_empty() { String::new() } else { format!(", {unseen} {verb} not seen") };
     one_line(&format!("{}{note}", row.path))
 }

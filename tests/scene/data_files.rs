@@ -103,6 +103,7 @@ fn what_shows_nothing_is_refused() {
         "smoke.xyz",
         "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz, *.volume, *.nrrd, *.vdb) or",
     );
+    message(data_file("house.obj", b"v 0 0 0"), "house.obj", ".obj is not read");
     message(data_file("smoke.vdb", b"NRRD0004"), "smoke.vdb", "no OpenVDB file");
     message(Scene::load("ply", 0.0), "ply", "no such scene");
 }

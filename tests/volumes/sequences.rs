@@ -120,8 +120,8 @@ fn volumes_are_looked_at_again() {
         let mut renderer = Renderer::new(context, &world, &view(&all)).expect("a renderer");
         let mut technique = opened(context, &world, "grid-query:size=64");
         technique.build(&world).expect("built");
-        let kernels =
-            renderer.kernels(&technique.technique.answer(), Shading::Forward, Lighting::Fragment).expect("kernels");
+        let kernels = renderer.kernels(&technique.technique.answer(), Shading::Forward, Lighting::Fragment);
+        let kernels = support::opened(kernels, "grid-query");
         let mut before: Option<Picture> = None;
         for (i, (time_s, frame)) in TIMES.into_iter().enumerate() {
             world.move_to(time_s / 24.0).expect("its frame");
@@ -194,7 +194,7 @@ fn volumes_may_begin_empty() {
             let mut renderer = Renderer::new(context, &world, &view(&world)).expect("a renderer");
             technique.build(&world).expect("built");
             let kernels = renderer.kernels(&technique.technique.answer(), Shading::Forward, Lighting::Fragment);
-            let kernels = kernels.expect("kernels");
+            let kernels = support::opened(kernels, text);
             for (frame, expected) in [(0, 1.0), (1, below), (2, 1.0)] {
                 world.move_to((f64::from(frame) + 0.5) / 24.0).expect("its frame");
                 technique.build(&world).expect("built");

@@ -16,7 +16,7 @@ use std::path::Path;
 pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz", "volume", "nrrd", "vdb"];
 
 /// Loads a file of particles, hair, splats, densities or meshes, everything where it stands in the file. Light and camera are its own if it
-/// is glTF and has them, else fitted. Up is +y in glTF, as its specification says, and in TressFX, as its exporters
+/// is glTF and has them, else fitted. Up is +y in glTF and SPZ, as their specifications say, and in TressFX, as its exporters
 /// have it; in other files, which do not say, +z.
 ///
 /// # Errors
@@ -37,6 +37,9 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
             Contents { volumes, ..Contents::default() }
         }
         "ply" if splat_ply::is_of_splats(&ply::open(path)?) => splats(path)?,
+        "ply" if ply::open(path)?.has_rows("tristrips") => {
+            return Err(input::error(path, "its triangles are in strips, which are not read", "save it with faces"));
+        }
         "ply" if !ply::open(path)?.has_rows("face") => {
             Contents { particles: particle_file::load(path)?, ..Contents::default() }
         }
@@ -46,7 +49,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     if contents.spheres().next().is_none() {
         return Err(wrong("nothing casts a shadow: it is empty".to_owned()));
     }
-    let up = if matches!(ending.as_str(), "gltf" | "glb" | "tfx") { DVec3::Y } else { DVec3::Z };
+    let up = if matches!(ending.as_str(), "gltf" | "glb" | "tfx" | "spz") { DVec3::Y } else { DVec3::Z };
     let camera = match contents.camera {
         Some(camera) => camera,
         None => fitted::camera(&contents, up).map_err(wrong)?,

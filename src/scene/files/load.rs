@@ -77,6 +77,12 @@ impl Scene {
             path => match input::ending(path.as_ref()).as_str() {
                 "toml" => begun(file::load(path.as_ref())?, time_s),
                 ending if DATA_ENDINGS.contains(&ending) => begun(data_file::load(path.as_ref())?, time_s),
+                ending if std::path::Path::new(path).exists() => {
+                    let what = if ending.is_empty() { "what has no ending".into() } else { format!(".{ending}") };
+                    let way_out =
+                        format!("give a scene file (.toml), or one that ends in .{}", DATA_ENDINGS.join(", ."));
+                    Err(Error::input(name, format!("{what} is not read"), way_out))
+                }
                 _ => {
                     let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));
                     Err(Error::input(name, cause, format!("give {}", known())))

@@ -13,7 +13,7 @@ use crate::Result;
 use crate::scene::files::input;
 use crate::scene::files::splat_file::{Row, color_of, opacity_of};
 use flate2::read::GzDecoder;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 /// "NGSP".
@@ -33,9 +33,15 @@ const WAY_OUT: &str = "check that the file is an .spz file of version 1 to 3 and
 /// Errors of `take` pass through.
 pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
-    let (file, size) = input::open(path)?;
-    let mut stream = GzDecoder::new(std::io::BufReader::new(file));
+    let (mut file, size) = input::open(path)?;
     let mut header = [0; HEADER_BYTES];
+    let mut first = [0; 8];
+    file.read_exact(&mut first).map_err(|cause| wrong(format!("no header: {cause}")))?;
+    if first[..4] == MAGIC.to_le_bytes() {
+        let version = u32::from_le_bytes([4, 5, 6, 7].map(|i: usize| first[i]));
+        return Err(input::error(path, format!("version {version} is not read"), "save it as version 3"));
+    }
+    let mut stream = GzDecoder::new(first.chain(BufReader::new(file)));
     stream.read_exact(&mut header).map_err(|cause| wrong(format!("no gzip of a header: {cause}")))?;
     let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| header[at + i]));
     let (magic, version, count, fraction) = (word(0), word(4), word(8), header[13]);
@@ -59,6 +65,10 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
     }
+    // What follows is not read, but the sum at the end holds all of it against damage.
+    let most = size.saturating_mul(MOST_RATIO);
+    std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
+        .map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
     let (places, rest) = bytes.split_at(count as usize * place_bytes);
     let (opacities, rest) = rest.split_at(count as usize);
     let (colors, rest) = rest.split_at(3 * count as usize);

@@ -127,10 +127,16 @@ pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> 
         "volume" => sidecar(path)?,
         "nrrd" => {
             let (file, size) = input::open(path)?;
-            nrrd_file::read(file, size).map_err(|cause| input::error(path, cause, "check that it was copied whole"))?
+            nrrd_file::read(file, size)
+                .map_err(|cause| input::error(path, cause, "give a whole grid of three dimensions"))?
         }
-        "vdb" => vdb_file::read(&input::read(path)?, placing.grid.as_deref())
-            .map_err(|cause| input::error(path, cause, "check that it was copied whole, or name another grid"))?,
+        "vdb" => vdb_file::read(&input::read(path)?, placing.grid.as_deref()).map_err(|cause| {
+            input::error(
+                path,
+                cause,
+                "give a fog volume (densities of 0 and more) that was copied whole, or name another grid",
+            )
+        })?,
         _ => return Err(input::error(path, "it ends in none of .vdb, .nrrd and .volume", "give such a file")),
     };
     let wrong = |cause: String| input::error(path, cause, "correct the file, or where it is placed");
