@@ -123,7 +123,7 @@ fn volumes_hide_lines_behind_them() {
                     let expected = [0, 1, 2].map(|channel| {
                         let (behind, sky) = (f64::from(behind[channel]), f64::from(SKY[channel]));
                         let slab = f64::from(COLOR[channel]) * (AMBIENT[channel] + 1.0) * (1.0 - passes);
-                        if is_before && behind == sky || !is_before {
+                        if !is_before || behind == sky {
                             return slab + passes * behind;
                         }
                         // A sphere before it: all black, or nothing but itself, where it is thick.
