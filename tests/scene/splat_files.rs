@@ -170,7 +170,7 @@ fn broken_splats_are_refused_by_number() {
     // All splats are there, but not the sum that proves them.
     message(splats("a.spz", &whole[..whole.len() - 5]), "a.spz", "no whole gzip");
     // Version 4 has no gzip about its header.
-    message(splats("a.spz", b"NGSP\x04\0\0\0\x08\0\0\0"), "a.spz", "version 4 is not read: save it as version 3");
+    message(splats("a.spz", b"NGSP\x04\0\0\0\x08\0\0\0"), "a.spz", "version 4 is not read; save it as version 3");
     message(splats("a.ksplat", &row), "a.ksplat", "unknown kind of splat file");
 }
 
