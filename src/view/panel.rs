@@ -195,7 +195,10 @@ pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     };
     let size = stage.size();
     if let (Some(at), Ok((.., view))) = (state.attractor, stage.seen()) {
-        ring(view.project(at).0.into(), 9.0, egui::Color32::from_rgb(0xe6, 0x9f, 0x00));
+        let (at, depth) = view.project(at);
+        if depth > 0.0 {
+            ring(at.into(), 9.0, egui::Color32::from_rgb(0xe6, 0x9f, 0x00));
+        }
     }
     if state.curve && script {
         let at = state.pointer.unwrap_or(size.map(|side| side / 2));
