@@ -117,6 +117,7 @@ pub fn head(
     let names: Vec<_> = extensions.iter().map(|e| e.split_whitespace().next().unwrap_or_default()).collect();
     let features: Vec<_> = names.iter().filter_map(|name| needs(name)).collect();
     let features = if features.is_empty() { "none beyond Vulkan 1.2".into() } else { features.join(", ") };
-    text += &wrapped("Needs", 1, &format!("Vulkan 1.2; features: {features}; GLSL: {}", names.join(", ")));
+    let glsl = if names.is_empty() { "no extension".into() } else { names.join(", ") };
+    text += &wrapped("Needs", 1, &format!("Vulkan 1.2; features: {features}; GLSL: {glsl}"));
     text
 }

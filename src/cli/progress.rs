@@ -35,9 +35,9 @@ impl Progress {
     pub fn begins(&self, scene: &str, spec: &Spec) {
         self.bar.set_message(format!("{scene}: {}", spec.short()));
         self.bar.tick();
-        // A scene's first row has its truth, which may take long.
+        // Before a scene's first row ends its truth is made, which may take long.
         if self.lines && self.scene.replace(scene.to_owned()) != scene {
-            complain(format!("[{}/{}] {scene}: the truth, then {}", self.done.get(), self.rows, spec.short()));
+            complain(format!("[{}/{}] {scene}: begins with {}", self.done.get(), self.rows, spec.short()));
         }
     }
 

@@ -28,7 +28,7 @@ const NODES: [[f32; 3]; 6] = [
 pub struct Arguments {
     #[command(flatten)]
     pub(super) picture: render::Arguments,
-    /// Voxels a side: of a grid 4, 16, 64 or a multiple, of a tree 64 to 256, a power of two
+    /// Voxels per side: 64, 128, 192 or 256; for a tree a power of two
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=256))]
     size: u32,
     /// Instead of the grid of voxel-grid, the nodes of voxelized that are all in shadow, coloured by their size: red is one voxel

@@ -47,6 +47,8 @@ struct Said {
     milliseconds: String,
     error: String,
     bytes: String,
+    /// Whether something speaks against its time.
+    unsteady: bool,
 }
 
 #[derive(Serialize)]
@@ -100,6 +102,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
             milliseconds: significant(milliseconds),
             error: significant(error),
             bytes: row.bytes_resident.map(bytes).unwrap_or_default(),
+            unsteady: row.steadiness.is_some_and(|s| !s.warnings().is_empty()),
         })
     };
     let place = |names: &[&str], name: &str| names.iter().position(|known| *known == name).unwrap_or(0);

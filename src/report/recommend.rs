@@ -157,8 +157,12 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
         let (row, (time_ms, error)) = (row(index), at(index));
         Chosen { spec: to_paste(row), time_ms, error, flip: (FLIP.of)(row), bytes_resident: row.bytes_resident }
     };
+    let unsteady = row(found.best).steadiness.map(|s| s.warnings()).filter(|warnings| !warnings.is_empty());
+    let unsteady = unsteady.map(|warnings| {
+        format!("\nTimes of {} were not steady ({}): measure again.", to_paste(row(found.best)), warnings.join(", "))
+    });
     Ok(Recommendation {
-        text: text + &aligned(&lines),
+        text: text + &aligned(&lines) + &unsteady.unwrap_or_default(),
         scene: scene.to_owned(),
         device: results.device.name.clone(),
         error: measure.name,

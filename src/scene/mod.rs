@@ -8,6 +8,8 @@ mod files;
 mod model;
 
 #[cfg(feature = "program")]
+pub use built_in::{number_of, with_number};
+#[cfg(feature = "program")]
 pub use files::animation::Animation;
 #[cfg(feature = "program")]
 pub use files::data_file::DATA_ENDINGS;

@@ -108,7 +108,8 @@ impl Files {
     /// [`Error::Input`] where there cannot be one there; [`Error::Output`] names the file.
     pub fn save_plot(&mut self, rays: &Rays) -> Result<()> {
         let Some((answer, path)) = rays.answer().zip(self.plot.as_ref()) else { return Ok(()) };
-        let found = answer.map_err(|cause| Error::input("the curve", cause, "point at another place"))?;
+        let found = answer
+            .map_err(|cause| Error::input("the curve", cause, "point at another place, or choose another technique"))?;
         write_whole(path, found.svg()?.as_bytes())?;
         println!("{}", path.display());
         self.plot = None;

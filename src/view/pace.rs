@@ -3,7 +3,7 @@
 use crate::gpu::PassTime;
 use std::time::Duration;
 
-/// Lowest times of frames that drew something, milliseconds; none where nothing was measured.
+/// Lowest times of frames, also of those in which nothing had to be drawn, milliseconds; none where nothing was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pace {
     /// The host's part: all of a frame but what it waits for the device.

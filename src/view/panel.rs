@@ -6,7 +6,7 @@ use super::rays::Rays;
 use super::stage::Stage;
 use super::state::{Show, Side, State};
 use crate::consume::KEYS;
-use crate::scene::{LightKind, Motion};
+use crate::scene::{LightKind, Motion, number_of, with_number};
 use crate::technique::{Key, REGISTRY, Spec, Values};
 use egui::{ComboBox, DragValue, Slider, Ui};
 use glam::DVec3;
@@ -99,6 +99,7 @@ fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
     if chosen != state.scene {
         state.choose(&chosen);
     }
+    scene_number(ui, state);
     let Some(stage) = told.stage else { return };
     let direction = stage.base().lights.iter().find_map(|light| match light.kind {
         LightKind::Directional { direction } | LightKind::Spot { direction, .. } => Some(direction),
@@ -125,6 +126,22 @@ fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
             ui.add(Slider::new(&mut state.time_s, 0.0..=60.0).text("time, s"));
             ui.checkbox(&mut state.runs, "runs");
         });
+    }
+}
+
+/// How many particles, lights, … a scene has that can have another number: made once the slider is let go.
+fn scene_number(ui: &mut Ui, state: &mut State) {
+    let Some((key, now, most)) = number_of(&state.scene) else { return };
+    let id = ui.id().with(key);
+    let mut number = ui.data(|data| data.get_temp(id)).unwrap_or(now);
+    let slider = ui.add(Slider::new(&mut number, 1..=most).logarithmic(true).text(key));
+    if slider.dragged() {
+        ui.data_mut(|data| data.insert_temp(id, number));
+    } else {
+        ui.data_mut(|data| data.remove::<u32>(id));
+        if number != now {
+            state.scene = with_number(&state.scene, number);
+        }
     }
 }
 
@@ -178,7 +195,10 @@ pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     };
     let size = stage.size();
     if let (Some(at), Ok((.., view))) = (state.attractor, stage.seen()) {
-        ring(view.project(at).0.into(), 9.0, egui::Color32::from_rgb(0xe6, 0x9f, 0x00));
+        let (at, depth) = view.project(at);
+        if depth > 0.0 {
+            ring(at.into(), 9.0, egui::Color32::from_rgb(0xe6, 0x9f, 0x00));
+        }
     }
     if state.curve && script {
         let at = state.pointer.unwrap_or(size.map(|side| side / 2));

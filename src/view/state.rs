@@ -1,7 +1,7 @@
 //! What the window shows: all that a control, a key or a line of a script sets. It knows of no device.
 
 use crate::consume::parse;
-use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look};
+use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look, number_of, with_number};
 use crate::technique::Spec;
 use crate::technique::keys::check;
 use crate::{Error, Result};
@@ -198,7 +198,7 @@ impl State {
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
 
-    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `depth`, `curve`, `pointer`, `eye`, `target`,
+    /// Sets what `key` names: `scene`, `number` (of its particles or lights), `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `depth`, `curve`, `pointer`, `eye`, `target`,
     /// `direction`, `extinction`, `attractor`, `gravity`, `time`, `runs`, `panel`.
     ///
     /// # Errors
@@ -221,6 +221,10 @@ impl State {
         };
         match key {
             "scene" => self.choose(value),
+            "number" => {
+                let (_, _, most) = number_of(&self.scene).ok_or_else(|| wrong("a scene that takes one first"))?;
+                self.scene = with_number(&self.scene, number(1.0, most.into())? as u32);
+            }
             "a" => self.sides[0] = Side::read(value)?,
             "b" => self.sides[1] = Side::read(value)?,
             "show" => {
@@ -260,7 +264,7 @@ impl State {
                 Some(("a", key)) => set_key(&mut self.sides[0], key, value)?,
                 Some(("b", key)) => set_key(&mut self.sides[1], key, value)?,
                 _ => {
-                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, look, samples, exposure, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
+                    let known = "a, b, a.KEY, b.KEY, scene, number, show, wipe, gain, look, samples, exposure, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
                     return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {known}")));
                 }
             },
@@ -371,6 +375,18 @@ mod tests {
         assert_eq!(state.commands([64, 48], false), lines);
         state.choose("a file's.toml");
         assert!(state.commands([1, 1], false)[0].starts_with(r"gobo render 'a file'\''s.toml' --plain --technique"));
+    }
+
+    #[test]
+    fn a_number_keeps_the_camera() {
+        let mut state = state();
+        assert!(state.set("number", "3").is_err(), "plume_8k takes none");
+        state.choose("fountain");
+        state.set("eye", "1,2,3").expect("a place");
+        state.set("number", "1000").expect("a number");
+        assert_eq!((&*state.scene, state.eye), ("fountain:particles=1000", Some(DVec3::new(1.0, 2.0, 3.0))));
+        assert!(state.commands([1, 1], false)[0].starts_with("gobo render fountain:particles=1000"));
+        assert!(state.set("number", "0").is_err());
     }
 
     #[test]

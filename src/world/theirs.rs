@@ -178,7 +178,7 @@ impl World {
 
     /// Its volumes are now those of the host: records the copy of their cells, in a pass `world.volumes`, where any is another, and says
     /// that they have moved. Volumes that are the same cost nothing, no pass either; clones of one share its field, and are seen to
-    /// be the same without a look at it. None is as good as any number of them.
+    /// be the same without a look at it. An empty slice takes all away.
     ///
     /// # Errors
     /// [`Error::Input`] where they have more cells than there is room for, or a scene fills the world; [`Error::Gpu`] where memory

@@ -250,7 +250,8 @@ fn volumes_of_files_are_frames() {
         assert_eq!(pictures.len(), 3, "{command}: each is another picture");
     }
     let error = run(&["render", text(&all), "--moving", "0..0.1", "--technique", "avsm", "--frames", "1"]);
-    assert!(!error.status.success());
+    let words = String::from_utf8_lossy(&error.stderr).into_owned();
+    assert!(!error.status.success() && words.contains("--frames"), "{words}");
 }
 
 /// What an answer changes by that the truth does not: nothing where the frames are the same file; all of it of no shadow; less, the nearer

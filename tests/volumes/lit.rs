@@ -45,6 +45,16 @@ fn slant(camera: &View, pixel: usize) -> f64 {
     direction.length() / direction.z.abs()
 }
 
+/// How long each pixel's ray is in a ball.
+fn chord(camera: &View, pixel: usize, ball: &Particle) -> f64 {
+    let at = DVec2::new((pixel % 48) as f64 + 0.5, (pixel / 48) as f64 + 0.5);
+    let ray = camera.ray(at);
+    let direction = ray.direction.normalize();
+    let to = DVec3::from(ball.position.map(f64::from)) - ray.origin;
+    let beside = (to - to.dot(direction) * direction).length_squared();
+    2.0 * (f64::from(ball.radius).powi(2) - beside).max(0.0).sqrt()
+}
+
 /// Where 32-bit floats cannot be blended, half floats are.
 fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 1e-3 }
@@ -116,7 +126,7 @@ fn volumes_hide_lines_behind_them() {
             });
             let [[plain, lines], [alone, lines_alone]] = &pictures;
             for (what, found, behind) in [("vertex", plain, alone), ("lines", lines, lines_alone)] {
-                let (mut worst, mut black) = (0.0f64, 0);
+                let (mut worst, mut black, mut hidden) = (0.0f64, 0, 0);
                 for (i, (found, behind)) in found.pixels.iter().zip(&behind.pixels).enumerate() {
                     black += usize::from(*behind == [0.0; 3]);
                     let passes = (-slant(&view, i) * DEPTH).exp();
@@ -129,14 +139,17 @@ fn volumes_hide_lines_behind_them() {
                         // A sphere before it: all black, or nothing but itself, where it is thick.
                         behind
                     });
-                    let thick = !is_before || *behind == [0.0; 3] || behind.map(f32::to_bits) == SKY.map(f32::to_bits);
-                    if thick {
+                    let hides = 40.0 * chord(&view, i, &ball) > 15.0;
+                    hidden += usize::from(is_before && hides);
+                    let thick = hides || *behind == [0.0; 3] || behind.map(f32::to_bits) == SKY.map(f32::to_bits);
+                    if !is_before || thick {
                         let off = [0, 1, 2].map(|c| (f64::from(found[c]) - expected[c]).abs());
                         worst = off.into_iter().fold(worst, f64::max);
                     }
                 }
                 println!("{what}, before: {is_before}: {worst:.1e}, {black} pixels of lines");
                 assert!(worst < rounding(context), "{what}, before: {is_before}: {worst}");
+                assert_eq!(hidden > 20, is_before, "{hidden} pixels of what hides");
                 assert_eq!(black > 30, what == "lines", "{black} pixels of lines");
             }
         }

@@ -96,6 +96,22 @@ impl<'a> BuiltIn<'a> {
     }
 }
 
+/// The number that a built-in scene takes, as `text` has it (`fountain:particles=1000`): its name, itself, and the most that it may be. None where
+/// the scene takes none, or there is no such scene.
+pub fn number_of(text: &str) -> Option<(&'static str, u32, u32)> {
+    let scene = BuiltIn::read(text).ok()?;
+    let key = KEYS.iter().find(|key| key.scene == scene.name)?;
+    Some((key.name, scene.number(key.name), key.most))
+}
+
+/// The same scene with another number, from 1 to the most; `text` itself where it takes none.
+pub fn with_number(text: &str, number: u32) -> String {
+    match (number_of(text), BuiltIn::read(text)) {
+        (Some((key, _, most)), Ok(scene)) => format!("{}:{key}={}", scene.name, number.clamp(1, most)),
+        _ => text.to_owned(),
+    }
+}
+
 /// The keys of a scene and their ranges, in words.
 fn keys(scene: &str) -> String {
     let of = KEYS.iter().filter(|key| key.scene == scene);
@@ -111,6 +127,19 @@ pub(super) fn with_keys(scene: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_is_another() {
+        assert_eq!(number_of("fountain"), Some(("particles", 16_384, 4_000_000)));
+        assert_eq!(number_of("courtyard:lights=7").map(|(key, number, _)| (key, number)), Some(("lights", 7)));
+        assert_eq!(with_number("fountain:particles=5", 9), "fountain:particles=9");
+        assert_eq!(with_number("splats", u32::MAX), format!("splats:count={}", splats::MOST));
+        for text in ["town", "a/b.toml", "fountain:particles=0"] {
+            assert_eq!((number_of(text), with_number(text, 3)), (None, text.to_owned()));
+        }
+        // One a scene: else the others would be lost.
+        assert!(KEYS.iter().all(|key| KEYS.iter().filter(|other| other.scene == key.scene).count() == 1));
+    }
 
     #[test]
     fn numbers_and_their_titles() {

@@ -181,8 +181,7 @@ impl Sequence {
     /// # Errors
     /// [`crate::Error::Input`]: there is none, one is missing or there twice, one is no such file, or all are empty.
     pub(in crate::scene) fn open(pattern: &Path, frames_per_second: f64, kind: Kind) -> Result<Self> {
-        let wrong =
-            |cause: String| input::error(pattern, cause, "number the files without a gap, as in smoke.0001.ply");
+        let wrong = |cause: String| input::error(pattern, cause, "number the files without a gap: 0001, 0002, …");
         let mut numbered = files(pattern)?;
         numbered.sort();
         if numbered.is_empty() {

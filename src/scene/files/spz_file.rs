@@ -67,8 +67,11 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     }
     // What follows is not read, but the sum at the end holds all of it against damage.
     let most = size.saturating_mul(MOST_RATIO);
-    std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
+    let rest = std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
         .map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
+    if rest == most {
+        return Err(wrong(format!("more than {MOST_RATIO} times as many bytes as its {size} come out of it")));
+    }
     let (places, rest) = bytes.split_at(count as usize * place_bytes);
     let (opacities, rest) = rest.split_at(count as usize);
     let (colors, rest) = rest.split_at(3 * count as usize);
