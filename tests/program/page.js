@@ -5,8 +5,6 @@ addEventListener("load", async () => {
   const found = { width: innerWidth };
   try {
     await wait(400);
-    // Pictures are decoded on other threads, which a busy machine holds up.
-    for (let i = 0; i < 60 && all(".crop").length < all(".card[data-row]").length; i++) await wait(100);
     const background = () => getComputedStyle(document.body).backgroundColor;
     found.background = background();
     document.getElementById("theme").click();

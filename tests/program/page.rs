@@ -14,6 +14,10 @@ const HEARS: &str = r#"<script>window.heard = [];
 addEventListener("error", event => heard.push(String(event.message)), true);
 addEventListener("unhandledrejection", event => heard.push(String(event.reason)));
 addEventListener("securitypolicyviolation", event => heard.push(`refused ${event.blockedURI}`));
+// Virtual time does not wait for the threads that decode; what is drawn is decoded where it is drawn.
+HTMLImageElement.prototype.decode = function() {
+  return this.complete ? Promise.resolve() : new Promise((done, failed) => { this.onload = done; this.onerror = failed; });
+};
 for (const kind of ["error", "warn"]) console[kind] = (...words) => heard.push(words.join(" "));</script>"#;
 
 /// What is around the frames: each tells what it found.
