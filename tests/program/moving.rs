@@ -1,6 +1,6 @@
 //! A world that moves: `compare`, `render` and `slice` with `--moving`.
 
-use crate::support::log;
+use crate::support::{log, skipped};
 use crate::{decodes, folder, ok, results, run, runs, small_scene, text, write_scene};
 use gobo::measure::Status;
 
@@ -266,7 +266,12 @@ fn volumes_of_files_flicker() {
         let moving = ["compare", text(&scene), "--moving", "0.01..0.1", "--frames", "3", "--quick", "--validation"];
         let techniques = specs.iter().flat_map(|spec| ["--technique", spec]).collect::<Vec<_>>();
         ok(&[&moving[..], &techniques, &["--out", text(&out)]].concat());
-        let rows = results(&out).rows;
+        let mut rows = results(&out).rows;
+        // Cells take grid-query more buffers than the least of devices has.
+        if rows[2].status == Status::Refused {
+            skipped("volumes_of_files_flicker", &format!("grid-query: {}", rows[2].reason));
+            rows.truncate(2);
+        }
         assert!(rows.iter().all(|row| row.status == Status::Ok), "{rows:?}");
         let errors = rows.iter().map(|row| row.error.as_ref().and_then(|e| e.space).expect("points"));
         let all: Vec<_> = errors.zip(rows.iter().map(|row| row.flicker_rms.expect("it moves"))).collect();
@@ -275,8 +280,12 @@ fn volumes_of_files_flicker() {
     };
     let rising = flicker("rising.##.vdb");
     assert!(rising.windows(2).all(|pair| pair[1].1 < pair[0].1), "each technique is nearer than the one before it");
-    let (error, of_cells) = rising[2];
-    assert!(of_cells <= 2.0 * error.max.expect("points") && rising[0].1 > 10.0 * of_cells, "{of_cells}, {error:?}");
+    if let Some((error, of_cells)) = rising.get(2) {
+        assert!(
+            *of_cells <= 2.0 * error.max.expect("points") && rising[0].1 > 10.0 * of_cells,
+            "{of_cells}, {error:?}"
+        );
+    }
     assert!(flicker("same.##.vdb").iter().all(|(_, flicker)| *flicker == 0.0), "nothing moves");
 }
 
