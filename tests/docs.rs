@@ -6,6 +6,8 @@ mod support;
 
 #[path = "docs/commands.rs"]
 mod commands;
+#[path = "docs/fronts.rs"]
+mod fronts;
 #[path = "docs/links.rs"]
 mod links;
 #[path = "docs/list.rs"]
