@@ -128,6 +128,19 @@ fn scene_files_take_what_they_do_not_name() {
     assert!(near(scene.camera.position, [2.0, 4.0, 19.0]));
     assert!(near((scene.camera.target - scene.camera.position).normalize(), [0.0, 0.0, -1.0]));
 
+    // Half a turn about x: y and z change their signs, before what is added.
+    let turned = written(&folder, &format!("{mesh}rotate = [1, 0, 0, 180]\n"), &text).expect("turned");
+    let LightKind::Point { position } = turned.lights[0].kind else { panic!("a point light") };
+    assert!(near(position, [2.0, -2.0, -29.0]));
+    assert!(near(turned.camera.position, [2.0, -4.0, -17.0]) && near(turned.camera.up, [0.0, -1.0, 0.0]));
+    assert!(near((turned.camera.target - turned.camera.position).normalize(), [0.0, 0.0, 1.0]));
+    let sun = staged(&nodes, r#"{"type":"directional"}"#, PERSPECTIVE);
+    for (more, direction) in [("", [0.0, 0.0, -1.0]), ("rotate = [1, 0, 0, 90]\n", [0.0, 1.0, 0.0])] {
+        let scene = written(&folder, &format!("{mesh}{more}"), &sun).expect("a sun");
+        let LightKind::Directional { direction: found } = scene.lights[0].kind else { panic!("a directional light") };
+        assert!(near(found, direction), "{found}");
+    }
+
     let named = written(&folder, &format!("{mesh}{LIGHT}{CAMERA}"), &text).expect("its own");
     assert_eq!(named.camera.position, DVec3::new(3.0, 0.0, 0.0));
     assert!(matches!(named.lights[..], [Light { kind: LightKind::Directional { .. }, .. }]));

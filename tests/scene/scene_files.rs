@@ -35,6 +35,17 @@ fn scene_files_place_their_casters() {
     let LightKind::Spot { direction, cone_degrees, .. } = scene.lights[0].kind else { panic!("a spot light") };
     assert_eq!((direction.to_array(), cone_degrees), ([0.0, 0.0, -1.0], 60.0));
 
+    // A quarter turn about z takes (x, y) to (-y, x), before what is added.
+    let turned = text.replace("scale = ", "rotate = [0.0, 0.0, 2.0, 90.0]\nscale = ");
+    let turned = scene_file(&turned).expect("turned");
+    assert_eq!(turned.particles[0], first);
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    assert!(near(turned.particles[1].position, [-3.0, 2.0, 6.0]), "{:?}", turned.particles[1]);
+    assert!(near(turned.meshes[0].positions[4], [-1.5, 1.5, 4.0]), "{:?}", turned.meshes[0].positions[4]);
+    for axis in ["[0, 0, 0, 90]", "[0, 0, 1, inf]", "[nan, 0, 1, 90]"] {
+        message(scene_file(&text.replace("scale = 3", &format!("rotate = {axis}"))), "scene.toml", "rotate");
+    }
+
     let scene = scene_file(&format!("[[particles]]\nfile = \"smoke.ply\"\n{LIGHT}{CAMERA}")).expect("a scene");
     let LightKind::Directional { direction } = scene.lights[0].kind else { panic!("a directional light") };
     assert_eq!((direction.to_array(), scene.lights[0].radiance), ([0.0, 0.0, -1.0], [1.0; 3]));

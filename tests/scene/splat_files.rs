@@ -2,6 +2,7 @@
 
 use crate::*;
 use flate2::{Compression, write::GzEncoder};
+use glam::{DQuat, DVec3};
 use gobo::scene::{Caster, Gaussian};
 use std::f64::consts::LN_2;
 use std::io::Write;
@@ -196,6 +197,22 @@ fn splats_are_placed() {
     let alone = splats("a.splat", &row).expect("as it stands")[0];
     let depth = |g: &Gaussian| Caster::from(g).density * g.deviations[2];
     assert!((depth(&placed) - depth(&alone)).abs() < 1e-6);
+
+    // A turned splat has the same exponent at turned points: what is there at x is at R x.
+    let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [200, 150, 90, 140]);
+    let alone = splats("a.splat", &row).expect("as it stands")[0];
+    let turned =
+        load_caster("splats", "a.splat", &row, "rotate = [1.0, 2.0, -1.0, 70.0]").expect("turned").gaussians[0];
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 70_f64.to_radians());
+    let exponent = |g: &Gaussian, x: DVec3| {
+        let away = x - DVec3::from_array(g.position.map(f64::from));
+        let own = DQuat::from_array(g.rotation.map(f64::from)).conjugate() * away;
+        (own / DVec3::from_array(g.deviations.map(f64::from))).length_squared()
+    };
+    for x in [DVec3::new(1.2, 2.0, 3.1), DVec3::new(0.9, 2.3, 2.8), DVec3::new(1.0, 1.8, 3.2)] {
+        let (before, after) = (exponent(&alone, x), exponent(&turned, turn * x));
+        assert!((before - after).abs() < 1e-4 * before, "{before} {after}");
+    }
 
     let folder = TempDir::new().expect("a folder");
     for (name, bytes) in [

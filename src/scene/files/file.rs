@@ -4,12 +4,14 @@
 //! [[particles]]                 # any number of them
 //! file = "smoke.ply"            # beside the scene file; "smoke.####.ply": a frame a file, smoke.0001.ply and so on
 //! scale = 2.0                   # optional, about the file's origin; optical depths stay as they are
-//! translate = [0.0, 0.0, 1.0]   # optional, after the scale
+//! rotate = [1.0, 0.0, 0.0, 90]  # optional, after the scale: an axis and degrees
+//! translate = [0.0, 0.0, 1.0]   # optional, after both
 //! frames_per_second = 24.0      # optional, of a sequence of files
 //!
 //! [[hair]]                      # any number of them
 //! file = "head.hair"            # Cem Yuksel's HAIR format, or TressFX, versions 3 and 4 (.tfx)
 //! scale = 1.0                   # optional, also of the thickness
+//! rotate = [1.0, 0.0, 0.0, 90]  # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! radius = 0.01                 # optional, world units, replaces half the file's thickness
 //! opacity = 0.5                 # optional, replaces the file's
@@ -17,6 +19,7 @@
 //! [[splats]]                    # any number of them
 //! file = "garden.splat"         # .ply of 3D Gaussian Splatting, also PlayCanvas' compressed one, .splat or .spz
 //! scale = 1.0                   # optional
+//! rotate = [1.0, 0.0, 0.0, 180] # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
 //!
 //! [[volumes]]                   # any number of them
@@ -33,6 +36,7 @@
 //! [[meshes]]                    # any number of them
 //! file = "ground.gltf"          # .ply, .gltf or .glb
 //! scale = 1.0                   # optional
+//! rotate = [1.0, 0.0, 0.0, 180] # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
 //! solid = false                 # optional; true: the back of it is never seen, as a ground's
@@ -58,13 +62,12 @@ use crate::Result;
 use crate::scene::files::animation::{self, Animation, Content, Kind, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
-use crate::scene::files::stage::{CameraEntry, LightEntry, camera, finite, light, one_or_more, unit};
+use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
     Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
 };
-use glam::DQuat;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -103,6 +106,7 @@ struct ParticlesEntry {
     file: String,
     #[serde(default)]
     translate: [f64; 3],
+    rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
     frames_per_second: Option<f64>,
@@ -114,6 +118,7 @@ struct SplatsEntry {
     file: String,
     #[serde(default)]
     translate: [f64; 3],
+    rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
 }
@@ -124,6 +129,7 @@ struct HairEntry {
     file: String,
     #[serde(default)]
     translate: [f64; 3],
+    rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
     radius: Option<f64>,
@@ -136,7 +142,6 @@ struct VolumesEntry {
     file: String,
     #[serde(default)]
     translate: [f64; 3],
-    #[serde(default)]
     rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
@@ -158,6 +163,7 @@ struct MeshesEntry {
     file: String,
     #[serde(default)]
     translate: [f64; 3],
+    rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
     albedo: Option<[f64; 3]>,
@@ -204,7 +210,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let mut contents = Contents::default();
     let mut parts = Vec::new();
     for entry in &parsed.particles {
-        let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
+        let placement =
+            Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let file = folder.join(&entry.file);
         if let Some(rate) = rate(entry.frames_per_second, &file).map_err(|cause| wrong(entry.cause(cause)))? {
             parts.push(Part::Moving(Sequence::open(&file, rate, Kind::Particles(placement))?));
@@ -218,13 +225,14 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         parts.push(Part::Still(Content::Particles(particles)));
     }
     for entry in &parsed.hair {
-        let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
+        let placement =
+            Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
         contents.strands.extend(strand_file::load(&folder.join(&entry.file), &placement, overrides)?);
     }
     for entry in &parsed.splats {
         let cause = |cause| wrong(format!("splats {}: {cause}", entry.file));
-        let placement = Placement::new(entry.translate, entry.scale).map_err(cause)?;
+        let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(cause)?;
         contents.gaussians.extend(splat_file::load(&folder.join(&entry.file), &placement)?);
     }
     for entry in &parsed.volumes {
@@ -239,7 +247,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     (contents.particles, contents.volumes) = animation.at(0.0)?;
     for entry in &parsed.meshes {
         let wrong = |cause| wrong(entry.cause(cause));
-        let placement = Placement::new(entry.translate, entry.scale).map_err(wrong)?;
+        let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(wrong)?;
         let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
         let loaded = mesh_file::load(&folder.join(&entry.file))?;
         for mesh in loaded.meshes {
@@ -292,14 +300,7 @@ impl ParticlesEntry {
 
 impl VolumesEntry {
     fn placing(&self) -> std::result::Result<Placing, String> {
-        let Placement { translate, scale } = Placement::new(self.translate, self.scale)?;
-        let rotate = match self.rotate {
-            None => DQuat::IDENTITY,
-            Some([x, y, z, degrees]) => {
-                let axis = unit(finite("rotate", [x, y, z])?).ok_or("rotate has an axis of no length")?;
-                DQuat::from_axis_angle(axis, finite("rotate", [degrees, 0.0, 0.0])?.x.to_radians())
-            }
-        };
+        let Placement { translate, rotate, scale } = Placement::new(self.translate, self.rotate, self.scale)?;
         let Self { extinction, color, cells: side, .. } = *self;
         Ok(Placing { translate, rotate, scale, extinction, color, side, grid: self.grid.clone() })
     }

@@ -1,26 +1,40 @@
 //! Where a scene file puts what it names.
 
-use crate::scene::files::stage::{self, CameraEntry, finite, in_range};
+use crate::scene::files::stage::{self, CameraEntry, finite, in_range, unit};
 use crate::scene::{Camera, Light, LightKind, Mesh, Particle, files::particle_file};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// Where the things of a file go in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::scene) struct Placement {
     pub translate: DVec3,
+    pub rotate: DQuat,
     /// Greater than 0.
     pub scale: f64,
 }
 
 impl Placement {
     /// Leaves everything where its file has it.
-    pub(in crate::scene) const AS_IT_STANDS: Self = Self { translate: DVec3::ZERO, scale: 1.0 };
+    pub(in crate::scene) const AS_IT_STANDS: Self =
+        Self { translate: DVec3::ZERO, rotate: DQuat::IDENTITY, scale: 1.0 };
 
-    pub(in crate::scene) fn new(translate: [f64; 3], scale: f64) -> std::result::Result<Self, String> {
+    /// `rotate` is an axis and degrees.
+    pub(in crate::scene) fn new(
+        translate: [f64; 3],
+        rotate: Option<[f64; 4]>,
+        scale: f64,
+    ) -> std::result::Result<Self, String> {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(format!("scale {scale} is not finite and greater than 0"));
         }
-        Ok(Self { translate: finite("translate", translate)?, scale })
+        let rotate = match rotate {
+            None => DQuat::IDENTITY,
+            Some([x, y, z, degrees]) => {
+                let axis = unit(finite("rotate", [x, y, z])?).ok_or("rotate has an axis of no length")?;
+                DQuat::from_axis_angle(axis, finite("rotate", [degrees, 0.0, 0.0])?.x.to_radians())
+            }
+        };
+        Ok(Self { translate: finite("translate", translate)?, rotate, scale })
     }
 
     pub(in crate::scene) fn position(&self, position: [f32; 3]) -> [f64; 3] {
@@ -28,7 +42,10 @@ impl Placement {
     }
 
     fn point(&self, point: DVec3) -> DVec3 {
-        point * self.scale + self.translate
+        // What isn't turned keeps its last bit.
+        let turned =
+            if self.rotate == DQuat::IDENTITY { point * self.scale } else { self.rotate * (point * self.scale) };
+        turned + self.translate
     }
 
     /// The extinction shrinks as the radius grows: a larger model of the same smoke is as dark as the smaller one.
@@ -44,7 +61,7 @@ impl Placement {
         for position in &mut mesh.positions {
             *position = self.position(*position).map(|value| value as f32);
             if !in_range(position) {
-                return Err(format!("scale and translate move mesh {} out of range", mesh.name));
+                return Err(format!("scale, rotate and translate move mesh {} out of range", mesh.name));
             }
         }
         Ok(mesh)
@@ -56,6 +73,12 @@ impl Placement {
         {
             *position = finite("placed light position", self.point(*position).to_array())?;
         }
+        if let LightKind::Directional { direction }
+        | LightKind::Spot { direction, .. }
+        | LightKind::Virtual { normal: direction, .. } = &mut light.kind
+        {
+            *direction = self.rotate * *direction;
+        }
         light.radius *= self.scale;
         Ok(light)
     }
@@ -64,7 +87,7 @@ impl Placement {
         stage::camera(&CameraEntry {
             position: self.point(camera.position).to_array(),
             target: self.point(camera.target).to_array(),
-            up: camera.up.to_array(),
+            up: (self.rotate * camera.up).to_array(),
             fov_y_degrees: camera.fov_y_degrees,
         })
     }

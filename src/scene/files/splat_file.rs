@@ -4,6 +4,7 @@ use crate::Result;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{MAX_COORDINATE, in_range};
 use crate::scene::{Caster, Gaussian, files::input, files::splat_ply, files::spz_file};
+use glam::DQuat;
 use std::path::Path;
 
 /// The constant of the zeroth spherical harmonic, by which files hold colours.
@@ -95,10 +96,11 @@ fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, St
     if !row.color.iter().all(|c| c.is_finite()) {
         return Err(format!("colour {:?} is not finite", row.color));
     }
+    let turned = placement.rotate * DQuat::from_array(rotation.map(|x| x / length));
     let gaussian = Gaussian {
         position: placement.position(position.map(|x| x as f32)).map(|x| x as f32),
         deviations: deviations.map(|d| d as f32),
-        rotation: rotation.map(|x| (x / length) as f32),
+        rotation: turned.to_array().map(|x| x as f32),
         opacity: opacity as f32,
         color: row.color.map(|c| c.clamp(0.0, 1.0) as f32),
     };
