@@ -24,14 +24,12 @@ uvec2 curve_pair(uint i) { return nodes[i]; }
 const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
-// Odd: neighbouring threads ask of neighbouring texels, and so other banks of shared memory.
-const uint STRIDE = PAIRS | 1u;
 
 // First the curves of the texels below, rows of the tile, depth and value of each node; then, of each texel that is made, what
 // the line between two ends costs.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
 // Lines need more, but where there are 16 nodes.
-const uint SCRATCH = MADE * STRIDE + uint(NODES) / 16u * (BELOW_FLOATS - MADE * STRIDE);
+const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
 shared float scratch[SCRATCH];
 // The ranges of those that are made, and means at the ends of steps, and these as nodes have them.
 shared vec2 ranges[MADE];
@@ -144,7 +142,7 @@ uint choose_nodes(uint count) {
         uint t = i / PAIRS, pair = i % PAIRS, shorter = uint(0.5 * (sqrt(8.0 * float(pair) + 1.0) - 1.0) + 1e-3);
         uint from = pair - shorter * (shorter + 1u) / 2u, to = from + STEPS - shorter;
         if (makes_curve(t)) {
-            scratch[t * STRIDE + line_place(from, to)] = line_cost(t * ENDS, from, to);
+            scratch[t * PAIRS + line_place(from, to)] = line_cost(t * ENDS, from, to);
         }
     }
     for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
@@ -156,7 +154,7 @@ uint choose_nodes(uint count) {
     [[dont_unroll]] for (uint node = 1u; node < uint(NODES); ++node) {
         uint next = MADE * ENDS - now;
         for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
-            uint t = i % count, to = i / count, before = now + t * ENDS, lines = t * STRIDE + line_place(0u, to);
+            uint t = i % count, to = i / count, before = now + t * ENDS, lines = t * PAIRS + line_place(0u, to);
             // One more only where it helps.
             float least = costs[before + to];
             uint best = chosen[before + to];
