@@ -295,6 +295,6 @@ fn recipes() {
     // A recipe that asks for what there is not is a line, and its table stays.
     let (mut counted, none) = (Counted::default(), |_: &str, _: &Which, _: &str| Err("no column".to_owned()));
     assert_eq!(remade(page, "page", &mut counted, &mut { none }), page);
-    assert_eq!(counted.off, ["page: no column"]);
+    assert_eq!(counted.wrong, ["page: no column"]);
     assert!(asked.contains(&"a/b t avsm:nodes=16 disk".to_owned()));
 }
