@@ -131,6 +131,68 @@ fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     }
 }
 
+/// Rays that begin at voxels' corners and go along their faces and edges, and through corner after corner, with casters on both sides:
+/// none goes between two voxels. What a slanting ray that grazes a sphere loses to rounding is allowed.
+#[test]
+fn rays_along_faces_miss_nothing() {
+    gpu_test("grid_query::rays_along_faces_miss_nothing", |context| {
+        let mut random = scenes::Random::new(41);
+        // From corner to corner it is 62 wide, of 64 voxels: one is a world unit, and its faces are at whole numbers.
+        let mut particles: Vec<_> =
+            [-30.5, 30.5].map(|c| Particle { position: [c; 3], radius: 0.5, extinction: 0.1 }).into();
+        // In the middle of a voxel, of a face, of an edge, at a corner; and radii of which no ray comes near.
+        for i in 0..400u16 {
+            let half = |axis: u16| if i >> axis & 1 == 1 { 0.5 } else { 0.0 };
+            let at = random.point(-29.0, 29.0).map(f32::round);
+            let position = [at[0] + half(0), at[1] + half(1), at[2] + half(2)];
+            particles.push(Particle {
+                position,
+                radius: [0.62, 0.83, 1.3, 0.39][usize::from(i / 8 % 4)],
+                extinction: 0.4,
+            });
+        }
+        let mut scene = scenes::directional("faces", [0.0, 0.0, -1.0], particles);
+        // Across, about where faces meet, in no plane of a ray.
+        for i in 0..60u16 {
+            let [x, y, z] = random.point(-28.0, 28.0).map(f32::round);
+            let (half, off) = (if i % 2 == 0 { 0.3 } else { 2.3 }, if i % 4 < 2 { -0.37 } else { 0.37 });
+            let corners = [[-half, -1.1 * half], [half, -1.2 * half], [half, 1.3 * half], [-half, 1.1 * half]];
+            scene.meshes.push(scenes::quad(
+                corners.map(|[a, b]| match i / 3 % 3 {
+                    0 => [x + a, y + b, z + off],
+                    1 => [x + off, y + a, z + b],
+                    _ => [x + b, y + off, z + a],
+                }),
+                0.5,
+            ));
+        }
+        let sun = scene.lights[0];
+        let from = |kind| Light { kind, ..sun };
+        let ways = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, -1, 1], [-1, 0, -1]];
+        let along = |way: [i8; 3]| LightKind::Directional { direction: DVec3::from(way.map(f64::from)).normalize() };
+        let places = [[0, 0, 40], [3, -5, 8], [-40, 40, 40]].map(|at: [i8; 3]| DVec3::from(at.map(f64::from)));
+        let lamps = places.into_iter().map(|position| LightKind::Point { position });
+        scene.lights = std::iter::once(sun).chain(ways.map(along).into_iter().chain(lamps).map(from)).collect();
+        let (_, opened) = opened(context, &scene, 64);
+        let data = opened.technique.grid().data().expect("read");
+        assert_eq!((data.origin, data.voxel, data.per_unit), ([-32.0; 3], 1.0, 1.0));
+        let truth = Casters::new(&scene);
+        for light in 0..scene.lights.len() {
+            let points: Vec<_> = (0..2000).map(|_| random.point(-31.0, 31.0).map(f32::round)).collect();
+            let answers = ask(context, opened.technique.as_ref(), light, &points);
+            let (mut dark, mut dim) = (0, 0);
+            for (point, answer) in points.iter().zip(answers) {
+                let expected = truth.visibility(light, DVec3::from(point.map(f64::from)));
+                let kind = scene.lights[light].kind;
+                assert!((f64::from(answer) - expected).abs() < 3e-3, "{kind:?} at {point:?}: {answer}, not {expected}");
+                dark += usize::from(expected == 0.0);
+                dim += usize::from((0.01..0.99).contains(&expected));
+            }
+            assert!(dark > 20 && dim > 100, "light {light}: {dark} dark, {dim} dim");
+        }
+    });
+}
+
 /// What of a splat's greatest optical depth is in its tails at most, as a ray may miss or have for them: exp(−4.5) where it just passes three
 /// deviations, less where it meets them.
 const TAILS: f64 = 0.0113;

@@ -8,6 +8,9 @@ mod support;
 #[path = "opaque/compute.rs"]
 mod compute;
 
+#[path = "opaque/kept.rs"]
+mod kept;
+
 #[path = "opaque/ray_query.rs"]
 mod ray_query;
 
@@ -22,6 +25,7 @@ use gobo::scene::{Light, LightKind, Mesh, Scene, View};
 use gobo::technique::{Technique, open};
 use gobo::world::World;
 use support::scenes::{self, Random};
+use support::within::{diagonal, shares_within};
 use support::{ask, ask_on, built, gpu_test, opened, skipped, some, spec};
 
 /// Rays; and maps with every filter, both numbers of bits, coarse and fine, drawn both ways: what the device runs.
@@ -144,6 +148,23 @@ struct Counted {
     lit: usize,
     dark: usize,
     boundary: usize,
+    /// The shares of points in space and on surfaces that are in it.
+    shares: [f64; 2],
+}
+
+/// How far beside it a shadow map of so many texels may feel a surface of the plates, world units in space and on surfaces: by the
+/// widest texel anywhere in the scene, whatever the technique says of itself.
+fn reach(scene: &Scene, size: u32, filter: u32) -> [f64; 2] {
+    let diagonal = diagonal(scene);
+    let width = match scene.lights[0].kind {
+        LightKind::Directional { .. } => diagonal,
+        // A right angle, and a point light's face a quarter more on each side, at what is farthest from it.
+        _ => 3.0 * (scene.lights[0].position().expect("a place").length() + 0.5 * diagonal),
+    };
+    // Half of the filter, a step of the coarsest rasterizer, and what a surface leaves itself by.
+    let (texel, filter) = (width / f64::from(size), f64::from(filter));
+    let in_space = 2f64.sqrt() * texel * (0.5 * filter + 0.07);
+    [in_space, in_space + 2f64.sqrt() * texel * 0.15 * filter]
 }
 
 /// At points in space and on the meshes of the scene's first light.
@@ -164,7 +185,11 @@ fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Count
         all.push((p, normal.as_vec3().into(), casters.unblocked(0, s.position), boundary));
     }
     let (points, normals): (Vec<_>, Vec<_>) = all.iter().map(|(p, normal, _, _)| (*p, *normal)).unzip();
-    let mut counted = Counted::default();
+    let share = |on: bool| {
+        let of: Vec<_> = all.iter().filter(|(_, normal, _, _)| (*normal != [0.0; 3]) == on).collect();
+        of.iter().filter(|(_, _, _, boundary)| *boundary).count() as f64 / of.len() as f64
+    };
+    let mut counted = Counted { shares: [share(false), share(true)], ..Counted::default() };
     for ((point, _, lit, boundary), answer) in all.into_iter().zip(ask_on(context, technique, 0, &points, &normals)) {
         match (boundary, lit) {
             (true, _) => counted.boundary += 1,
@@ -200,8 +225,16 @@ fn occluders_shadow_what_the_reference_says() {
         let specs = specs(name, context);
         for mut scene in lights(&[80.0, 50.0, 20.0], DVec3::ZERO) {
             scene.meshes = plates();
+            let of_size = |size| shares_within(&scene, reach(&scene, size, 1), 400);
+            let bounds = [("shadow-map:size=64,filter=1,", of_size(64)), ("shadow-map:size=256,opaque=", of_size(256))];
             for text in &specs {
                 let counted = counted(context, &scene, built(context, &scene, text).as_ref());
+                // Not because all of it is in the boundary. Both are samples.
+                let shares = bounds.iter().filter(|(start, _)| text.starts_with(start));
+                for (within, by_rays) in shares.flat_map(|(_, by_rays)| counted.shares.iter().zip(by_rays)) {
+                    println!("{text}: {within:.3} within, {by_rays:.3} by rays");
+                    assert!(*within <= by_rays + 0.05, "{text}: {within} within, {by_rays} by rays");
+                }
                 let kind = scene.lights[0].kind;
                 assert_eq!((counted.leaks.len(), counted.false_shadows.len()), (0, 0), "{text}, {kind:?}: {counted:?}");
                 println!("{text}, {kind:?}: {} lit, {} dark, {} boundary", counted.lit, counted.dark, counted.boundary);

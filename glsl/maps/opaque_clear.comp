@@ -1,15 +1,18 @@
 #version 460
-// Clears the opaque maps and the list, four texels per thread, one below the other. A device may clear images by drawing:
-// on the H200 that took ten times as long. Outputs: depths, totals.
+// Clears opaque maps and the list, four texels per thread, one below the other, the map in z. A device may clear images by
+// drawing: on the H200 that took ten times as long. Outputs: depths, totals.
 layout(local_size_x = 32, local_size_y = 2) in;
 #include "maps/opaque_set.glsl"
 
 void main() {
-    ivec2 first = ivec2(gl_GlobalInvocationID.xy) * ivec2(1, 4), size = imageSize(depths);
+    uint map = first_map + gl_WorkGroupID.z;
+    View view = maps[map].opaque;
+    ivec2 corner = opaque_map_corner(view, map), size = ivec2(view.width, view.height);
+    ivec2 first = ivec2(gl_GlobalInvocationID.xy) * ivec2(1, 4);
     for (int y = first.y; y < min(first.y + 4, size.y) && first.x < size.x; ++y) {
-        imageStore(depths, ivec2(first.x, y), uvec4(floatBitsToUint(1.0)));
+        imageStore(depths, corner + ivec2(first.x, y), uvec4(floatBitsToUint(1.0)));
     }
-    if (gl_GlobalInvocationID.xy == uvec2(0u)) {
+    if (gl_GlobalInvocationID == uvec3(0u)) {
         totals = OpaqueTotals(0u, OPAQUE_ITEMS_X, 0u, 1u);
     }
 }

@@ -134,8 +134,10 @@ ivec2 tiles_of(Seen seen) { return (seen.size + (OPAQUE_TILE - 1)) / OPAQUE_TILE
 // Shares that they are dealt to.
 uint shares_of(ivec2 tiles) { return min(uint(tiles.x) * uint(tiles.y), OPAQUE_MOST_SHARES); }
 
+// Halves of the low word are floats as they are, so that their sum is rounded once: SwiftShader rounds a word of 32 bits twice.
 float wide_float(Wide value) {
-    precise float sum = float(value.high) * 4294967296.0 + float(value.low);
+    precise float low = float(int(value.low >> 16)) * 65536.0 + float(int(value.low & 0xffffu));
+    precise float sum = float(value.high) * 4294967296.0 + low;
     return sum;
 }
 

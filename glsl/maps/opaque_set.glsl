@@ -31,6 +31,7 @@ layout(push_constant, scalar) uniform OpaquePush {
     uint triangle_count;
     uint capacity;  // of the list
     uint rows;      // of maps in the image that stand one above the other
+    uint first_map; // that of a dispatch's first layer
 };
 
 // Workgroups of a row of the list's dispatch. Twin: ITEMS_X in maps::opaque_compute.

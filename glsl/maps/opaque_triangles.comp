@@ -32,7 +32,7 @@ uint reserve(uint shares) {
 }
 
 void main() {
-    uint map = gl_WorkGroupID.z, thread = gl_LocalInvocationIndex;
+    uint map = first_map + gl_WorkGroupID.z, thread = gl_LocalInvocationIndex;
     uint triangle = 64u * (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) + thread;
     View view = maps[map].opaque;
     ivec2 map_corner = opaque_map_corner(view, map);

@@ -17,21 +17,33 @@ GaussianShape cell_shape(float radius, vec3 packed) {
     return shape;
 }
 
-// z from which and to which a ray is inside, and how long. What it is divided by is never 0, so that a ray along a side is in or out.
+// A ray that leaves a side by less than this of its length is along it.
+const float CELL_ALONG = 1e-6;
+// A side is so much of a half of the cell's width soft to a ray along it, to each side.
+const float CELL_SOFT = 1e-3;
+
+// z from which and to which a ray is inside, and how long. Rounding alone would decide whether a ray along a side is in or out: of two
+// cells that share the side both might have it, or none. So each has the share of it that it has of a strip about the side, around the middle
+// of what it would have: together they have it once.
 bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z) {
     GaussianShape shape = cell_shape(radius, packed);
     vec3 offset = position - ray.origin;
-    float nearest = dot(offset, ray.direction) / dot(ray.direction, ray.direction), low = -FARTHEST, high = FARTHEST;
+    float square = dot(ray.direction, ray.direction), least = CELL_ALONG * sqrt(square), share = 1.0;
+    float nearest = dot(offset, ray.direction) / square, low = -FARTHEST, high = FARTHEST;
     vec3 across = offset - nearest * ray.direction;
     for (uint i = 0u; i < 3u; ++i) {
         float along = dot(shape.axes[i], ray.direction), from = dot(shape.axes[i], across), side = shape.deviations[i];
-        along = abs(along) < 1e-12 ? 1e-12 : along;
+        if (abs(along) < least) {
+            share *= clamp(0.5 + (side - abs(from)) / (2.0 * CELL_SOFT * side), 0.0, 1.0);
+            continue;
+        }
         float reach = along < 0.0 ? -side : side;
         low = max(low, (from - reach) / along);
         high = min(high, (from + reach) / along);
     }
-    z = vec3(nearest + low, nearest + high, high - low);
-    return high > low;
+    float middle = nearest + 0.5 * (low + high), half_chord = 0.5 * share * (high - low);
+    z = vec3(middle - half_chord, middle + half_chord, 2.0 * half_chord);
+    return half_chord > 0.0;
 }
 
 // Low to high along right (x, y) and along up (z, w) of the box in a parallel view; of a cell in the view's axes.

@@ -170,7 +170,7 @@ pub(super) fn lines_spacing(arguments: &Arguments, technique: &str, lighting: Li
         Lighting::Fragment if arguments.wireframe => Err(Error::input(
             "--wireframe",
             format!("--technique {technique} tessellates nothing"),
-            "name a technique with lighting=vertex, such as avsm:lighting=vertex",
+            "set lighting=vertex of a technique that has that key",
         )),
         _ => Ok(()),
     }

@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let technique = &opened.technique;
         answers_in_space(technique.as_ref())?;
         let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
-            return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
+            return Err(Error::input("--technique", "it has no maps", "name one that has"));
         };
         let sweeps = frames > 1 && !moves;
         let depth = if sweeps { frame as f32 / (frames - 1) as f32 } else { depth };

@@ -21,6 +21,18 @@ impl<'a> Pass<'_, 'a> {
         depth: Option<Target>,
         record: impl FnOnce(&mut Draw<'_, '_, 'a>),
     ) {
+        self.render_area([0, 0], size, colors, depth, record);
+    }
+
+    /// The same over the `size` texels from `corner` on: the others are neither drawn nor cleared.
+    pub fn render_area(
+        &mut self,
+        corner: [u32; 2],
+        size: [u32; 2],
+        colors: &[Target],
+        depth: Option<Target>,
+        record: impl FnOnce(&mut Draw<'_, '_, 'a>),
+    ) {
         let attachment = |t: &Target| {
             vk::RenderingAttachmentInfo::default()
                 .image_view(t.image.view())
@@ -39,7 +51,7 @@ impl<'a> Pass<'_, 'a> {
             let depth_stencil = vk::ClearDepthStencilValue { depth: t.clear.unwrap_or_default()[0], stencil: 0 };
             attachment(t).clear_value(vk::ClearValue { depth_stencil })
         });
-        let area = area([0, 0], size);
+        let area = area(corner, size);
         let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color_infos);
         if let Some(depth_info) = &depth_info {
             info = info.depth_attachment(depth_info);
@@ -49,7 +61,7 @@ impl<'a> Pass<'_, 'a> {
         // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
         unsafe {
             device.cmd_begin_rendering(buffer, &info);
-            device.cmd_set_viewport(buffer, 0, &viewport([0, 0], size));
+            device.cmd_set_viewport(buffer, 0, &viewport(corner, size));
             device.cmd_set_scissor(buffer, 0, &[area]);
         }
         record(&mut Draw { pass: self });

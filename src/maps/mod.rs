@@ -13,6 +13,7 @@ mod levels;
 mod list;
 mod opaque;
 mod opaque_compute;
+mod opaque_raster;
 mod order;
 mod splat;
 mod sums;
@@ -30,6 +31,7 @@ pub use levels::{Levels, coarser_texels, level_size, level_texels};
 pub use list::{Keep, List, SegmentData};
 pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals};
+pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use sums::{SumKernels, Sums};
@@ -38,7 +40,7 @@ pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 use self::fit::Fit;
 use self::opaque::Opaque;
 use crate::gpu::{Bindings, Buffer, Commands, Context, ReadBack, Resource};
-use crate::scene::{Aim, Casting, Resolution, View};
+use crate::scene::{Aim, Casting, Light, LightKind, Resolution, View};
 use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -165,7 +167,10 @@ impl Maps {
         };
         let scene = scene.bind(context, "maps.scene")?;
         let (opaque_size, cascades) = (opaque.size, opaque.cascades);
-        let opaque = Opaque::new(context, image, &scene, opaque, one, count as u32)?;
+        // Views of directional lights are fitted about all meshes.
+        let sees_all = |light: &Light| cascades == 1 && matches!(light.kind, LightKind::Directional { .. });
+        let culls = world.triangle_capacity() > 0 && !world.all_lights().iter().all(sees_all);
+        let opaque = Opaque::new(context, image, &scene, opaque, one, (count as u32, culls))?;
         let fit = Fit::new(context, world, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
         Ok(Self {
@@ -238,18 +243,34 @@ impl Maps {
         (&self.buffer, Resource::Gathered(self.opaque.image().clone()))
     }
 
-    /// Fits the maps to a world that has moved, and draws the opaque maps where meshes or lights have. No pass where there is
-    /// nothing to do.
+    /// Fits the maps to a world that has moved, and draws the opaque maps where meshes have, else those of the lights that have. No
+    /// pass where there is nothing to do.
     ///
     /// # Errors
     /// As [`Maps::fit`].
     pub fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.fit(commands, world)?;
-        self.draws = self.drawn.make(world);
+        let moved = self.drawn.make_lights(world);
+        self.draws = moved.contains(&true);
         if self.draws {
-            self.opaque.record(commands, world, self.count());
+            self.opaque.record(commands, world, &self.maps_of(world, &moved));
         }
         Ok(())
+    }
+
+    /// The maps of these lights, in runs of such as follow each other.
+    fn maps_of(&self, world: &World, lights: &[bool]) -> Vec<Range<u32>> {
+        let of_lights = world.all_lights().iter().zip(lights);
+        let all = of_lights.flat_map(|(light, moved)| std::iter::repeat_n(*moved, light.map_count()));
+        let all = all.collect::<Vec<_>>().repeat(self.cascades as usize);
+        let mut runs: Vec<Range<u32>> = Vec::new();
+        for (map, _) in (0..).zip(all).filter(|(_, moved)| *moved) {
+            match runs.last_mut() {
+                Some(run) if run.end == map => run.end += 1,
+                _ => runs.push(map..map + 1),
+            }
+        }
+        runs
     }
 
     /// The same of a world that has room for meshes; in others opaque maps are not read.
@@ -330,6 +351,12 @@ impl Maps {
     /// Bytes that drawing the opaque maps takes beside them.
     pub fn opaque_bytes_transient(&self) -> u64 {
         self.opaque.bytes_transient()
+    }
+
+    /// [`OpaqueDraw`] of each map's [`OPAQUE_PARTS`] parts of the triangles, as they were last drawn; none where they are drawn in
+    /// compute, or all maps see all meshes.
+    pub fn opaque_draws(&self) -> Option<&Buffer> {
+        self.opaque.draws()
     }
 
     /// The opaque maps: each stands where [`opaque_corner`] says.

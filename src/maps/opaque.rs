@@ -1,14 +1,13 @@
 //! The depth maps of the opaque casters, shared by all techniques with maps.
 
 use super::opaque_compute::OpaqueCompute;
-use crate::gpu::{
-    Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
-};
+use super::opaque_raster::OpaqueRaster;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse};
 use crate::scene::{Moved, Projection, Resolution, View};
-use crate::shaders;
 use crate::shaders::constant::OPAQUE_STEP;
 use crate::world::World;
 use crate::{Error, Result};
+use std::ops::Range;
 
 /// Texels per side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
@@ -106,18 +105,9 @@ impl OpaqueMaps {
     }
 }
 
-push_struct! {
-    /// Twin: MapPush in glsl/maps/opaque.vert and glsl/maps/opaque.frag.
-    pub(super) struct MapPush {
-        map: u32,
-        /// Where it stands.
-        corner: [u32; 2],
-    }
-}
-
 /// What draws them.
 enum Drawn {
-    Raster(Kernel<MapPush>),
+    Raster(OpaqueRaster),
     Compute(OpaqueCompute),
 }
 
@@ -169,18 +159,20 @@ pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
 }
 
 impl Opaque {
-    /// `size` is that of one map, of which there are `count`.
+    /// `size` is that of one map, of which there are `count`; some of them may not see all meshes, where `culls`.
     pub(super) fn new(
         context: &Context,
         image: Image,
         scene: &Bindings,
         maps: OpaqueMaps,
         size: [u32; 2],
-        count: u32,
+        (count, culls): (u32, bool),
     ) -> Result<Self> {
         let constants = Constants::new().set(OPAQUE_STEP, maps.step());
         let drawn = match maps.way(context) {
-            OpaqueWay::Raster => Drawn::Raster(raster(context, scene, maps.format, &constants)?),
+            OpaqueWay::Raster => {
+                Drawn::Raster(OpaqueRaster::new(context, scene, maps.format, &constants, (count, culls))?)
+            }
             OpaqueWay::Compute => {
                 Drawn::Compute(OpaqueCompute::new(context, &image, scene, &constants, [size[0], size[1], count])?)
             }
@@ -199,26 +191,16 @@ impl Opaque {
         }
     }
 
-    /// Draws the meshes as the lights see them. No pass where there may be none.
-    pub(super) fn record(&mut self, commands: &mut Commands, world: &World, count: u32) {
-        let vertices = 3 * world.triangle_count();
+    /// Draws the meshes into these maps as their lights see them; the others stay as they are. No pass where there may be no meshes.
+    pub(super) fn record(&mut self, commands: &mut Commands, world: &World, maps: &[Range<u32>]) {
         if world.triangle_capacity() == 0 {
             return;
         }
-        let kernel = match &mut self.drawn {
-            Drawn::Compute(compute) => return compute.record(commands, &self.image, world.triangle_count()),
-            Drawn::Raster(kernel) => kernel,
-        };
-        commands.pass("maps.opaque", |pass| {
-            let target = Target { image: &self.image, clear: Some([1.0; 4]) };
-            pass.render(self.image.size(), &[], Some(target), |draw| {
-                for map in 0..count {
-                    let corner = opaque_corner(&self.image, self.size, map);
-                    draw.area(corner, self.size);
-                    draw.draw(kernel, &MapPush { map, corner }, vertices, 1);
-                }
-            });
-        });
+        let triangles = world.triangle_count();
+        match &mut self.drawn {
+            Drawn::Compute(compute) => compute.record(commands, self.size, triangles, maps),
+            Drawn::Raster(raster) => raster.record(commands, &self.image, self.size, triangles, maps),
+        }
     }
 
     /// After frame `frame`: whether there is more room now, and the build has to run again.
@@ -231,18 +213,15 @@ impl Opaque {
 
     pub(super) fn bytes_transient(&self) -> u64 {
         match &self.drawn {
-            Drawn::Raster(_) => 0,
+            Drawn::Raster(raster) => raster.draws().map_or(0, Buffer::bytes),
             Drawn::Compute(compute) => compute.bytes_transient(),
         }
     }
-}
 
-fn raster(context: &Context, scene: &Bindings, format: Format, constants: &Constants) -> Result<Kernel<MapPush>> {
-    let state = Graphics {
-        vertex: &shaders::maps::OPAQUE_VERT,
-        fragment: &shaders::maps::OPAQUE_FRAG,
-        colors: &[],
-        depth: Some(format),
-    };
-    Kernel::graphics(context, &state, &[scene], constants)
+    pub(super) fn draws(&self) -> Option<&Buffer> {
+        match &self.drawn {
+            Drawn::Raster(raster) => raster.draws(),
+            Drawn::Compute(_) => None,
+        }
+    }
 }

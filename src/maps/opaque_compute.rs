@@ -9,6 +9,7 @@ use crate::shaders::constant::OPAQUE_SMALL;
 use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
+use std::ops::Range;
 
 /// Texels per side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
 const TILE: u32 = 32;
@@ -62,6 +63,8 @@ push_struct! {
         capacity: u32,
         /// Maps in the image that stand one above the other.
         rows: u32,
+        /// That of a dispatch's first layer.
+        first_map: u32,
     }
 }
 
@@ -79,7 +82,6 @@ pub(super) struct OpaqueCompute {
     capacity: u64,
     /// Maps in the image one above the other.
     rows: u32,
-    map_count: u32,
 }
 
 impl OpaqueCompute {
@@ -101,21 +103,31 @@ impl OpaqueCompute {
         let kernel = |shader| Kernel::compute(context, shader, &[scene, &set], &constants);
         let (clear, triangles, tiles) = (kernel(&OPAQUE_CLEAR)?, kernel(&OPAQUE_TRIANGLES)?, kernel(&OPAQUE_TILES)?);
         let (context, rows) = (context.clone(), (image.size()[1] / height).max(1));
-        Ok(Self { context, totals, totalled, items, set, clear, triangles, tiles, capacity, rows, map_count: count })
+        Ok(Self { context, totals, totalled, items, set, clear, triangles, tiles, capacity, rows })
     }
 
-    /// Draws so many triangles into all maps.
-    pub(super) fn record(&mut self, commands: &mut Commands, image: &Image, triangle_count: u32) {
-        let push = OpaquePush { triangle_count, capacity: self.capacity as u32, rows: self.rows };
+    /// Draws so many triangles into these of the maps of `size`.
+    pub(super) fn record(
+        &mut self,
+        commands: &mut Commands,
+        [width, height]: [u32; 2],
+        triangle_count: u32,
+        maps: &[Range<u32>],
+    ) {
+        let (capacity, rows) = (self.capacity as u32, self.rows);
+        let push = |first_map| OpaquePush { triangle_count, capacity, rows, first_map };
+        let layers = |run: &Range<u32>| run.end - run.start;
         commands.pass("maps.opaque_clear", |pass| {
-            let [width, height] = image.size();
-            pass.dispatch(&self.clear, &push, [width.div_ceil(CLEARED[0]), height.div_ceil(CLEARED[1]), 1]);
+            let [x, y] = [width.div_ceil(CLEARED[0]), height.div_ceil(CLEARED[1])];
+            maps.iter().for_each(|run| pass.dispatch(&self.clear, &push(run.start), [x, y, layers(run)]));
         });
         let [x, y] = groups(u64::from(triangle_count.div_ceil(64)));
-        commands.pass("maps.opaque_triangles", |pass| pass.dispatch(&self.triangles, &push, [x, y, self.map_count]));
+        commands.pass("maps.opaque_triangles", |pass| {
+            maps.iter().for_each(|run| pass.dispatch(&self.triangles, &push(run.start), [x, y, layers(run)]));
+        });
         commands.pass("maps.opaque_tiles", |pass| {
             let offset = std::mem::offset_of!(OpaqueTotals, groups_x) as u64;
-            pass.dispatch_indirect(&self.tiles, &push, &self.totals, offset);
+            pass.dispatch_indirect(&self.tiles, &push(0), &self.totals, offset);
         });
         commands.read_back(&self.totals, &self.totalled);
     }

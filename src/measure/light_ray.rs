@@ -50,7 +50,7 @@ impl LightRay {
         let (name, [x, y]) = (format!("texel {},{}", texel[0], texel[1]), texel);
         let seen = |opened: &Opened| opened.technique.maps().get(map).map(|map: &Map| map.volume);
         let Some(view) = opened.first().and_then(seen) else {
-            return Err(Error::input("the first technique", "it has no maps", "name one that has, such as avsm"));
+            return Err(Error::input("the first technique", "it has no maps", "name one that has"));
         };
         if x >= view.width || y >= view.height {
             let cause = format!("outside the map of {} texels per side", view.width);

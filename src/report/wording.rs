@@ -67,8 +67,10 @@ pub(super) fn percent(share: f64) -> String {
 pub(super) fn path(row: &Row) -> String {
     let unseen = row.unseen.join(" and ");
     let verb = if unseen.ends_with('s') || row.unseen.len() > 1 { "are" } else { "is" };
-    let note = if unseen.is_empty() { String::new() } else { format!(", {unseen} {verb} not seen") };
-    one_line(&format!("{}{note}", row.path))
+    let note = if unseen.is_empty() { String::new() } else { format!("{unseen} {verb} not seen") };
+    // A row that was refused took no path.
+    let said: Vec<_> = [row.path.as_str(), &note].into_iter().filter(|said| !said.is_empty()).collect();
+    one_line(&said.join(", "))
 }
 
 /// Bytes in the largest binary unit that leaves at least one before the point.
@@ -229,6 +231,17 @@ mod tests {
             assert_eq!(significant(value), text);
         }
         assert_eq!([signed(0.5), signed(-0.5), signed(0.0)], ["+0.500", "−0.500", "0"]);
+    }
+
+    #[test]
+    fn a_row_without_a_path_begins_with_what_it_does_not_see() {
+        let of = |row_path: &str, unseen: &[&str]| {
+            let unseen = unseen.iter().map(|word| (*word).to_owned()).collect();
+            path(&Row { path: row_path.into(), unseen, ..Row::default() })
+        };
+        assert_eq!(of("map", &["smoke"]), "map, smoke is not seen");
+        assert_eq!(of("", &["smoke", "hair"]), "smoke and hair are not seen");
+        assert_eq!([of("map", &[]), of("", &[])], ["map", ""]);
     }
 
     #[test]

@@ -67,8 +67,7 @@ pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
 /// # Errors
 /// [`Error::Refused`] where it is such a one.
 pub fn answers_in_space(technique: &dyn Technique) -> Result<()> {
-    let needs =
-        "a technique that answers at points in space, and this one paints the picture: name another, such as avsm";
+    let needs = "a technique that answers at points in space, and this one paints the picture: name another";
     if technique.painter().is_none() { Ok(()) } else { Err(Error::Refused { needs: needs.into() }) }
 }
 

@@ -357,8 +357,7 @@ impl Stage {
             return Ok(false);
         }
         let Some(view) = lit.technique.maps().first().map(|map| map.volume) else {
-            let error =
-                Error::input(lit.spec.entry.name, "it has no maps to slice", "choose one that has, such as avsm");
+            let error = Error::input(lit.spec.entry.name, "it has no maps to slice", "choose one that has");
             self.refuse(Show::Slice, &error);
             return Ok(false);
         };

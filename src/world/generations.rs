@@ -31,6 +31,11 @@ impl Parts {
         Self(self.0 | those.0)
     }
 
+    /// These but for those.
+    const fn without(self, those: Self) -> Self {
+        Self(self.0 & !those.0)
+    }
+
     const fn has(self, one: Self) -> bool {
         self.0 & one.0 != 0
     }
@@ -95,6 +100,24 @@ impl Made {
         make
     }
 
+    /// The same of something of which each light has its own: per light, whether that has to be made. Where more has changed than
+    /// lights, all of it.
+    pub fn make_lights(&mut self, world: &World) -> Vec<bool> {
+        let now = world.generations();
+        let make = self.lights_to_make(now);
+        self.at = Some(now.clone());
+        make
+    }
+
+    fn lights_to_make(&self, now: &Generations) -> Vec<bool> {
+        let rest = self.of.without(Parts::LIGHTS);
+        let kept = |at: &&Generations| at.agree(now, rest) && at.lights.len() == now.lights.len();
+        match self.at.as_ref().filter(kept) {
+            Some(at) => at.lights.iter().zip(&now.lights).map(|(was, is)| was != is).collect(),
+            None => vec![true; now.lights.len()],
+        }
+    }
+
     /// Whatever it was made of, it is made again.
     pub fn forget(&mut self) {
         self.at = None;
@@ -126,5 +149,25 @@ mod tests {
             }
         }
         assert!(!before.agree(&changed[2].1, Parts::CASTERS) && before.agree(&changed[0].1, Parts::CASTERS));
+    }
+
+    /// Where one light moved it is that one's, where something else has changed or there are others it is all of them.
+    #[test]
+    fn a_light_that_moved_is_made_alone() {
+        let before = Generations { lights: vec![4, 0, 7], ..Generations::default() };
+        let mut made = Made::of(Parts::MESHES.and(Parts::LIGHTS));
+        assert_eq!(made.lights_to_make(&before), [true; 3]);
+        made.at = Some(before.clone());
+        let with = |change: &dyn Fn(&mut Generations)| {
+            let mut now = before.clone();
+            change(&mut now);
+            made.lights_to_make(&now)
+        };
+        assert_eq!(with(&|_| ()), [false; 3]);
+        assert_eq!(with(&|now| now.particles += 1), [false; 3]);
+        assert_eq!(with(&|now| now.lights[1] += 1), [false, true, false]);
+        assert_eq!(with(&|now| (now.lights[2], now.particles) = (9, 3)), [false, false, true]);
+        assert_eq!(with(&|now| (now.lights[0], now.meshes) = (5, 1)), [true; 3]);
+        assert_eq!(with(&|now| now.lights.push(0)), [true; 4]);
     }
 }

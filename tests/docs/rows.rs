@@ -64,7 +64,13 @@ impl Rows {
             return Err(format!("{spec} is a sweep"));
         };
         let wanted_keys = wanted.variant();
-        // Keys that are newer than the row had their default, and so had those of which it has been renamed.
+        // What the spec names, the row has to say; a key that it leaves out may be newer than the row, which had its default then.
+        let named: Vec<&str> = spec
+            .split(':')
+            .skip(1)
+            .flat_map(|keys| keys.split(','))
+            .filter_map(|pair| Some(pair.split_once('=')?.0))
+            .collect();
         let is_it = |row: &&BTreeMap<String, String>| {
             let variant = row.get("variant").map_or("", String::as_str);
             let (name, keys) = variant.split_once(':').unwrap_or((variant, ""));
@@ -75,7 +81,9 @@ impl Rows {
                     && wanted_keys.get(key).is_some_and(|wanted| wanted == AUTO);
                 was || wanted_keys.get(key).is_none_or(|wanted| wanted == value)
             };
-            row.get("scene").is_some_and(|name| name == scene) && name == wanted.entry.name && keys.clone().all(same)
+            let says = |key: &&str| keys.clone().any(|(said, _)| said == *key);
+            let is_scene = row.get("scene").is_some_and(|name| name == scene);
+            is_scene && name == wanted.entry.name && keys.clone().all(same) && named.iter().all(says)
         };
         let mut found = self.rows.iter().filter(is_it);
         match (found.next(), found.next()) {

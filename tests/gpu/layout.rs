@@ -11,7 +11,9 @@ use gobo::consume::many_lights::{FrameData, QueueData};
 use gobo::consume::{FieldData, ReservoirData, SlotData};
 use gobo::gpu::Shader;
 use gobo::grid::{GridData, ListTotals};
-use gobo::maps::{BinTotals, Extents, ItemData, Map, OpaqueItem, OpaqueTotals, SegmentData, Survey, TilePart};
+use gobo::maps::{
+    BinTotals, Extents, ItemData, Map, OpaqueDraw, OpaqueItem, OpaqueTotals, SegmentData, Survey, TilePart,
+};
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
 use gobo::technique::{ClusterData, DeepState, LevelCounts, NodeData, PointData, PointsData, TreeData};
@@ -86,6 +88,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
             ),
         ),
         ("GatherTotals", twin!(GatherTotals, asked, refused)),
+        ("OpaqueDraw", twin!(OpaqueDraw, vertex_count, instance_count, first_vertex, first_instance)),
         ("OpaqueItem", twin!(OpaqueItem, triangle, map_share)),
         ("OpaqueTotals", twin!(OpaqueTotals, items, groups_x, groups_y, groups_z)),
         ("Survey", twin!(Survey, cells, edges, optical_depth)),

@@ -8,7 +8,7 @@ use gobo::Error;
 use gobo::gpu::Context;
 use gobo::maps::{Maps, OpaqueMaps, OpaqueWay, opaque_corner};
 use gobo::reference::twin::opaque::draw;
-use gobo::scene::{Light, Mesh, Scene};
+use gobo::scene::{Light, LightKind, Mesh, Scene};
 use gobo::technique::{Opened, ShadowMap, Technique, open};
 use gobo::world::World;
 
@@ -129,8 +129,6 @@ fn words_equal_their_twin() {
 #[test]
 fn a_list_that_is_too_short_loses_nothing() {
     gpu_test("opaque_compute::a_list_that_is_too_short_loses_nothing", |context| {
-        // Nothing is lost there either, but some words along one edge are off by one or two in the last place (docs/drivers.md).
-        let most_apart = if context.features().driver.contains("SwiftShader") { 2 } else { 0 };
         let layers = |i: u16| {
             let z = 0.02 * f32::from(i);
             [[-4.0 + z, -4.0, z], [4.0, -3.0 - z, 0.3 - z], [0.5, 4.0, 0.5 * z]]
@@ -146,7 +144,7 @@ fn a_list_that_is_too_short_loses_nothing() {
             bytes.push(maps.opaque_bytes_transient());
             let found: Vec<f32> = maps.opaque_image().read().expect("the depths");
             let twin = draw(&maps.all()[0].opaque, &triangles);
-            let apart = |(a, b): &(&f32, &f32)| a.to_bits().abs_diff(b.to_bits()) > most_apart;
+            let apart = |(a, b): &(&f32, &f32)| a.to_bits() != b.to_bits();
             let differ = found.iter().zip(&twin).filter(apart).count();
             let drawn = twin.iter().filter(|depth| **depth < 1.0).count();
             assert!(differ == 0 && drawn > 10_000, "{differ} differ of {drawn}");
@@ -167,6 +165,7 @@ fn both_ways_draw_the_same_shadows() {
                 points.into_iter().zip(normals).collect::<Vec<_>>()
             };
             let (points, normals): (Vec<_>, Vec<_>) = scene.meshes.iter().flat_map(on).unzip();
+            let parallel = matches!(scene.lights[0].kind, LightKind::Directional { .. });
             let [raster, compute] = ["raster", "compute"].map(|way| {
                 let world = World::new(context, &scene).expect("room for the scene");
                 let text = format!("shadow-map:opaque={way}");
@@ -179,7 +178,8 @@ fn both_ways_draw_the_same_shadows() {
                     if !timed {
                         0
                     } else if way == "raster" {
-                        1
+                        // Faces and spots may not see all: what they do is found out first.
+                        if parallel { 1 } else { 2 }
                     } else {
                         3
                     },

@@ -332,7 +332,7 @@ pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
 /// Beyond its resolution no leak and no false shadow, in space and on surfaces; and not because all of it is within: no more than has
 /// another answer nearer than `reach`, world units in space and on surfaces, by rays, whatever the technique says of itself.
 pub fn assert_right_beyond_the_resolution(scene: &Scene, row: Row, least_points: u64, reach: [f64; 2]) {
-    let shares = within::shares_within(scene, reach);
+    let shares = within::shares_within(scene, reach, 1600);
     let what = format!("{}, {:?}", scene.name, row.variant);
     assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
     let error = row.error.expect("a truth");

@@ -14,8 +14,8 @@ pub fn diagonal(scene: &Scene) -> f64 {
 }
 
 /// The share of points in space, and of those on surfaces, from which the way to a light is free and a way beside it is not, or the other
-/// way round, or there is the inside of something closed: ways that are shifted by less than `reach`, world units in space and on surfaces, there to the outside alone.
-pub fn shares_within(scene: &Scene, reach: [f64; 2]) -> [f64; 2] {
+/// way round, or there is the inside of something closed: ways that are shifted by less than `reach`, world units in space and on surfaces, there to the outside alone. Of so many points each.
+pub fn shares_within(scene: &Scene, reach: [f64; 2], points: usize) -> [f64; 2] {
     let (casters, meshes) = (Casters::new(scene), Meshes::new(&scene.meshes));
     let camera = View::camera(&scene.camera, scene, [96, 64]);
     let mut random = Random::new(17);
@@ -26,7 +26,7 @@ pub fn shares_within(scene: &Scene, reach: [f64; 2]) -> [f64; 2] {
     let (mut within, mut all) = ([0.0; 2], [0.0; 2]);
     // A few of many lights.
     for light in (0..scene.lights.len()).step_by(scene.lights.len().div_ceil(8)) {
-        let count = 1600 / scene.lights.len().min(8);
+        let count = points / scene.lights.len().min(8);
         let kind = scene.lights[light].kind;
         let is_free = |p: DVec3, by: DVec3| match kind {
             LightKind::Directional { direction } => meshes.free(p + by, -direction, f64::INFINITY),

@@ -1,7 +1,7 @@
 //! `gobo curve`: the truth along a ray, the exact list's line on it, nodes on their line, and all of it in the SVG.
 
 use super::plot::Plot;
-use crate::support::{all, gpu_test_needing, opened, shared_data, some, spec};
+use crate::support::{all, gpu_test_needing, opened, some, spec};
 use crate::{folder, ok, small_scene, text};
 use glam::DVec2;
 use gobo::gpu::{Context, Requirement};
@@ -127,10 +127,7 @@ fn lines_are_true_and_nodes_are_on_them() {
     const NAME: &str = "lines_are_true_and_nodes_are_on_them";
     gpu_test_needing(NAME, &[Requirement::FragmentStores], |context| {
         let of = |name: &str| Scene::load(name, 20.0).expect("loaded");
-        let mut scenes = vec![of("lantern"), of("hair"), of("three-emitters")];
-        if let Some(data) = shared_data(NAME) {
-            scenes.push(of(text(&data.join("plume_8k.toml"))));
-        }
+        let scenes = ["lantern", "hair", "three-emitters", "plume_8k"].map(of);
         let (size, specs) = if all() { (128, &SPECS[..]) } else { (64, &SPECS[..3]) };
         for scene in &scenes {
             let opened = built(context, scene, specs, size);

@@ -1,0 +1,56 @@
+#version 460
+// Which parts of the triangles the rasterizer draws into each map: those of which it may see any. A thread per triangle, the
+// map in z. Inputs: maps, triangles. Output: draws, of no instance before.
+// Invariant: a triangle that covers a texel's centre is in a part that is drawn: what rounding may move a corner by is left out.
+layout(local_size_x = 64) in;
+#include "maps/scene.glsl"
+
+// VkDrawIndirectCommand. Twin: maps::OpaqueDraw.
+struct OpaqueDraw {
+    uint vertex_count;
+    uint instance_count;
+    uint first_vertex;
+    uint first_instance;
+};
+
+// set 1: maps_opaque_cull
+layout(set = 1, binding = 0, scalar) buffer Draws { OpaqueDraw draws[]; };
+
+layout(push_constant, scalar) uniform CullPush {
+    uint triangle_count;
+    uint part_triangles;
+    uint first_map;  // that of the dispatch's first layer
+};
+
+// Parts that a map has. Twin: maps::OPAQUE_PARTS.
+const uint OPAQUE_PARTS = 16u;
+// What rounding moves a corner by at most, of its own and the view's coordinates.
+const float OPAQUE_ROUNDING = 1e-5;
+
+// Not where all corners are on the far side of a plane that bounds what the map sees, or of what is asked about.
+bool may_see(View view, Triangle triangle) {
+    vec3 x, y, z, off;
+    for (uint c = 0u; c < 3u; ++c) {
+        vec3 offset = triangle.corners[c] - view.origin;
+        x[c] = dot(offset, view.right) * view.scale_x;
+        y[c] = dot(offset, view.up) * view.scale_y;
+        z[c] = dot(offset, view.forward);
+        off[c] = OPAQUE_ROUNDING * (dot(abs(triangle.corners[c]) + abs(view.origin), vec3(1.0)) + view.far);
+    }
+    vec3 off_across = off * max(1.0, max(view.scale_x, view.scale_y));
+    vec3 w = (view.projection == VIEW_PARALLEL ? vec3(1.0) : z) + off_across;
+    return !(all(lessThan(z + off, vec3(view.near))) || all(greaterThan(z - off, vec3(view.far))) ||
+             all(greaterThan(x, w)) || all(lessThan(x, -w)) || all(greaterThan(y, w)) || all(lessThan(y, -w)));
+}
+
+void main() {
+    uint map = first_map + gl_WorkGroupID.z;
+    uint triangle = 64u * (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) + gl_LocalInvocationIndex;
+    if (triangle >= triangle_count || !may_see(maps[map].opaque, triangles[triangle])) {
+        return;
+    }
+    uint part = map * OPAQUE_PARTS + triangle / part_triangles;
+    if (draws[part].instance_count == 0u) {
+        atomicMax(draws[part].instance_count, 1u);
+    }
+}
