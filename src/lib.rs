@@ -175,18 +175,16 @@ pub use technique::requirements;
 mod tests {
     use crate::technique::{Lifetime, REGISTRY};
 
-    /// What the page above says of a technique is what the registry says.
+    /// The table of the page above has all techniques, in the registry's order, and says of each what the registry says.
     #[test]
     fn the_first_page_is_right() {
-        let mut said = 0;
-        for entry in REGISTRY {
-            let row = format!("//! | {} | ", entry.name);
-            let Some(row) = include_str!("lib.rs").lines().find_map(|line| line.strip_prefix(&row)) else { continue };
+        let page = include_str!("lib.rs");
+        let rows: Vec<_> = page.lines().skip_while(|line| *line != "//! |---|---|---|").skip(1).collect();
+        let rows: Vec<_> = rows.into_iter().take_while(|line| line.starts_with("//! |")).collect();
+        let are = REGISTRY.iter().map(|entry| {
             let built = if entry.lifetime == Lifetime::Baked { "once" } else { "each frame" };
-            let is = format!("{} | {built} |", entry.casts.names());
-            assert!(row.starts_with(&is), "{}: {row}, and it is {is}", entry.name);
-            said += 1;
-        }
-        assert!(said >= 10, "{said} techniques");
+            format!("//! | {} | {} | {built} |", entry.name, entry.casts.names())
+        });
+        assert_eq!(rows, are.collect::<Vec<_>>());
     }
 }
