@@ -173,18 +173,20 @@ pub use technique::requirements;
 
 #[cfg(test)]
 mod tests {
-    use crate::technique::{Lifetime, REGISTRY};
+    use crate::technique::{Entry, Lifetime, REGISTRY};
 
-    /// The table of the page above has all techniques, in the registry's order, and says of each what the registry says.
+    /// The table of the page above has a row per technique, no other, and says of each what the registry says.
     #[test]
     fn the_first_page_is_right() {
-        let page = include_str!("lib.rs");
-        let rows: Vec<_> = page.lines().skip_while(|line| *line != "//! |---|---|---|").skip(1).collect();
-        let rows: Vec<_> = rows.into_iter().take_while(|line| line.starts_with("//! |")).collect();
-        let are = REGISTRY.iter().map(|entry| {
+        let table = include_str!("lib.rs").lines().skip_while(|line| *line != "//! |---|---|---|").skip(1);
+        let mut rows: Vec<_> = table.take_while(|line| line.starts_with("//! |")).map(String::from).collect();
+        let of = |entry: &&Entry| {
             let built = if entry.lifetime == Lifetime::Baked { "once" } else { "each frame" };
             format!("//! | {} | {} | {built} |", entry.name, entry.casts.names())
-        });
-        assert_eq!(rows, are.collect::<Vec<_>>());
+        };
+        let mut are: Vec<_> = REGISTRY.iter().map(of).collect();
+        rows.sort();
+        are.sort();
+        assert_eq!(rows, are);
     }
 }
