@@ -2,10 +2,11 @@
 # Holds what `gobo recommend` answers against all that it could have answered: `results/recommend.sh FOLDER [SCENE…]`.
 #
 # For each scene, by default five, `gobo recommend SCENE` and `gobo recommend SCENE --thorough`, which measures the same techniques in
-# half, usual and twice the size, all of them properly. Prints a Markdown row a scene: the seconds of both, their share, the answer, and
-# by how much the row of the thorough run that beats it most does so in both frame time and error over all points: 1.00 is on the front.
-# GOBO is the program, by default `cargo run --release --`. What is there of an earlier run is kept. Drivers' caches of compiled shaders are
-# off, so that the second run does not find what the first has compiled.
+# half, usual and twice the size, all of them properly; and `gobo compare SCENE`, which leaves sizes as they are. Prints a Markdown row a
+# scene: the seconds of the first two, the share that the one is of the other, those of the third, the answer, and by how much the row of
+# the thorough run that beats it most does so in both frame time and error over all points: 1.00 is on the front.
+# With QUICK=1 all three are --quick. GOBO is the program, by default `cargo run --release --`. What is there of an earlier run is kept.
+# Drivers' caches of compiled shaders are off, so that the second run does not find what the first has compiled.
 set -u
 export __GL_SHADER_DISK_CACHE=0 MESA_SHADER_CACHE_DISABLE=true
 folder=${1:-}
@@ -13,25 +14,27 @@ folder=${1:-}
 shift
 [ $# -gt 0 ] || set -- plume_8k hair houses courtyard fountain
 read -ra gobo <<<"${GOBO:-cargo run --release --quiet --}"
-echo '| scene | recommend, s | thorough, s | share | answer | beaten by |'
-echo '|---|---|---|---|---|---|'
+echo '| scene | recommend, s | thorough, s | share | compare, s | answer | beaten by |'
+echo '|---|---|---|---|---|---|---|'
 failed=0
 for scene in "$@"; do
     seconds=()
-    for way in recommend thorough; do
+    for way in recommend thorough compare; do
         out=$folder/${scene//[^a-z0-9_]/-}/$way
         mkdir -p "$out"
         if [ ! -e "$out/seconds" ]; then
-            more=() && [ $way = recommend ] || more=(--thorough)
+            command=recommend more=(${QUICK:+--quick})
+            [ $way != thorough ] || more+=(--thorough)
+            [ $way != compare ] || command=compare
             start=$(date +%s.%N)
-            "${gobo[@]}" recommend "$scene" -o "$out" "${more[@]}" >"$out/text" 2>"$out/errors" ||
+            "${gobo[@]}" $command "$scene" --out "$out" "${more[@]}" >"$out/text" 2>"$out/errors" ||
                 { echo "$scene $way: $(tail -n 1 "$out/errors")" >&2 && failed=1 && continue 2; }
             echo "$start $(date +%s.%N)" | awk '{ printf "%.1f\n", $2 - $1 }' >"$out/seconds"
         fi
         seconds+=("$(cat "$out/seconds")")
     done
     # The answer is worked out again: the least product of time and error, of what is closer than no shadow.
-    awk -F, -v scene="$scene" -v recommend="${seconds[0]}" -v thorough="${seconds[1]}" '
+    awk -F, -v scene="$scene" -v recommend="${seconds[0]}" -v thorough="${seconds[1]}" -v compare="${seconds[2]}" '
         # What stands in quotes is one field.
         { count = split($0, part, "\""); $0 = ""; line = ""
           for (i = 1; i <= count; i++) { if (i % 2 == 0) gsub(",", ";", part[i]); line = line part[i] }
@@ -57,7 +60,7 @@ for scene in "$@"; do
                 if (both > by) by = both
             }
             gsub(";", ",", best)
-            printf "| %s | %s | %s | %.2f | `%s` | %s |\n", scene, recommend, thorough, recommend / thorough, best, own ? sprintf("%.2f", by) : "not there"
+            printf "| %s | %s | %s | %.2f | %s | `%s` | %s |\n", scene, recommend, thorough, recommend / thorough, compare, best, own ? sprintf("%.2f", by) : "not there"
             exit !own
         }' "$folder/${scene//[^a-z0-9_]/-}/recommend/results.csv" "$folder/${scene//[^a-z0-9_]/-}/thorough/results.csv" || failed=1
 done

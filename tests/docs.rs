@@ -14,7 +14,11 @@ mod links;
 mod list;
 #[path = "docs/prose.rs"]
 mod prose;
+#[path = "docs/recommended.rs"]
+mod recommended;
 #[path = "docs/rows.rs"]
 mod rows;
 #[path = "docs/tables.rs"]
 mod tables;
+#[path = "docs/workflows.rs"]
+mod workflows;

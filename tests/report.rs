@@ -66,6 +66,8 @@ fn results(rows: Vec<Row>) -> Results {
     Results {
         schema: SCHEMA,
         gobo: "0.1.0".into(),
+        commit: None,
+        changed: None,
         conditions: Default::default(),
         command: "gobo compare".into(),
         shard: None,

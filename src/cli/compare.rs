@@ -11,8 +11,8 @@ use super::{
 use crate::consume::runs;
 use crate::gpu::Features;
 use crate::measure::{
-    DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, copy_bytes_per_second,
-    with_case,
+    DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, built_from,
+    copy_bytes_per_second, with_case,
 };
 use crate::report::{Store, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Scene};
@@ -245,9 +245,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     context.ask_of_executables(arguments.pipeline_statistics);
     let store = Store::open(&arguments.out)?;
     let effort = effort(arguments, context.features());
+    let (commit, changed) = built_from();
     let mut results = Results {
         schema: SCHEMA,
         gobo: env!("CARGO_PKG_VERSION").into(),
+        commit,
+        changed,
         command: command_line(),
         conditions: conditions(arguments, &effort),
         shard: None,

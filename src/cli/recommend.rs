@@ -6,7 +6,7 @@ use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
 use crate::consume::{KEYS, parse, runs};
 use crate::gpu::{Context, Features};
-use crate::measure::{DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, with_case};
+use crate::measure::{DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, built_from, with_case};
 use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend, to_be_sized};
 use crate::scene::Scene;
 use crate::technique::{Casts, Lifetime, Name, REGISTRY, Spec};
@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(value_name = "SCENE", required_unless_present = "from")]
     scene: Option<String>,
     /// Answer from rows that gobo compare has measured, without a device
-    #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "resume", "thorough", "lights", "device"])]
+    #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "resume", "thorough", "quick", "lights", "device"])]
     from: Option<PathBuf>,
     /// The most milliseconds of a frame: build and picture
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
@@ -58,6 +58,9 @@ pub struct Arguments {
     /// Measure all that would be looked at properly, in half and twice the size too: takes many times as long
     #[arg(long)]
     thorough: bool,
+    /// A quick look, for slow devices: 3 frames, an eighth of the points, a quarter of the picture
+    #[arg(long)]
+    quick: bool,
     /// Print JSON in place of tables: the same figures, not rounded
     #[arg(long)]
     json: bool,
@@ -149,44 +152,64 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let usual = default_specs(&scene, context.features(), arguments.many_lights)?;
     let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
     let sweep = Sweep { arguments, scene: &scene, context: &context };
-    let picture = picture(context.features());
+    let work = Work::of(arguments.quick, context.features());
     if arguments.thorough {
         let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
-        return sweep.measure(&with(specs, near), effort(picture, THOROUGH), arguments.out.as_deref());
+        return sweep.measure(&with(specs, near), work.effort(THOROUGH), arguments.out.as_deref());
     }
     // Rows of the first look are kept too, so that a run that was ended goes on with the same choice.
     let first = arguments.out.as_ref().map(|out| out.join("first-look"));
     let repeats = if context.features().is_software() { COARSE_SOFTWARE } else { COARSE };
     let specs = without_alike(&scene, specs);
-    let rows = sweep.measure(&specs, coarse(picture, repeats), first.as_deref())?.rows;
+    let rows = sweep.measure(&specs, work.coarse(repeats, limits), first.as_deref())?.rows;
     let left = promising(&specs, &rows, limits);
     // What is chosen by, and no more. On processors the truth takes as long as a row.
-    let whole = effort(picture, FINE);
-    let parts = if context.features().is_software() { 4 } else { 1 };
+    let whole = work.effort(FINE);
+    let parts = if context.features().is_software() && !arguments.quick { 4 } else { 1 };
     let fine = Effort { truth: Extent::Choice, space_points: whole.space_points / parts, lookups: 0, ..whole };
     sweep.measure(&left, fine, arguments.out.as_deref())
 }
 
-fn picture(features: &Features) -> [u32; 2] {
-    match (little::is_asked(), features.is_software()) {
-        (true, _) => [32, 18],
-        (_, true) => SMALL_PICTURE,
-        _ => [640, 360],
+/// How much is done for a row.
+#[derive(Clone, Copy)]
+struct Work {
+    picture: [u32; 2],
+    quick: bool,
+}
+
+impl Work {
+    fn of(quick: bool, features: &Features) -> Self {
+        let usual = if features.is_software() { SMALL_PICTURE } else { [640, 360] };
+        let parts = if quick { 2 } else { 1 };
+        let picture = if little::is_asked() { [32, 18] } else { usual.map(|side| side / parts) };
+        Self { picture, quick }
     }
-}
 
-/// At the points and with the picture of `compare`.
-fn effort(picture: [u32; 2], repeats: [usize; 2]) -> Effort {
-    let [frames, warm_up] = if little::is_asked() { [1, 0] } else { repeats };
-    let space_points = if little::is_asked() { 8192 } else { 65536 };
-    let truth = Extent::Sample;
-    let lookups = if little::is_asked() { little::LOOKUPS } else { LOOKUPS };
-    Effort { frames, warm_up, space_points, lookups, picture, turning: false, footprints: false, counts: false, truth }
-}
+    /// At the points and with the picture of `compare`.
+    fn effort(self, repeats: [usize; 2]) -> Effort {
+        let [frames, warm_up] = match (little::is_asked(), self.quick) {
+            (true, _) => [1, 0],
+            (_, true) => [repeats[0].min(3), repeats[1].min(1)],
+            _ => repeats,
+        };
+        Effort {
+            frames,
+            warm_up,
+            space_points: if little::is_asked() || self.quick { 8192 } else { 65536 },
+            lookups: if little::is_asked() { little::LOOKUPS } else { LOOKUPS },
+            picture: self.picture,
+            turning: false,
+            footprints: false,
+            counts: false,
+            truth: Extent::Sample,
+        }
+    }
 
-/// The effort of a first look.
-fn coarse(picture: [u32; 2], repeats: [usize; 2]) -> Effort {
-    Effort { space_points: 4096, lookups: 0, truth: Extent::Glance, ..effort(picture, repeats) }
+    /// The effort of a first look. Pictures are made where they are chosen by.
+    fn coarse(self, repeats: [usize; 2], limits: &Limits) -> Effort {
+        let truth = if limits.flip.is_some() { Extent::Choice } else { Extent::Glance };
+        Effort { space_points: 4096, lookups: 0, truth, ..self.effort(repeats) }
+    }
 }
 
 /// Measures specs of a scene.
@@ -244,9 +267,12 @@ impl Sweep<'_> {
             ("--time", self.arguments.load.time.to_string()),
             (&format!("{SCENE}{}", self.scene.name), format!("{:08x}", self.scene.fingerprint())),
         ];
+        let (commit, changed) = built_from();
         Results {
             schema: SCHEMA,
             gobo: env!("CARGO_PKG_VERSION").into(),
+            commit,
+            changed,
             command: command_line(),
             conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
             shard: None,
@@ -323,7 +349,7 @@ fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
 
 /// What is not hopeless, and in half and twice the size what is an answer by now that may be another then.
 fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
-    let found = best_and_extremes(rows);
+    let found = best_and_extremes(rows, limits);
     let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);
     let mut left: Vec<usize> = (0..rows.len()).filter(|place| stays(*place)).collect();
     if limits.flip.is_none() {
@@ -341,7 +367,7 @@ fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     }
     let left = left.into_iter().map(|place| specs[place].clone()).collect();
     let is_new = |near: &Spec| specs.iter().all(|spec| spec.to_string() != near.to_string());
-    with(left, to_be_sized(rows).iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
+    with(left, to_be_sized(rows, limits).iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
 }
 
 /// The spec without what only pictures depend on.
@@ -432,6 +458,14 @@ mod tests {
         };
         assert_eq!(left(Limits::default()), [false, true, true]);
         assert_eq!(left(Limits { flip: Some(0.1), ..Limits::default() }), [true; 3]);
+    }
+
+    /// Nothing can be chosen by a picture that was not made.
+    #[test]
+    fn a_limit_of_flip_asks_for_pictures() {
+        let truth = |limits: Limits| Work { picture: [64, 36], quick: false }.coarse(COARSE, &limits).truth;
+        assert_eq!(truth(Limits { flip: Some(0.1), ..Limits::default() }), Extent::Choice);
+        assert_eq!(truth(Limits::default()), Extent::Glance);
     }
 
     #[test]

@@ -57,12 +57,15 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
         all.extend(results.conditions.clone());
         let shard = results.shard.as_ref().map_or("none".into(), |shard| format!("{}/{}", shard.number, shard.of));
         all.insert("--shard".into(), shard);
+        all.extend(results.commit.iter().map(|commit| ("commit".to_owned(), commit.clone())));
         all
     };
     let before = of(before);
     of(now).into_iter().find_map(|(name, new)| match before.get(&name) {
         // A scene or a file that is asked for anew has no rows yet.
         None if name.starts_with(SCENE) || name.starts_with(FILE) => None,
+        // Older files do not say.
+        None if name == "commit" => None,
         None => Some((name, "unknown".into(), new)),
         Some(old) => (*old != new).then(|| (name, old.clone(), new)),
     })

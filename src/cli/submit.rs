@@ -107,6 +107,9 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
         results: Results {
             schema: SCHEMA,
             gobo: env!("CARGO_PKG_VERSION").into(),
+            // They stand above.
+            commit: None,
+            changed: None,
             // Where the file lies does not matter.
             command: "gobo submit".into(),
             conditions,

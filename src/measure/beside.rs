@@ -287,6 +287,10 @@ pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Opt
 /// Build and picture. They are timed apart: the band's ends are sums of theirs, which is no narrower than the band of the sums.
 fn frame(row: &Row) -> Option<Timing> {
     let (median, build, draw) = (row.frame_ns?, row.build_ns?, row.draw_ns?);
+    if median < build.median + draw.median {
+        // A bake, which no frame of a still world has in it.
+        return Some(Timing { median, ..draw });
+    }
     let (p05, p95) = (build.p05 + draw.p05, build.p95 + draw.p95);
     Some(Timing { median, p05: p05.min(median), p95: p95.max(median), samples: build.samples.min(draw.samples) })
 }
@@ -298,12 +302,12 @@ fn times(columns: &[Column]) -> Times {
     if pictures.len() < 2 && have { Times::Frame } else { Times::Build }
 }
 
-/// Whether `more` goes on with `there`: the same device, driver and conditions, and no row twice. Files that say nothing of their
+/// Whether `more` goes on with `there`: the same device, driver, commit and conditions, and no row twice. Files that say nothing of their
 /// conditions are held apart.
 fn is_part(there: &Results, more: &Results) -> bool {
     let device = |results: &Results| {
         let device = &results.device;
-        (device.name.clone(), device.driver.clone(), device.api.clone(), device.features.clone(), results.gobo.clone())
+        (device.name.clone(), device.driver.clone(), device.api.clone(), device.features.clone(), results.edition())
     };
     let of_all = |results: &Results| {
         let named = |key: &String| !key.starts_with(SCENE) && !key.starts_with(FILE);
@@ -359,7 +363,7 @@ fn lines(columns: &[Column]) -> Vec<Line> {
     lines.into_iter().map(|(line, _)| line).collect()
 }
 
-/// The device where that tells them apart, else the driver, else the file too.
+/// The device where that tells them apart, else the driver, else the commit, else the file too.
 fn name(columns: &mut [Column]) {
     // What stands in brackets are versions of what they are made of, behind a dash that of a distribution's package.
     let whole = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
@@ -383,11 +387,16 @@ fn name(columns: &mut [Column]) {
     };
     let drivers = with_driver(&short);
     let packages = with_driver(&whole);
-    let names: Vec<[String; 3]> =
-        devices.iter().zip(drivers).zip(packages).map(|((a, b), c)| [a.clone(), b, c]).collect();
+    let editions =
+        columns.iter().zip(&drivers).map(|(column, driver)| format!("{driver}, gobo {}", column.results.edition()));
+    let editions: Vec<String> = editions.collect();
+    let kinds = [devices, drivers, packages, editions];
+    let names: Vec<[&String; 4]> = (0..columns.len()).map(|place| kinds.each_ref().map(|kind| &kind[place])).collect();
     let alone = |kind: usize, name: &str| names.iter().filter(|other| other[kind] == name).count() == 1;
-    for (column, of) in columns.iter_mut().zip(&names) {
-        let name = (0..of.len()).find(|&kind| alone(kind, &of[kind])).map(|kind| of[kind].clone());
-        column.name = name.unwrap_or_else(|| format!("{} ({})", of[1], file(column)));
-    }
+    let named = |(column, of): (&Column, &[&String; 4])| {
+        let name = (0..of.len()).find(|&kind| alone(kind, of[kind])).map(|kind| of[kind].clone());
+        name.unwrap_or_else(|| format!("{} ({})", of[1], file(column)))
+    };
+    let named: Vec<String> = columns.iter().zip(&names).map(named).collect();
+    columns.iter_mut().zip(named).for_each(|(column, name)| column.name = name);
 }

@@ -44,7 +44,7 @@ pub(crate) use passes::frame_ns;
 pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use rank::spearman;
 pub use results::{
-    DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status,
+    DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
 };
 pub use shards::{Shard, join};
 pub use standing::Standing;

@@ -20,6 +20,12 @@ pub struct Results {
     pub schema: u32,
     /// The version of this crate.
     pub gobo: String,
+    /// The commit that the program was built from. Absent outside git. New in version 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
+    /// Whether a source differed from that commit. New in version 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub changed: Option<bool>,
     /// The command that made it.
     pub command: String,
     /// What the figures depend on beside the specs and the device: option → value, `scene NAME` → the scene's fingerprint. New
@@ -239,7 +245,22 @@ pub struct ImageError {
     pub bounce_noise: Option<f64>,
 }
 
+/// The commit that this program is built from, and whether a source differed from it; nothing outside git.
+pub fn built_from() -> (Option<String>, Option<bool>) {
+    match env!("GOBO_COMMIT") {
+        "unknown" => (None, None),
+        commit => (Some(commit.into()), Some(env!("GOBO_CHANGED") != "false")),
+    }
+}
+
 impl Results {
+    /// What made it: `0.1.0, commit 1a2b3c4d5, changed`, as far as it says.
+    pub fn edition(&self) -> String {
+        let commit = self.commit.as_ref().map(|commit| format!(", commit {}", commit.get(..9).unwrap_or(commit)));
+        let changed = if self.changed == Some(true) { ", changed" } else { "" };
+        format!("{}{}{changed}", self.gobo, commit.unwrap_or_default())
+    }
+
     /// Reads a `results.json` of this version or an older one, as one of this version.
     ///
     /// # Errors

@@ -100,6 +100,7 @@ fn difference(one: &Results, other: &Results) -> Option<(String, String, String)
         let mut all: BTreeMap<_, _> = named.map(|(name, value)| (name.to_owned(), value.clone())).into();
         all.extend(features.iter().map(|(name, value)| (name.clone(), value.to_string())));
         all.extend(results.conditions.clone());
+        all.extend(results.commit.iter().map(|commit| ("commit".to_owned(), commit.clone())));
         if let Some(Shard { of, rows, list, .. }) = &results.shard {
             let of_run = [("the number of shards", of), ("the number of rows", rows)];
             all.extend(of_run.map(|(name, value)| (name.to_owned(), value.to_string())));

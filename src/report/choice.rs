@@ -60,7 +60,9 @@ struct Plot {
 
 pub(super) fn choice(results: &Results, specs: &Specs) -> Choice {
     let techniques = names(results, |row| &row.technique);
-    let paths = names(results, |row| &row.path);
+    let mut paths = names(results, |row| &row.path);
+    // What is refused took none.
+    paths.retain(|path| !path.is_empty());
     let of_scene = |name: &str| scene(results, specs, name, &techniques, &paths);
     let scenes = scenes(results).into_iter().map(of_scene).collect();
     let colours = named(techniques.len());

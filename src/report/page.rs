@@ -28,7 +28,7 @@ const FOLDED: [&str; 9] = ["host", "first", "bias", "RMS", "p99", "max", "× lim
 /// All that the template gets. Everything but the plots and the pictures is escaped there.
 #[derive(Serialize)]
 struct Page<'a> {
-    gobo: &'a str,
+    gobo: String,
     command: &'a str,
     device: &'a DeviceFacts,
     features: Vec<(&'a str, String)>,
@@ -151,7 +151,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
     let specs = Specs::of(&results.rows);
     let shared = Shared { specs: &specs, passes: pass_names(results.rows.iter()), fronts: fronts(results) };
     let page = Page {
-        gobo: &results.gobo,
+        gobo: results.edition(),
         command: &results.command,
         device: &results.device,
         features: results.device.features.iter().map(|(name, value)| (name.as_str(), plain(value))).collect(),

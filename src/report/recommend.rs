@@ -3,10 +3,12 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
-use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
+use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
+use crate::technique::{Lifetime, REGISTRY};
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// What an answer may take and may be wrong by; what is absent is not limited.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,7 +35,7 @@ struct Broken {
 
 impl Limits {
     /// What errors are looked at: FLIP where it alone is limited.
-    fn measure(&self, rows: &[(usize, &Row)]) -> Measure {
+    pub(super) fn measure(&self, rows: &[(usize, &Row)]) -> Measure {
         let measure = measure_of_any(rows);
         match self.flip.is_some() && self.error.is_none() {
             true => Measure { time: measure.time, ..FLIP },
@@ -78,6 +80,8 @@ pub struct Recommendation {
     error: &'static str,
     best: Chosen,
     closer: Option<Chosen>,
+    /// What is about as quick as the best and far closer by FLIP.
+    by_flip: Option<Chosen>,
     fastest: Chosen,
     closest: Chosen,
     smallest: Option<Chosen>,
@@ -91,7 +95,13 @@ struct Chosen {
     error: f64,
     flip: Option<f64>,
     bytes_resident: Option<u64>,
+    /// What its bake takes, once and beside the time of a frame.
+    bake_ms: Option<f64>,
 }
+
+/// How much longer than the best a row may take, and how many times as close by FLIP it has to be, to be told of beside it.
+const ABOUT_AS_QUICK: f64 = 1.25;
+const FAR_CLOSER: f64 = 3.0;
 
 /// For each scene, in the order in which they were measured, an answer; or in one line why there is none.
 pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<Recommendation, String>> {
@@ -155,77 +165,51 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     let lines: Vec<_> = std::iter::once(head).chain(three.into_iter().filter_map(line)).collect();
     let chosen = |index: usize| {
         let (row, (time_ms, error)) = (row(index), at(index));
-        Chosen { spec: to_paste(row), time_ms, error, flip: (FLIP.of)(row), bytes_resident: row.bytes_resident }
+        let bake_ms = bake_ms(row, &measure);
+        Chosen {
+            spec: to_paste(row),
+            time_ms,
+            error,
+            flip: (FLIP.of)(row),
+            bytes_resident: row.bytes_resident,
+            bake_ms,
+        }
     };
+    let next = next_closer(&within, &measure, found.best);
+    let by_flip = closer_by_flip(&within, &measure, found.best);
+    let mut notes = String::new();
+    if let (Some(other), Some(own)) = (by_flip, (FLIP.of)(row(found.best))) {
+        notes += &format!(
+            "\nBy FLIP {} is far closer: {} for {}, in {} times the time; --max-flip chooses by it.",
+            to_paste(row(other)),
+            second(row(other)),
+            significant(own),
+            significant(at(other).0 / time)
+        );
+    }
+    let mut named: Vec<usize> = [found.best, found.fastest, found.closest].into();
+    named.extend(next.into_iter().chain(by_flip).chain(found.smallest));
+    let mut told = BTreeSet::new();
+    for (index, ms) in named.into_iter().filter_map(|index| Some((index, bake_ms(row(index), &measure)?))) {
+        if told.insert(index) {
+            notes += &format!("\n{} is baked: {} ms, once, in no frame's time.", to_paste(row(index)), significant(ms));
+        }
+    }
     let unsteady = row(found.best).steadiness.map(|s| s.warnings()).filter(|warnings| !warnings.is_empty());
     let unsteady = unsteady.map(|warnings| {
         format!("\nTimes of {} were not steady ({}): measure again.", to_paste(row(found.best)), warnings.join(", "))
     });
     Ok(Recommendation {
-        text: text + &aligned(&lines) + &unsteady.unwrap_or_default(),
+        text: text + &aligned(&lines) + &notes + &unsteady.unwrap_or_default(),
         scene: scene.to_owned(),
         device: results.device.name.clone(),
         error: measure.name,
         best: chosen(found.best),
-        closer: next_closer(&within, &measure, found.best).map(chosen),
+        closer: next.map(chosen),
+        by_flip: by_flip.map(chosen),
         fastest: chosen(found.fastest),
         closest: chosen(found.closest),
         smallest: found.smallest.map(chosen),
-    })
-}
-
-/// The places of the row whose product of time and error is least, of the quickest, of the closest and of the smallest; none where
-/// nothing was measured.
-pub fn best_and_extremes(rows: &[Row]) -> Vec<usize> {
-    found(rows).map_or_else(Vec::new, |(found, _)| {
-        [found.best, found.fastest, found.closest].into_iter().chain(found.smallest).collect()
-    })
-}
-
-/// Those of them that may be another in another size: the best, the quickest, and the closest unless it is close enough. The smallest of
-/// all sizes is nobody's question.
-pub fn to_be_sized(rows: &[Row]) -> Vec<usize> {
-    let Some((found, measure)) = found(rows) else { return Vec::new() };
-    let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);
-    let mut all = vec![found.best, found.fastest];
-    all.extend((!is_exact).then_some(found.closest));
-    all.sort_unstable();
-    all.dedup();
-    all
-}
-
-fn found(rows: &[Row]) -> Option<(Answer, Measure)> {
-    let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
-    let measure = measure_of_any(&rows);
-    Some((answer(&rows, &measure)?, measure))
-}
-
-/// How much more of time or error is no difference in a first look, and from where on it is one: errors of few points are steadier than
-/// times of few frames, but half as much again of an error is what can be seen, and a quarter more of a time is not worth it.
-const ALIKE: f64 = 1.05;
-const SLOWER: f64 = 1.25;
-const FARTHER: f64 = 1.5;
-
-/// Whether it has failed, or another row is no worse in time and error and better by far in one, with no more of what is limited. To be
-/// closer than is worth time, or than was asked for, does not count. No shadow is what others are held against, and never hopeless.
-pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
-    let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
-    if row.technique == "none" {
-        return false;
-    }
-    let worth = |error: f64| error.max(limits.error.map_or(CLOSE_ENOUGH, |asked| asked.min(CLOSE_ENOUGH)));
-    let Some((time, error)) = point(row, &measure).map(|(time, error)| (time, worth(error))) else { return true };
-    let no_more = |limited: bool, a: Option<f64>, b: Option<f64>| !limited || a.zip(b).is_none_or(|(a, b)| a <= b);
-    let bytes = |row: &Row| row.bytes_resident.map(|bytes| bytes as f64);
-    rows.iter().filter(|other| other.technique != "none").any(|other| {
-        let Some((t, e)) = point(other, &measure).map(|(time, error)| (time, worth(error))) else { return false };
-        let no_worse = t < ALIKE * time && e < ALIKE * error;
-        no_worse
-            && (SLOWER * t < time || FARTHER * e < error)
-            && no_more(limits.ms.is_some(), Some(t), Some(time))
-            && no_more(limits.error.is_some(), Some(e), Some(error))
-            && no_more(limits.flip.is_some(), (FLIP.of)(other), (FLIP.of)(row))
-            && no_more(limits.bytes.is_some(), bytes(other), bytes(row))
     })
 }
 
@@ -250,6 +234,25 @@ fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option
     let closer = all.iter().filter(|(_, point)| worth(point.1) <= 0.9 * worth(error));
     let least = closer.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     least.map(|(index, _)| *index)
+}
+
+/// What the bake of a row took whose time of a frame is without it.
+fn bake_ms(row: &Row, measure: &Measure) -> Option<f64> {
+    let build = row.build_ns?.median;
+    let is_baked = REGISTRY.iter().any(|entry| entry.name == row.technique && entry.lifetime == Lifetime::Baked);
+    let is_left_out = (measure.time.of)(row)? < build + row.draw_ns.map_or(0.0, |draw| draw.median);
+    (is_baked && is_left_out).then_some(build / 1e6)
+}
+
+/// The closest by FLIP of what takes about as long as row `best`, or less, where that is far off; not where FLIP is what is chosen by.
+fn closer_by_flip(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
+    let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?.0, (FLIP.of)(row)?));
+    let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();
+    let &(_, time, own) = all.iter().find(|(index, ..)| *index == best)?;
+    let near = all.iter().filter(|(_, other, flip)| {
+        measure.name != FLIP.name && *other <= ABOUT_AS_QUICK * time && FAR_CLOSER * flip.max(CLOSE_ENOUGH) <= own
+    });
+    near.min_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1))).map(|(index, ..)| *index)
 }
 
 /// The spec as it can be given again, without what is the default.
@@ -337,50 +340,10 @@ mod tests {
         }
     }
 
-    #[test]
-    fn what_is_beaten_by_far_is_hopeless() {
-        let of = |technique: &str, ms: f64, error: f64, bytes: u64| {
-            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
-            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
-            let frame_ns = Some(ms * 1e6);
-            Row { technique: technique.into(), frame_ns, error, bytes_resident: Some(bytes), ..Row::default() }
-        };
-        let failed = Row { status: Status::Failed, ..of("avsm", 1.0, 0.0, 1) };
-        let rows = [
-            of("none", 1.0, 0.9, 0),
-            of("psm", 2.0, 0.1, 10),
-            // As close, and slower by a quarter, and by more; more, but closer.
-            of("avsm", 2.5, 0.1, 10),
-            of("avsm", 2.6, 0.1, 10),
-            of("avsm", 2.6, 0.095, 10),
-            // As quick, or a little quicker, and farther off by more than half; quicker.
-            of("avsm", 1.95, 0.16, 10),
-            of("avsm", 1.9, 0.16, 10),
-            // Smaller.
-            of("avsm", 2.6, 0.1, 9),
-            failed,
-            // Closer than is worth time.
-            of("avsm", 3.0, 0.0005, 10),
-            of("avsm", 4.0, 0.0001, 10),
-        ];
-        let hopeless = |limits: Limits| {
-            let hopeless = |place: &usize| is_hopeless(&rows[*place], &rows, &limits);
-            (0..rows.len()).filter(hopeless).collect::<Vec<usize>>()
-        };
-        assert_eq!(hopeless(Limits::default()), [3, 5, 7, 8, 10]);
-        assert_eq!(hopeless(Limits { bytes: Some(9), ..Limits::default() }), [3, 5, 8, 10]);
-        assert_eq!(hopeless(Limits { ms: Some(1.95), ..Limits::default() }), [3, 7, 8, 10]);
-        assert_eq!(hopeless(Limits { error: Some(1e-4), ..Limits::default() }), [3, 5, 7, 8]);
-        assert_eq!(best_and_extremes(&rows), [9, 6, 10, 7]);
-        // The closest is close enough, and among those that are farther off it is not.
-        assert_eq!(to_be_sized(&rows), [6, 9]);
-        assert_eq!((best_and_extremes(&rows[..8]), to_be_sized(&rows[..8])), (vec![1, 6, 4, 7], vec![1, 4, 6]));
-    }
-
     /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.
     #[test]
     fn the_choice_is_that_of_brute_force() {
-        let (mut state, mut answered, mut refused) = (7, 0, 0);
+        let (mut state, mut answered, mut refused, mut told) = (7, 0, 0, 0);
         for _ in 0..4000 {
             let count = 1 + random(&mut state) as usize % 7;
             let rows: Vec<Row> = (0..count).map(|index| row(&mut state, index)).collect();
@@ -457,7 +420,15 @@ mod tests {
                 assert!(within.contains(&next) && error(next) < error(best), "{text}");
                 assert!(closer.iter().all(|row| time(next) <= time(row)), "{text}");
             }
-            for line in text.lines().skip(3) {
+            // What is told of FLIP is about as quick, and far closer.
+            if let Some(line) = text.lines().find(|line| line.starts_with("By FLIP")) {
+                let other = named(line);
+                assert!(within.contains(&other) && time(other) <= 1.25 * time(best), "{text}");
+                assert!(3.0 * flip(other).expect("told") <= flip(best).expect("told"), "{text}");
+                told += 1;
+            }
+            let is_table = |line: &&str| ["fastest", "closest", "smallest"].iter().any(|word| line.starts_with(word));
+            for line in text.lines().filter(is_table) {
                 let row = named(line);
                 assert!(within.contains(&row), "{text}");
                 let no_better = |other: &&Row| match line.split(' ').next() {
@@ -468,6 +439,6 @@ mod tests {
                 assert!(within.iter().all(no_better), "{text}");
             }
         }
-        assert!(answered > 500 && refused > 500, "{answered} and {refused}");
+        assert!(answered > 500 && refused > 500 && told > 50, "{answered}, {refused} and {told}");
     }
 }

@@ -18,10 +18,10 @@ pub(super) struct Size {
     few_labels: bool,
 }
 
-/// For a window of 860 pixels and more, two of them side by side where there is room; and for a telephone.
+/// For a window of 860 pixels and more, two of them side by side from 1400 on; and for a telephone, two of them from 800 on.
 pub(super) const SIZES: [Size; 2] = [
-    Size { name: "wide", width: 752.0, height: 470.0, longest: 34, few_labels: false },
-    Size { name: "narrow", width: 372.0, height: 440.0, longest: 20, few_labels: true },
+    Size { name: "wide", width: 652.0, height: 440.0, longest: 34, few_labels: false },
+    Size { name: "narrow", width: 356.0, height: 440.0, longest: 20, few_labels: true },
 ];
 
 /// The title of the axis, and numbers such as `0.0007`.

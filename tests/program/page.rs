@@ -1,7 +1,7 @@
 //! The page in a browser: headless Chromium opens copies of it, with a script injected that tries it, in frames as wide as a
 //! telephone, a tablet and a desk, in either theme. What it finds it writes into the document, which Chromium prints.
 
-use super::{folder, ok, small_scene, text};
+use super::{folder, ok, small_scene, text, write_scene};
 use crate::support::{log, skipped};
 use serde_json::Value;
 use std::path::Path;
@@ -95,6 +95,27 @@ fn best(results: &Value) -> (u64, Vec<u64>) {
     (best.1, measured.iter().map(|row| row.0).collect())
 }
 
+/// Of two scenes one can be chosen, and all that is not of it goes.
+#[test]
+fn one_of_two_scenes_is_chosen() {
+    log("exercised", "one_of_two_scenes_is_chosen", "Chromium");
+    let (scenes, out) = (folder(), folder());
+    let first = small_scene(scenes.path());
+    let second = write_scene(scenes.path(), "other", &["0.1 0 1 0.7 1.5".into()]);
+    let mut arguments = vec!["compare", text(&first), text(&second), "--quick", "--frames", "2"];
+    arguments.extend(["--picture", "32x18", "--technique", "none", "--technique", "psm:size=16|32"]);
+    ok(&[&arguments[..], &["--out", text(out.path())]].concat());
+    for found in findings(&out.path().join("report.html"), include_str!("scenes.js"), false) {
+        assert!(found["failed"].is_null() && found["errors"] == serde_json::json!([]), "{found}");
+        assert_eq!(found["options"], serde_json::json!(["all", "small", "other"]), "{found}");
+        // An answer, a table, pictures of each; and plots where there are times to choose by.
+        for (chosen, left) in [("all", vec!["small", "other"]), ("other", vec!["other"]), ("small", vec!["small"])] {
+            assert_eq!(found["seen"][chosen]["scenes"], serde_json::json!(left), "{chosen}: {found}");
+            assert_eq!(found["seen"][chosen]["rows"], 3 * left.len(), "{chosen}: {found}");
+        }
+    }
+}
+
 #[test]
 fn a_reader_sees_the_answer_first() {
     log("exercised", "a_reader_sees_the_answer_first", "Chromium");
@@ -139,6 +160,14 @@ fn a_reader_sees_the_answer_first() {
             // Chromium writes four values, or three where two are the same.
             assert!(found["wipe"].as_str().is_some_and(|clip| clip.contains("20%")), "{found}");
             assert_eq!(number("crops"), number("cards"), "{found}");
+            let printed = &found["printed"];
+            assert_eq!((&printed["background"], &printed["controls"]), (&themes[0].into(), &0.into()), "{found}");
+            assert_eq!(
+                printed["kinds"],
+                serde_json::json!(["Colour", "Shape"]),
+                "nothing to click is printed: {found}"
+            );
+            assert!(printed["folded"].as_u64() > Some(0) && printed["letters"].as_f64() < Some(13.0), "{found}");
             let eight = of(&|row| row["variant"]["nodes"] == "8");
             let others = of(&|row| row["technique"] != "avsm");
             for (kind, place) in [("rows", 0), ("points", 1), ("pictures", 3)] {

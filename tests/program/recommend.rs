@@ -182,6 +182,43 @@ fn without_timestamps_there_is_an_answer() {
     fails(&neither, &["a on d: no row is within the limits", "ms per build by the host's clock"]);
 }
 
+/// A bake is told of where no frame has it; and so is what a viewer would rather see, where it is as quick.
+#[test]
+fn what_the_table_leaves_out_is_said() {
+    let folder = folder();
+    let path = made_up(folder.path(), &["a"]);
+    let mut json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).expect("rows")).expect("JSON");
+    let row = |technique: &str, ms: f64, bake: f64, error: f64, flip: f64| {
+        let mut row = json["rows"][1].clone();
+        let timing =
+            |ms: f64| serde_json::json!({ "median": ms * 1e6, "p05": ms * 1e6, "p95": ms * 1e6, "samples": 9 });
+        (row["technique"], row["variant"], row["frame_ns"]) =
+            (technique.into(), serde_json::json!({}), (ms * 1e6).into());
+        (row["build_ns"], row["draw_ns"]) = (timing(bake), timing(ms));
+        (row["error"]["surface"], row["error"]["image"]["flip_mean"]) = (surface(error), flip.into());
+        row
+    };
+    let rows = [
+        row("voxelized", 6.12, 510.0, 0.01, 0.035),
+        row("psm", 6.5, 1.0, 0.02, 0.004),
+        row("layers", 90.0, 1.0, 0.02, 0.001),
+    ];
+    json["rows"] = rows.to_vec().into();
+    std::fs::write(&path, json.to_string()).expect("written");
+    let said = ok(&["recommend", "--from", &path]);
+    assert!(said.starts_with("a on d: voxelized is best balanced: 6.12 ms per frame"), "{said}");
+    let [flip, bake] = [
+        "By FLIP psm is far closer: 0.00400 for 0.0350, in 1.06 times the time; --max-flip chooses by it.",
+        "voxelized is baked: 510 ms, once, in no frame's time.",
+    ];
+    assert!([flip, bake].iter().all(|line| said.lines().any(|said| said == *line)), "{said}");
+    let json: serde_json::Value = serde_json::from_str(&ok(&["recommend", "--from", &path, "--json"])).expect("JSON");
+    assert_eq!((&json[0]["best"]["bake_ms"], &json[0]["by_flip"]["spec"]), (&510.0.into(), &"psm".into()));
+    // Chosen by FLIP, psm is the answer, and there is nothing to say of it.
+    let said = ok(&["recommend", "--from", &path, "--max-flip", "0.1"]);
+    assert!(said.starts_with("a on d: psm is best balanced") && !said.contains("By FLIP"), "{said}");
+}
+
 /// Where FLIP alone is limited, it is what rows are held against each other by.
 #[test]
 fn a_limit_of_flip_is_the_measure() {

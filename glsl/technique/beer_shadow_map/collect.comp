@@ -14,6 +14,15 @@ CONSTANT(bool, WEIGHTED_FRONT, false)
 // set 2: maps_texels
 layout(set = 2, binding = 0, rgba16f) uniform writeonly image2D texels;
 
+// The half floats nearest to what is not negative, ties to even: no driver rounds then in its own way what it stores.
+vec4 nearest_half(vec4 value) {
+    uvec4 bits = floatBitsToUint(value);
+    vec4 nearest = uintBitsToFloat((bits + 0x0FFFu + (bits >> 13u & 1u)) & ~0x1FFFu);
+    // Below the least normal one, 2^-14, they are multiples of 2^-24.
+    vec4 small = roundEven(value * 16777216.0) * 5.9604644775390625e-8;
+    return mix(nearest, small, lessThan(value, vec4(6.103515625e-5)));
+}
+
 void main() {
     TilePart part;
     if (!listed_part(part)) {
@@ -63,6 +72,6 @@ void main() {
     end_part(part);
     if (all(lessThan(texel, uvec2(view.width, view.height)))) {
         vec4 value = range.x <= range.y ? beer_texel(depth, float(sum) / scale) : vec4(0.0);
-        imageStore(texels, ivec2(texel + uvec2(0u, map * view.height)), value);
+        imageStore(texels, ivec2(texel + uvec2(0u, map * view.height)), nearest_half(value));
     }
 }

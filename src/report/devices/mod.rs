@@ -279,7 +279,7 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
                 results.device.name, results.device.kind, results.device.api
             )),
             driver: one_line(&results.device.driver),
-            gobo: results.gobo.clone(),
+            gobo: one_line(&results.edition()),
             files: column.files.join(", "),
             command: one_line(&results.command),
             rows: results.rows.len(),

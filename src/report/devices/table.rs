@@ -72,6 +72,13 @@ pub fn devices_markdown(beside: &Beside) -> String {
             text += &row(naming.into_iter().chain(cells));
         }
     }
+    text += "\n**What was measured**\n\n";
+    text += &header(["device", "driver", "gobo", "rows"].map(str::to_owned).into());
+    for column in &beside.columns {
+        let results = &column.results;
+        let rows = results.rows.len().to_string();
+        text += &row([column.name.clone(), results.device.driver.clone(), results.edition(), rows]);
+    }
     let agreement = beside.agreement();
     if !agreement.disagreements.is_empty() {
         text += "\n**Errors that differ by more than rounding**\n\n";
@@ -103,6 +110,8 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
         "path",
         "device",
         "driver",
+        "commit",
+        "changed",
         "files",
         "status",
         "reason",
@@ -139,6 +148,8 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
             let ratio = beside.ratio(line, index, 0).filter(|_| index > 0);
             let mut fields = vec![row.scene.clone(), row.technique.clone(), row.spec(), row.path.clone()];
             fields.extend([column.results.device.name.clone(), column.results.device.driver.clone()]);
+            let changed = column.results.changed.map(|changed| changed.to_string());
+            fields.extend([column.results.commit.clone(), changed].map(Option::unwrap_or_default));
             fields.extend([column.files.join(" "), status_word(row.status).into(), one_line(&row.reason)]);
             fields.push(answer::what(beside).into());
             fields.extend(of(time));

@@ -1,0 +1,138 @@
+//! What a first look tells of rows: which may be an answer, and which another row beats by far.
+
+use super::recommend::Limits;
+use crate::measure::Row;
+use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
+
+/// The places of the row whose product of time and error is least, of the quickest, of the closest and of the smallest; none where
+/// nothing was measured.
+pub fn best_and_extremes(rows: &[Row], limits: &Limits) -> Vec<usize> {
+    found(rows, limits).map_or_else(Vec::new, |(found, _)| {
+        [found.best, found.fastest, found.closest].into_iter().chain(found.smallest).collect()
+    })
+}
+
+/// Those of them that may be another in another size: the best, the quickest, and the closest unless it is close enough. The smallest of
+/// all sizes is nobody's question.
+pub fn to_be_sized(rows: &[Row], limits: &Limits) -> Vec<usize> {
+    let Some((found, measure)) = found(rows, limits) else { return Vec::new() };
+    let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);
+    let mut all = vec![found.best, found.fastest];
+    all.extend((!is_exact).then_some(found.closest));
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+fn found(rows: &[Row], limits: &Limits) -> Option<(Answer, Measure)> {
+    let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
+    let measure = limits.measure(&rows);
+    Some((answer(&rows, &measure)?, measure))
+}
+
+/// How much more of time or error is no difference in a first look, and from where on it is one: errors of few points are steadier than
+/// times of few frames, but half as much again of an error is what can be seen, and a quarter more of a time is not worth it.
+const ALIKE: f64 = 1.05;
+const SLOWER: f64 = 1.25;
+const FARTHER: f64 = 1.5;
+
+/// Whether it has failed, or another row is no worse in time and error and better by far in one, with no more of what is limited. To be
+/// closer than is worth time, or than was asked for, does not count. What is limited and was not measured speaks for no other row. No
+/// shadow is what others are held against, and never hopeless.
+pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
+    let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
+    if row.technique == "none" {
+        return false;
+    }
+    let worth = |error: f64| error.max(limits.error.map_or(CLOSE_ENOUGH, |asked| asked.min(CLOSE_ENOUGH)));
+    let Some((time, error)) = point(row, &measure).map(|(time, error)| (time, worth(error))) else { return true };
+    let no_more = |limited: bool, a: Option<f64>, b: Option<f64>| !limited || a.zip(b).is_some_and(|(a, b)| a <= b);
+    let bytes = |row: &Row| row.bytes_resident.map(|bytes| bytes as f64);
+    rows.iter().filter(|other| other.technique != "none").any(|other| {
+        let Some((t, e)) = point(other, &measure).map(|(time, error)| (time, worth(error))) else { return false };
+        let no_worse = t < ALIKE * time && e < ALIKE * error;
+        no_worse
+            && (SLOWER * t < time || FARTHER * e < error)
+            && no_more(limits.ms.is_some(), Some(t), Some(time))
+            && no_more(limits.error.is_some(), Some(e), Some(error))
+            && no_more(limits.flip.is_some(), (FLIP.of)(other), (FLIP.of)(row))
+            && no_more(limits.bytes.is_some(), bytes(other), bytes(row))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::{ImageError, PointError, RowError, Status};
+
+    #[test]
+    fn what_is_beaten_by_far_is_hopeless() {
+        let of = |technique: &str, ms: f64, error: f64, bytes: u64| {
+            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
+            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
+            let frame_ns = Some(ms * 1e6);
+            Row { technique: technique.into(), frame_ns, error, bytes_resident: Some(bytes), ..Row::default() }
+        };
+        let failed = Row { status: Status::Failed, ..of("avsm", 1.0, 0.0, 1) };
+        let rows = [
+            of("none", 1.0, 0.9, 0),
+            of("psm", 2.0, 0.1, 10),
+            // As close, and slower by a quarter, and by more; more, but closer.
+            of("avsm", 2.5, 0.1, 10),
+            of("avsm", 2.6, 0.1, 10),
+            of("avsm", 2.6, 0.095, 10),
+            // As quick, or a little quicker, and farther off by more than half; quicker.
+            of("avsm", 1.95, 0.16, 10),
+            of("avsm", 1.9, 0.16, 10),
+            // Smaller.
+            of("avsm", 2.6, 0.1, 9),
+            failed,
+            // Closer than is worth time.
+            of("avsm", 3.0, 0.0005, 10),
+            of("avsm", 4.0, 0.0001, 10),
+        ];
+        let hopeless = |limits: Limits| {
+            let hopeless = |place: &usize| is_hopeless(&rows[*place], &rows, &limits);
+            (0..rows.len()).filter(hopeless).collect::<Vec<usize>>()
+        };
+        let none = Limits::default();
+        assert_eq!(hopeless(none), [3, 5, 7, 8, 10]);
+        assert_eq!(hopeless(Limits { bytes: Some(9), ..Limits::default() }), [3, 5, 8, 10]);
+        assert_eq!(hopeless(Limits { ms: Some(1.95), ..Limits::default() }), [3, 7, 8, 10]);
+        assert_eq!(hopeless(Limits { error: Some(1e-4), ..Limits::default() }), [3, 5, 7, 8]);
+        assert_eq!(best_and_extremes(&rows, &none), [9, 6, 10, 7]);
+        // The closest is close enough, and among those that are farther off it is not.
+        assert_eq!(to_be_sized(&rows, &none), [6, 9]);
+        assert_eq!(
+            (best_and_extremes(&rows[..8], &none), to_be_sized(&rows[..8], &none)),
+            (vec![1, 6, 4, 7], vec![1, 4, 6])
+        );
+    }
+
+    /// Where FLIP is limited, and no picture was made, points alone drop nothing; where one was, what it shows better stays.
+    #[test]
+    fn a_limit_of_flip_drops_nothing_by_points_alone() {
+        let of = |ms: f64, surface: f64, flip: Option<f64>| {
+            let surface = Some(PointError { mean_abs: surface, ..PointError::default() });
+            let image =
+                flip.map(|flip_mean| ImageError { flip_mean, rmse: 0.0, bounce_rmse: None, bounce_noise: None });
+            let error = Some(RowError { map: None, space: None, surface, casters: None, image });
+            Row { technique: "avsm".into(), frame_ns: Some(ms * 1e6), error, ..Row::default() }
+        };
+        let flip = Limits { flip: Some(0.05), ..Limits::default() };
+        for (flips, hopeless) in [
+            ([None; 3], [false; 3]),
+            ([Some(0.03), None, Some(0.03)], [false, false, true]),
+            // The second is what the limit asks for, and the third is no better in anything.
+            ([Some(0.06), Some(0.004), Some(0.06)], [false, false, true]),
+        ] {
+            let rows = [of(1.0, 0.01, flips[0]), of(2.0, 0.1, flips[1]), of(3.0, 0.1, flips[2])];
+            assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &flip)), hopeless, "{flips:?}");
+            assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &Limits::default())), [false, true, true]);
+        }
+        // By FLIP the second is the best, and so it is what other sizes are made of.
+        let rows = [of(1.0, 0.01, Some(0.06)), of(2.0, 0.1, Some(0.004))];
+        assert_eq!((best_and_extremes(&rows, &flip)[0], best_and_extremes(&rows, &Limits::default())[0]), (1, 0));
+        assert!(to_be_sized(&rows, &flip).contains(&1));
+    }
+}

@@ -1,0 +1,36 @@
+//! The tables of docs/recommend.md are what results/recommend.sh printed: results/*/recommend.txt, with specs as short as they may be.
+
+use gobo::consume::parse;
+use std::path::Path;
+
+/// The table's lines, the answer's cell without what is the default.
+fn table(printed: &str) -> String {
+    let short = |cell: &str| match cell.trim().strip_prefix('`').and_then(|cell| cell.strip_suffix('`')) {
+        Some(spec) => format!(" `{}` ", parse(spec).expect(spec)[0].short()),
+        None => cell.to_owned(),
+    };
+    let line = |line: &str| line.split('|').map(short).collect::<Vec<_>>().join("|") + "\n";
+    printed.lines().filter(|line| line.starts_with('|')).map(line).collect()
+}
+
+#[test]
+fn what_was_recommended_is_what_was_printed() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = root.join("docs/recommend.md");
+    let text = std::fs::read_to_string(&page).expect("the page");
+    let (mut new, mut rest, mut tables) = (String::new(), text.as_str(), 0);
+    while let Some((before, after)) = rest.split_once("<!-- recommended ") {
+        let (folder, after) = after.split_once(" -->\n").expect("a comment ends");
+        let (_, after) = after.split_once("<!-- /recommended -->").expect("a table ends");
+        let printed = std::fs::read_to_string(root.join("results").join(folder).join("recommend.txt")).expect(folder);
+        new += &format!("{before}<!-- recommended {folder} -->\n{}<!-- /recommended -->", table(&printed));
+        (rest, tables) = (after, tables + 1);
+    }
+    new += rest;
+    assert!(tables > 0);
+    if std::env::var_os("GOBO_WRITE_TABLES").is_some_and(|value| !value.is_empty()) {
+        std::fs::write(&page, &new).expect("written");
+    } else {
+        assert!(new == text, "GOBO_WRITE_TABLES=1 cargo test --release --test docs recommended writes it anew:\n{new}");
+    }
+}
