@@ -43,7 +43,7 @@ pub use buffer::{Buffer, Memory};
 pub use calibration::Calibration;
 pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, Staged, groups};
 pub use constants::{Constant, ConstantValue, Constants};
-pub use context::{Adopt, Calls, Context, Options, devices};
+pub use context::{Adopt, Context, Options, devices};
 pub use counts::PassCounts;
 pub use draw::Draw;
 pub use enabled::{Enabled, EnabledStructures, Limit};
