@@ -14,6 +14,9 @@ mod record;
 #[path = "gpu/layout.rs"]
 mod layout;
 
+#[path = "gpu/limits.rs"]
+mod limits;
+
 #[path = "gpu/profile.rs"]
 mod profile;
 

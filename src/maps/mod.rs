@@ -32,7 +32,7 @@ pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
-pub use sums::{SumKernels, Sums};
+pub use sums::{SumKernels, Sums, sum_targets};
 pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 
 use self::fit::Fit;
