@@ -14,6 +14,9 @@ mod record;
 #[path = "gpu/layout.rs"]
 mod layout;
 
+#[path = "gpu/limits.rs"]
+mod limits;
+
 #[path = "gpu/profile.rs"]
 mod profile;
 
@@ -428,10 +431,7 @@ fn read_backs_are_of_a_frame() {
                 commands.read_back(&buffer, &copy);
             })
         };
-        let before = context.calls();
         let (first, nothing) = (fill(1), support::ran(context, |_| ()));
-        let after = context.calls();
-        assert_eq!((after.submissions, after.waits), (before.submissions + 2, before.waits + 2));
         assert_eq!(copy.read::<u32>(first, 2).expect("read"), Some(vec![1, 1]));
         assert_eq!(copy.read::<u32>(nothing, 2).expect("read"), None);
         let second = fill(2);

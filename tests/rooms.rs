@@ -101,3 +101,57 @@ fn no_arrow_leads_up() {
         }
     }
 }
+
+/// The texts between quotes of a file of Rust, without comments.
+fn texts(code: &str) -> Vec<String> {
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let code: String = lines.flat_map(|line| [line, "\n"]).collect();
+    let (mut texts, mut open, mut rest) = (Vec::new(), None::<String>, code.chars());
+    while let Some(c) = rest.next() {
+        match (c, &mut open) {
+            // A quote as a character.
+            ('\'', None) if rest.as_str().starts_with("\"'") => rest.by_ref().take(2).for_each(drop),
+            ('"', None) => open = Some(String::new()),
+            ('"', Some(_)) => texts.extend(open.take()),
+            ('\\', Some(text)) => text.extend(rest.next()),
+            (_, Some(text)) => text.push(c),
+            _ => {}
+        }
+    }
+    texts
+}
+
+/// Whether a text says what to type to the program: an option, or a command behind its name.
+fn says_what_to_type(text: &str) -> bool {
+    let begins = |after: &str| after.starts_with(|c: char| c.is_ascii_lowercase());
+    text.split("--").skip(1).any(begins) || text.split("gobo ").skip(1).any(begins)
+}
+
+/// What the core says is of no program: an engine shows it too.
+#[test]
+fn the_core_says_no_word_of_the_program() {
+    let core =
+        ["consume", "glsl", "gpu", "grid", "lights", "maps", "scene", "shaders", "simulate", "technique", "world"];
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let (mut folders, mut found, mut wrong) = (core.map(|room| src.join(room)).to_vec(), 0, Vec::new());
+    let mut files = core.map(|room| src.join(format!("{room}.rs"))).to_vec();
+    files.push(src.join("error.rs"));
+    folders.retain(|folder| folder.is_dir());
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() { folders.push(path) } else { files.push(path) }
+        }
+    }
+    for file in files.iter().filter(|file| file.is_file() && file.extension().is_some_and(|ending| ending == "rs")) {
+        let texts = texts(&std::fs::read_to_string(file).expect("UTF-8"));
+        found += texts.len();
+        wrong.extend(texts.into_iter().filter(|text| says_what_to_type(text)).map(|text| (file.clone(), text)));
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(found > 2000, "too few to be all: {found}");
+    for typed in [r#"say("leave --lights out");"#, r#"say("what gobo bake wrote")"#, r#"['"', "run `gobo devices`"]"#] {
+        assert!(texts(typed).iter().any(|text| says_what_to_type(text)), "{typed}");
+    }
+    assert!(!texts("// \"--no\"\nlet a = \"gobo-leak -- so\";").iter().any(|text| says_what_to_type(text)));
+}

@@ -24,7 +24,7 @@ impl Pictures {
         let most = context.features().max_image_dimension_2d;
         if show.is_some() && sampled.iter().any(|side| *side > most) && size.iter().all(|side| *side <= most) {
             let cause = format!("a picture of {} × {} samples, of at most {most} a side", sampled[0], sampled[1]);
-            return Err(Error::input("--samples", cause, "take fewer samples, or a smaller picture"));
+            return Err(Error::input("samples", cause, "take fewer samples, or a smaller picture"));
         }
         let mut renderer = Renderer::new(context, world, &View::camera(&scene.camera, scene, sampled))?;
         let Some(show) = show else { return Ok(Self { renderer, size, developed: None }) };

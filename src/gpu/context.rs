@@ -80,23 +80,12 @@ pub(super) struct Shared {
     pub(super) frames_in_flight: u32,
     /// Submissions that were begun.
     pub(super) begun: AtomicU64,
-    submissions: AtomicU64,
-    waits: AtomicU64,
 }
 
 /// The queue of a device that was opened here.
 pub(super) struct Queue {
     pub(super) handle: vk::Queue,
     pub(super) recorders: Recorders,
-}
-
-/// How often a context has called for the device, by [`Context::calls`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Calls {
-    /// Submissions to its queue.
-    pub submissions: u64,
-    /// Times it waited for the device.
-    pub waits: u64,
 }
 
 impl Drop for Shared {
@@ -224,12 +213,6 @@ impl Context {
         self.0.frames_in_flight
     }
 
-    /// Submissions and waits so far: on an adopted device there are none.
-    pub fn calls(&self) -> Calls {
-        let count = |of: &AtomicU64| of.load(Ordering::Relaxed);
-        Calls { submissions: count(&self.0.submissions), waits: count(&self.0.waits) }
-    }
-
     /// How many pipelines it has made so far.
     pub fn pipelines(&self) -> usize {
         self.device().pipelines().count()
@@ -283,14 +266,6 @@ impl Context {
         if result == vk::Result::ERROR_DEVICE_LOST {
             self.0.lost.store(true, Ordering::Relaxed);
         }
-    }
-
-    pub(super) fn note_submission(&self) {
-        self.0.submissions.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(super) fn note_wait(&self) {
-        self.0.waits.fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -364,8 +339,6 @@ impl Shared {
             queue_family: open.queue_family,
             frames_in_flight: open.frames_in_flight,
             begun: AtomicU64::new(0),
-            submissions: AtomicU64::new(0),
-            waits: AtomicU64::new(0),
         })
     }
 }

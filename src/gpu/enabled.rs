@@ -1,7 +1,7 @@
 //! Features beyond Vulkan 1.3 that a device is opened with: what a path needs, what a caller has enabled, and the Vulkan
 //! structures for them.
 
-use super::features::{RAY_QUERY_EXTENSIONS, STORAGE_BUFFERS};
+use super::features::RAY_QUERY_EXTENSIONS;
 use super::{Features, Requirement};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
@@ -234,20 +234,6 @@ impl EnabledStructures {
         }
         all
     }
-}
-
-/// A limit of a device that is to be so large.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limit {
-    /// Its name in VkPhysicalDeviceLimits.
-    pub name: &'static str,
-    /// At least.
-    pub least: u64,
-}
-
-impl Limit {
-    /// Those without which nothing runs, beside what Vulkan 1.3 guarantees.
-    pub const FLOOR: [Self; 1] = [Self { name: "maxPerStageDescriptorStorageBuffers", least: STORAGE_BUFFERS as u64 }];
 }
 
 impl Requirement {

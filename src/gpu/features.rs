@@ -1,5 +1,6 @@
 //! What a device can do beyond the floor of Vulkan 1.3.
 
+use super::Limit;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 
@@ -230,18 +231,7 @@ impl Features {
     /// The limit, by its Vulkan name, that leaves no room for a fragment shader with `buffers` storage buffers and
     /// `attachments` colour attachments which it also reads.
     pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
-        let limits = [
-            ("maxColorAttachments", self.max_color_attachments, attachments),
-            ("maxFragmentOutputAttachments", self.max_fragment_output_attachments, attachments),
-            ("maxPerStageDescriptorInputAttachments", self.max_per_stage_descriptor_input_attachments, attachments),
-            (
-                "maxFragmentCombinedOutputResources",
-                self.max_fragment_combined_output_resources,
-                attachments.saturating_add(buffers),
-            ),
-        ];
-        let short = limits.into_iter().find(|(_, has, needs)| has < needs);
-        short.map(|(name, has, needs)| format!("{name} of at least {needs} (this device has {has})"))
+        Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }
 
     /// What keeps threads of a workgroup of `threads` from sharing what they hold, subgroup by subgroup: a subgroup
@@ -330,10 +320,6 @@ impl Features {
             (features13.dynamic_rendering != 0, "dynamicRendering"),
             (features12.scalar_block_layout != 0, "scalarBlockLayout"),
             (queue_family.is_some(), "a queue with graphics and compute"),
-            (
-                properties.limits.max_per_stage_descriptor_storage_buffers >= STORAGE_BUFFERS,
-                "maxPerStageDescriptorStorageBuffers of at least 16",
-            ),
         ];
         // SAFETY: `physical` comes from this instance.
         let format =
@@ -420,6 +406,14 @@ impl Features {
             timestamp_valid_bits: queue_family.map_or(0, |f| families[f as usize].timestamp_valid_bits),
         }
         .lowered_for_tests()
+        .with_floor()
+    }
+
+    /// Where nothing else is missing, a limit may be.
+    fn with_floor(mut self) -> Self {
+        let lacks = Limit::FLOOR.iter().find_map(|limit| limit.lacks(&self, ""));
+        self.below_floor = self.below_floor.or(lacks);
+        self
     }
 }
 

@@ -117,7 +117,10 @@ impl Image {
         };
         let is_volume = matches!(usage, ImageUse::Volume | ImageUse::DrawnVolume);
         let features = context.features();
-        let limit = if is_volume { features.max_image_dimension_3d } else { features.max_image_dimension_2d };
+        let (name_of_limit, limit) = match is_volume {
+            true => ("maxImageDimension3D", features.max_image_dimension_3d),
+            false => ("maxImageDimension2D", features.max_image_dimension_2d),
+        };
         if size.iter().any(|s| *s == 0 || *s > limit) {
             let [width, height, depth] = size;
             let texels =
@@ -125,7 +128,7 @@ impl Image {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
-                cause: format!("{texels} texels, and this device takes 1 to {limit} per side"),
+                cause: format!("{texels} texels, and this device takes 1 to {limit} per side ({name_of_limit})"),
                 way_out: if is_volume {
                     WayOut::Less(&[Less::Map, Less::Slices, Less::Lights])
                 } else {

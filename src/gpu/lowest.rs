@@ -2,14 +2,15 @@
 
 use super::Features;
 use super::features::STORAGE_BUFFERS;
-use super::testing::testing;
+use super::testing::{lowered, testing};
 
 impl Features {
     /// As it is, or less, where tests want it: limits as low as Vulkan 1.3 allows, none of what is optional. What is not
     /// reported is not switched on, so that the validation layer sees its use.
     pub(super) fn lowered_for_tests(self) -> Self {
         let limited = if testing().lowest_limits { self.with_lowest_limits() } else { self };
-        if testing().no_features { limited.without_features() } else { limited }
+        let limited = if testing().no_features { limited.without_features() } else { limited };
+        lowered().into_iter().fold(limited, Self::just_below)
     }
 
     /// The Required Limits of the Vulkan 1.3 specification; of storage buffers those that are this program's floor.

@@ -77,7 +77,6 @@ impl Context {
             self.shared().pending.put_back(steps);
             return Err(error);
         }
-        self.note_wait();
         // SAFETY: the fence is that of what was handed over.
         let waited = fault::wait(|| unsafe { self.device().wait_for_fences(&[recorder.fence], true, u64::MAX) });
         if waited.is_err() {
@@ -104,7 +103,6 @@ impl Context {
             buffers.insert(0, buffer(recorder.before));
         }
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-        self.note_submission();
         // SAFETY: the caller keeps everything recorded until the fence is signalled, and alone uses the queue meanwhile.
         unsafe {
             device.reset_fences(&[recorder.fence])?;

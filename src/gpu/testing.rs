@@ -2,8 +2,9 @@
 //! program asks for it by [`Testing::begin`]; the library reads no variable of the environment.
 
 use super::fault::Fault;
-use super::{Buffer, Context, Memory};
+use super::{Buffer, Context, Limit, Memory};
 use crate::Result;
+use std::cell::Cell;
 use std::sync::OnceLock;
 
 /// What tests want of all devices that this process opens. By default nothing.
@@ -29,6 +30,23 @@ impl Testing {
     pub fn begin(self) {
         TESTING.get_or_init(|| self);
     }
+
+    /// Runs `body`; devices that this thread opens in it have one less of a limit than is wanted, or as much as they had, if that was less.
+    pub fn just_below<T>(limit: Limit, body: impl FnOnce() -> T) -> T {
+        LOWERED.set(Some(limit));
+        let done = body();
+        LOWERED.set(None);
+        done
+    }
+}
+
+thread_local! {
+    static LOWERED: Cell<Option<Limit>> = const { Cell::new(None) };
+}
+
+/// Which limit is too low, if one is.
+pub(super) fn lowered() -> Option<Limit> {
+    LOWERED.get()
 }
 
 /// What is wanted; nothing before testing has begun.

@@ -34,7 +34,7 @@ pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
-pub use sums::{SumKernels, Sums};
+pub use sums::{SumKernels, Sums, sum_targets};
 pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 
 use self::fit::Fit;

@@ -4,7 +4,8 @@
 use super::texels::TexelPasses;
 use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, coarser_texels, stacked};
 use crate::gpu::{
-    Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader, Target,
+    Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Limit, Memory, Resource, Shader,
+    Target,
 };
 use crate::shaders::constant::SUM_RANGE;
 use crate::shaders::{self, set};
@@ -59,6 +60,11 @@ struct Raster {
     pack: Kernel,
 }
 
+/// The targets that so many sums are drawn to.
+pub fn sum_targets(sums: u32) -> Limit {
+    Limit::color_attachments(sums.div_ceil(4).next_power_of_two().min(MOST_TARGETS).into())
+}
+
 impl Sums {
     /// Words of the texels of all maps. `skip`: casters in the dark behind meshes are left out; `reach`: texels around a tile from
     /// which look-ups read it.
@@ -105,13 +111,11 @@ impl Raster {
         constants: &Constants,
     ) -> Result<Self> {
         let [_, label, packs, _] = kernels.labels;
-        let count = kernels.sums.div_ceil(4).next_power_of_two().min(MOST_TARGETS);
-        let has = context.features().max_color_attachments;
-        if has < count {
-            return Err(Error::Refused {
-                needs: format!("maxColorAttachments of at least {count} (this device has {has})"),
-            });
+        let targets = sum_targets(kernels.sums);
+        if let Some(needs) = targets.lacks(context.features(), "") {
+            return Err(Error::Refused { needs });
         }
+        let count = targets.least as u32;
         // What is drawn in halves rounds at each caster.
         let float32 = context.features().float32_blend;
         let format = if float32 { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };

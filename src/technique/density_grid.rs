@@ -89,6 +89,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=64,march=exact|steps|ratio", "size=64,direction=mean"],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(DensityGrid::new(context, world, &spec.settings())?)),
 };
 

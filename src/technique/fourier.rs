@@ -58,6 +58,10 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f,levels=3"],
         ..Runs::NONE
     },
+    limits: |spec, path| {
+        let settings: Settings = spec.settings();
+        sums::limits(path, settings.coefficients, settings.size)
+    },
     open: |context, world, spec| Ok(Box::new(Fourier::new(context, world, &spec.settings())?)),
 };
 

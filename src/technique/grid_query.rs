@@ -53,6 +53,7 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: COMPUTE, requires: &[] }],
     promises: |_, _| PROMISES,
     runs: Runs { compare: &[""], stress_smoke: &[""], stress_meshes: &[""], ..Runs::NONE },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(GridQuery::new(context, world, &spec.settings())?)),
 };
 

@@ -78,6 +78,7 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: SLICED, requires: &[] }],
     promises: |_, _| Promises::OF_NO_DEPTH,
     runs: Runs { compare: &[""], on_cpu: &[(Name::SIZE, "64")], stress_smoke: &["size=32,slices=32"], ..Runs::NONE },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(HalfAngle::new(context, world, &spec.settings())?)),
 };
 

@@ -23,7 +23,7 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, Setting};
-use super::sums::{PATHS, promises, sum_kernels};
+use super::sums::{self, PATHS, promises, sum_kernels};
 use super::texel_map::{TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Runs};
 use crate::Result;
@@ -87,6 +87,10 @@ pub const ENTRY: Entry = Entry {
             "size=32,layers=4,storage=r16,levels=3",
         ],
         ..Runs::NONE
+    },
+    limits: |spec, path| {
+        let settings: Settings = spec.settings();
+        sums::limits(path, settings.layers, settings.size)
     },
     open: |context, world, spec| Ok(Box::new(Layers::new(context, world, &spec.settings())?)),
 };

@@ -74,6 +74,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,grid=64", "size=32,grid=64,nodes=16,samples=32,levels=3"],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 

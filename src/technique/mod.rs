@@ -74,7 +74,7 @@ pub use voxel_grid::{March, VoxelGrid};
 pub use voxelized::{Baked as VoxelizedBake, Coverage, Free, LevelCounts, Structure, TreeData, Voxelized};
 pub use wavelet::Wavelet;
 
-use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
+use crate::gpu::{Bindings, Commands, Constants, Context, Limit, Requirement};
 use crate::maps::{Map, OpaqueMaps};
 use crate::scene::{Kinds, Resolution};
 use crate::shaders::Folder;
@@ -334,6 +334,9 @@ pub struct Entry {
     pub promises: fn(&Spec, &str) -> Promises,
     /// What is run of it where it is not named.
     pub runs: Runs,
+    /// What a spec's path, the second, is refused for where a device has less, whatever the world; where a world decides what else it
+    /// wants, for one light and without hair.
+    pub limits: fn(&Spec, &str) -> Vec<Limit>,
     /// Opens it for a world that has what it casts from.
     pub open: Open,
 }

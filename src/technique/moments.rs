@@ -25,7 +25,7 @@
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{Keyed, Setting};
-use super::sums::{PATHS, RANGE, Range, sum_kernels};
+use super::sums::{self, PATHS, RANGE, Range, sum_kernels};
 use super::texel_map::{BINNED, TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Promises, Runs};
 use crate::Result;
@@ -88,6 +88,10 @@ pub const ENTRY: Entry = Entry {
             "size=32,path=binned,basis=trigonometric",
         ],
         ..Runs::NONE
+    },
+    limits: |spec, path| {
+        let settings: Settings = spec.settings();
+        sums::limits(path, settings.moments + 1, settings.size)
     },
     open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
 };

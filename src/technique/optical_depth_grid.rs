@@ -24,7 +24,7 @@
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups, push_struct};
 use crate::grid::{Grid, GridData, Holds};
 use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
@@ -81,6 +81,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["cells=32,bake=whole|round-robin"],
         ..Runs::NONE
     },
+    limits: |spec, _| vec![room(&spec.settings(), 1)],
     open: |context, world, spec| Ok(Box::new(OpticalDepthGrid::new(context, world, &spec.settings())?)),
 };
 
@@ -104,6 +105,11 @@ push_struct! {
     }
 }
 
+/// A buffer of the depths of so many lights.
+fn room(settings: &Settings, lights: u32) -> Limit {
+    Limit::buffer_range(4 * u64::from(settings.cells).pow(3) * u64::from(lights.max(1)))
+}
+
 /// Depths of all lights, and where their cells stand.
 struct Baked {
     place: Buffer,
@@ -116,15 +122,10 @@ struct Baked {
 impl Baked {
     fn new(context: &Context, world: &World, settings: &Settings, grid: &Grid, constants: &Constants) -> Result<Self> {
         let all = u64::from(settings.cells).pow(3) * u64::from(world.light_count().max(1));
-        let bytes = 4 * all;
+        let bytes = room(settings, world.light_count()).least;
         let parts = way_parts(all / u64::from(settings.turns()));
-        let has = context.features().max_storage_buffer_range;
-        if bytes > u64::from(has) {
-            let lights = world.light_count();
-            let needs = format!(
-                "maxStorageBufferRange of at least {bytes} for {lights} lights of {}³ cells (this device has {has})",
-                settings.cells
-            );
+        let what = format!(" for {} lights of {}³ cells", world.light_count(), settings.cells);
+        if let Some(needs) = room(settings, world.light_count()).lacks(context.features(), &what) {
             return Err(Error::Refused { needs });
         }
         let place = Buffer::new(context, "optical_depth_grid.place", size_of::<GridData>() as u64, Memory::Device)?;

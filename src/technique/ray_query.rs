@@ -53,6 +53,7 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &[""],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, _| Ok(Box::new(RayQuery::new(context, world, &Settings)?)),
 };
 

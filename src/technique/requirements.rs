@@ -17,13 +17,14 @@ pub struct PathRequirements {
 }
 
 impl PathRequirements {
-    fn of(path: &Path) -> Self {
+    fn of(spec: &Spec, path: &Path) -> Self {
         let mut any_of = vec![Enabled::FLOOR];
         for requirement in path.requires {
             let each = requirement.any_of();
             any_of = any_of.iter().flat_map(|one| each.iter().map(|other| one.or(*other))).collect();
         }
-        Self { path: path.name, any_of, limits: Limit::FLOOR.to_vec() }
+        let limits = Limit::FLOOR.into_iter().chain((spec.entry.limits)(spec, path.name)).collect();
+        Self { path: path.name, any_of, limits }
     }
 
     /// The device extensions of each that will do.
@@ -32,14 +33,14 @@ impl PathRequirements {
     }
 }
 
-/// What the paths that `spec` may take want of a device, the one that it names or all. Other settings may want more of its limits,
-/// which is said where it is opened.
+/// What the paths that `spec` may take want of a device, the one that it names or all. More lights or casters may want more of its
+/// limits, which is said where it is opened.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
     let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });
     let paths = spec.entry.paths;
     let known = paths.iter().any(|path| path.name == named);
-    paths.iter().filter(|path| !known || path.name == named).map(PathRequirements::of).collect()
+    paths.iter().filter(|path| !known || path.name == named).map(|path| PathRequirements::of(spec, path)).collect()
 }
 
 #[cfg(test)]
@@ -60,6 +61,14 @@ mod tests {
         assert_eq!(interlock[0].extensions(), [[ash::ext::fragment_shader_interlock::NAME]]);
         assert_eq!(interlock[0].limits[0].name, "maxPerStageDescriptorStorageBuffers");
         assert_eq!(of("avsm").len(), 4);
+        // A workgroup that holds a map of ISM: 64² texels of four bytes and all coarser levels down to 4².
+        let bytes = 4 * (64 * 64 + 32 * 32 + 16 * 16 + 8 * 8 + 4 * 4);
+        let room = Limit { name: "maxComputeSharedMemorySize", least: bytes };
+        assert_eq!(of("ism:path=tiled")[0].limits[1..], [room]);
+        assert_eq!(of("ism:path=atomic")[0].limits, Limit::FLOOR);
+        // 16 nodes stand in eight attachments.
+        let drawn = &of("avsm:path=raster-order,nodes=16")[0].limits;
+        assert!(drawn.contains(&Limit { name: "maxColorAttachments", least: 8 }), "{drawn:?}");
         assert_eq!(of("shadow-map:opaque=compute").iter().map(|path| path.path).collect::<Vec<_>>(), ["compute"]);
         assert_eq!(of("beer-shadow-map:opaque=raster").len(), 2, "how opaque maps are drawn is no path of it");
     }

@@ -24,7 +24,7 @@
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
-use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
+use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, Limit};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind, Resolution, gutter_texels};
 use crate::shaders::{constant, folder};
@@ -46,6 +46,7 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=32"],
         ..Runs::NONE
     },
+    limits: |spec, _| vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
     open: |context, world, spec| Ok(Box::new(ShadowMap::new(context, world, &spec.settings())?)),
 };
 
@@ -107,9 +108,7 @@ impl ShadowMap {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { size, bits, filter: side, bias, cascades, opaque: way } = *settings;
-        let limit = context.features().max_image_dimension_2d;
-        if size > limit {
-            let needs = format!("maxImageDimension2D of at least {size} (this device has {limit})");
+        if let Some(needs) = Limit::image_2d(size.into()).lacks(context.features(), "") {
             return Err(Error::Refused { needs });
         }
         check_faces(world, size, side)?;

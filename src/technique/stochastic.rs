@@ -80,6 +80,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,sampling=stratified"],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(Stochastic::new(context, world, &spec.settings())?)),
 };
 

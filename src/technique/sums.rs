@@ -4,7 +4,8 @@ use super::keys::words;
 use super::settings::Setting;
 use super::texel_map::{BINNED, RASTER};
 use super::{Path, Promises};
-use crate::gpu::Requirement;
+use crate::gpu::{Limit, Requirement};
+use crate::maps::sum_targets;
 
 words! {
     /// The depths that a texel's sums are of.
@@ -59,6 +60,11 @@ pub const PATHS: &[Path] =
 pub fn promises(path: &str) -> Promises {
     let order = if path == BINNED { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
+}
+
+/// What a path is refused for where a device has less: so many sums in maps of that size.
+pub fn limits(path: &str, sums: u32, size: u32) -> Vec<Limit> {
+    if path == BINNED { Vec::new() } else { vec![sum_targets(sums), Limit::image_2d(size.into())] }
 }
 
 /// What makes the sums of the technique whose shaders have that name: so many of so many words, and levels of detail.

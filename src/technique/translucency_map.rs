@@ -63,6 +63,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned,levels=3"],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 

@@ -49,6 +49,7 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=32"],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, &spec.settings())?)),
 };
 

@@ -120,6 +120,7 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=64,march=exact,path=compute|raster", "size=64,cell=triangles"],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &spec.settings())?)),
 };
 

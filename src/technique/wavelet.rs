@@ -24,7 +24,7 @@
 
 use super::keys::Name;
 use super::settings::{Keyed, Setting};
-use super::sums::{PATHS, RANGE, Range, STORAGE, Storage, promises, sum_kernels};
+use super::sums::{self, PATHS, RANGE, Range, STORAGE, Storage, promises, sum_kernels};
 use super::texel_map::{TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Runs};
 use crate::gpu::{Constants, Context};
@@ -60,6 +60,10 @@ pub const ENTRY: Entry = Entry {
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f,levels=3"],
         ..Runs::NONE
+    },
+    limits: |spec, path| {
+        let settings: Settings = spec.settings();
+        sums::limits(path, settings.means() + 1, settings.size)
     },
     open: |context, world, spec| Ok(Box::new(Wavelet::new(context, world, &spec.settings())?)),
 };

@@ -108,8 +108,8 @@ fn a_file_that_cannot_be_opened() {
         ([&good[..], b"more"].concat(), ["damaged", "bake it again"]),
         (changed(middle..middle + 1, &[!good[middle]]), ["checksum", "bake it again"]),
         (std::fs::read(&scene).expect("there"), ["does not begin as a bake", "write one with gobo bake"]),
-        (changed(8..12, &[1, 0, 0, 0]), ["version 1, and this gobo reads 3", "use the gobo that wrote it"]),
-        (changed(8..12, &[0, 0, 0, 1]), ["version 16777216", "use the gobo that wrote it"]),
+        (changed(8..12, &[1, 0, 0, 0]), ["version 1, and version 3 is read here", "read it with what wrote it"]),
+        (changed(8..12, &[0, 0, 0, 1]), ["version 16777216", "read it with what wrote it"]),
         (changed(12..16, &[0xff; 4]), ["checksum", "bake it again"]),
         // More trees and words than any number of bytes.
         (changed(32..36, &[0xff; 4]), ["cut off", "bake it again"]),

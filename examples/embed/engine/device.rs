@@ -1,6 +1,7 @@
 //! The renderer's own instance, device, queue and allocator. Gobo has no part in making them.
 
 use super::Result;
+use super::counted::{Counts, counted};
 use ash::{ext, vk};
 use gobo::gpu::{Enabled, Features};
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
@@ -62,6 +63,8 @@ pub struct Gpu {
     pub enabled: Enabled,
     /// Nanoseconds a tick of a timestamp; 0 without.
     pub tick_ns: f64,
+    /// The device as Gobo is given it, and how often that has submitted or waited. An engine hands its device over as it is.
+    pub counted: (ash::Device, Counts),
     /// None only while it is being dropped: it must go before the device.
     allocator: Option<Arc<Mutex<Allocator>>>,
     kept: Vec<Kept>,
@@ -105,7 +108,10 @@ impl Gpu {
         let has_timestamps = choice.timestamps && features.timestamp_valid_bits == 64;
         let tick_ns = if has_timestamps { features.timestamp_period_ns.into() } else { 0.0 };
         let (allocator, kept) = (None, Vec::new());
-        let mut gpu = Self { device, physical, queue, queue_family, enabled, tick_ns, allocator, kept, instance };
+        // SAFETY: all belong together, and `Instance::open` asked for Vulkan 1.3.
+        let counted = unsafe { counted(&instance.entry, &instance.handle, &device, queue) };
+        let mut gpu =
+            Self { device, physical, queue, queue_family, enabled, tick_ns, counted, allocator, kept, instance };
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: gpu.instance.handle.clone(),
             device: gpu.device.clone(),

@@ -1,5 +1,7 @@
 //! A small renderer of smoke: particles that its own compute shader moves, drawn as blended squares over a ground, lit by one sun.
 
+pub mod alone;
+pub mod counted;
 mod device;
 mod frames;
 mod memory;
@@ -102,12 +104,14 @@ pub struct Engine {
     /// The last that has shadows.
     shadowed: u64,
     recording: Duration,
+    steps: Steps,
     gpu: Gpu,
 }
 
 impl Engine {
     pub fn open(options: &Options) -> Result<Self> {
-        let mut opened = Gpu::open(&options.choice)?;
+        let mut steps = Steps::new();
+        let mut opened = step(&mut steps, "instance and device", || Gpu::open(&options.choice))?;
         let gpu = &mut opened;
         let particles = Buffer::new(gpu, "particles", PARTICLE_BYTES, MemoryLocation::GpuOnly)?;
         // The particles' numbers, far to near.
@@ -121,21 +125,28 @@ impl Engine {
         let mut frames = Frames::new(gpu)?;
         let commands = frames.begin(0)?;
         let theirs = (&particles, options.device_light.then_some(&sun));
-        let shadows = Shadows::new(gpu, &options.how, theirs, commands, 0)?;
+        let shadows = Shadows::new(gpu, &options.how, theirs, (commands, 0), &mut steps)?;
         frames.submit(0, false)?;
 
+        let start = Instant::now();
         let layout = pipelines::layout(gpu, &[set.layout, shadows.layout()])?;
         let (asked, none) = (shadows.constants(), Constants::new(&[]));
         let shaders = spirv::Shaders::new(shadows.file())?;
         let draw = |gpu: &mut Gpu, vertex, fragment| {
             pipelines::draw(gpu, layout, [&shaders.compile(vertex)?[..], &shaders.compile(fragment)?[..]], &asked)
         };
+        let move_particles = pipelines::compute(gpu, layout, &shaders.compile(spirv::MOVE)?, &none)?;
+        let sort = pipelines::compute(gpu, layout, &shaders.compile(spirv::SORT)?, &none)?;
+        let ground = draw(gpu, spirv::GROUND_VERT, spirv::GROUND_FRAG)?;
+        let smoke = draw(gpu, spirv::SMOKE_VERT, spirv::SMOKE_FRAG)?;
+        let ask = pipelines::compute(gpu, layout, &shaders.compile(spirv::ASK)?, &asked)?;
+        steps.push(("the renderer's shaders and pipelines", start.elapsed()));
         Ok(Self {
-            move_particles: pipelines::compute(gpu, layout, &shaders.compile(spirv::MOVE)?, &none)?,
-            sort: pipelines::compute(gpu, layout, &shaders.compile(spirv::SORT)?, &none)?,
-            ground: draw(gpu, spirv::GROUND_VERT, spirv::GROUND_FRAG)?,
-            smoke: draw(gpu, spirv::SMOKE_VERT, spirv::SMOKE_FRAG)?,
-            ask: pipelines::compute(gpu, layout, &shaders.compile(spirv::ASK)?, &asked)?,
+            move_particles,
+            sort,
+            ground,
+            smoke,
+            ask,
             shadows,
             frames,
             layout,
@@ -150,6 +161,7 @@ impl Engine {
             frame: 1,
             shadowed: 0,
             recording: Duration::ZERO,
+            steps,
             gpu: opened,
         })
     }
@@ -165,6 +177,11 @@ impl Engine {
     /// How long the host took for Gobo's part of the last frame: settling, recording, writing the set.
     pub fn recording(&self) -> Duration {
         self.recording
+    }
+
+    /// What opening took the host, step by step.
+    pub fn steps(&self) -> &Steps {
+        &self.steps
     }
 
     /// Waits until all frames are over.
@@ -308,6 +325,11 @@ impl Engine {
         self.copied(|engine| &engine.particles)
     }
 
+    /// Whether the device turns the sun.
+    pub fn turns_sun(&self) -> bool {
+        self.turn_per_s != 0.0
+    }
+
     /// The sun of the last frame.
     pub fn sun(&mut self) -> Result<Sun> {
         Ok(self.copied(|engine| &engine.sun)?[0])
@@ -358,6 +380,17 @@ impl Engine {
         self.frame += 1;
         self.frames.wait(frame)
     }
+}
+
+/// What each step took the host.
+pub type Steps = Vec<(&'static str, Duration)>;
+
+/// Does one step more.
+pub fn step<T>(steps: &mut Steps, name: &'static str, what: impl FnOnce() -> Result<T>) -> Result<T> {
+    let start = Instant::now();
+    let done = what()?;
+    steps.push((name, start.elapsed()));
+    Ok(done)
 }
 
 impl Drop for Engine {

@@ -3,10 +3,10 @@
 
 use super::memory::Buffer;
 use super::pipelines::{Constants, Set};
-use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, Sun, TO_SUN};
+use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, Steps, Sun, TO_SUN, step};
 use ash::vk;
 use gobo::gpu::{Adopt, Commands, Context, Messages, PassTime};
-use gobo::scene::{Light, LightKind};
+use gobo::scene::{Light, LightKind, Scene};
 use gobo::technique::{Avsm, BeerShadowMap, Psm, Settled, Technique, avsm, beer_shadow_map, psm};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 
@@ -22,7 +22,8 @@ pub enum How {
 pub struct Shadows {
     technique: Box<dyn Technique>,
     world: World,
-    particles: Source,
+    /// None: a scene of the program's, all of which is taken to have moved in each frame.
+    particles: Option<Source>,
     /// Where the device alone knows it.
     sun: Option<Source>,
     context: Context,
@@ -33,32 +34,18 @@ pub struct Shadows {
 }
 
 impl Shadows {
-    /// Opens Gobo on the renderer's device, for its particles and, where the device alone knows it, its sun. `commands` are being
-    /// recorded as frame `frame`.
+    /// Opens Gobo on the renderer's device, for its particles and, where the device alone knows it, its sun. The commands are being
+    /// recorded as that frame.
     pub fn new(
         gpu: &mut Gpu,
         how: &How,
         (particles, sun): (&Buffer, Option<&Buffer>),
-        commands: vk::CommandBuffer,
-        frame: u64,
+        (commands, frame): (vk::CommandBuffer, u64),
+        steps: &mut Steps,
     ) -> Result<Self> {
-        let (entry, instance) = gpu.origin();
-        let adopt = Adopt {
-            entry,
-            instance,
-            physical_device: gpu.physical,
-            device: gpu.device.clone(),
-            queue_family: gpu.queue_family,
-            enabled: gpu.enabled,
-            allocator: Some(gpu.allocator()?),
-            frames_in_flight: FRAMES_IN_FLIGHT,
-            messages: Messages::default(),
-        };
-        // SAFETY: all of these belong together, the device was opened with `enabled`, and `Engine` closes Gobo first, when no frame
-        // runs any more.
-        let context = unsafe { Context::adopt(adopt) }?;
+        let context = step(steps, "adopt", || adopt(gpu))?;
         let capacity = Capacity { particles: PARTICLES, lights: 1, ..Capacity::default() };
-        let mut world = World::of(&context, capacity)?;
+        let mut world = step(steps, "world", || Ok(World::of(&context, capacity)?))?;
 
         // SAFETY: the buffers are the device's, are as large, are made for storage, and are kept longer than Gobo.
         let adopt = |name, of: &Buffer| unsafe { gobo::gpu::Buffer::adopt(&context, name, of.handle, of.bytes) };
@@ -74,12 +61,31 @@ impl Shadows {
         let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
         shine(&mut world, &mut commands, sun.as_ref())?;
         commands.end();
-        let technique: Box<dyn Technique> = match how {
-            How::Avsm(settings) => Box::new(Avsm::new(&context, &world, settings)?),
-            How::Psm(settings) => Box::new(Psm::new(&context, &world, settings)?),
-            How::BeerShadowMap(settings) => Box::new(BeerShadowMap::new(&context, &world, settings)?),
-        };
+        Self::open(gpu, how, context, world, (Some(particles), sun), steps)
+    }
 
+    /// Opens Gobo for a scene that the host knows, with the lights that are in it.
+    pub fn of_scene(gpu: &mut Gpu, how: &How, scene: &Scene, steps: &mut Steps) -> Result<Self> {
+        let context = step(steps, "adopt", || adopt(gpu))?;
+        let world = step(steps, "world", || Ok(World::new(&context, scene)?))?;
+        Self::open(gpu, how, context, world, (None, None), steps)
+    }
+
+    fn open(
+        gpu: &mut Gpu,
+        how: &How,
+        context: Context,
+        world: World,
+        (particles, sun): (Option<Source>, Option<Source>),
+        steps: &mut Steps,
+    ) -> Result<Self> {
+        let technique = step(steps, "technique", || -> Result<Box<dyn Technique>> {
+            Ok(match how {
+                How::Avsm(settings) => Box::new(Avsm::new(&context, &world, settings)?),
+                How::Psm(settings) => Box::new(Psm::new(&context, &world, settings)?),
+                How::BeerShadowMap(settings) => Box::new(BeerShadowMap::new(&context, &world, settings)?),
+            })
+        })?;
         let bindings = technique.answer().layout(0);
         let sets = (0..FRAMES_IN_FLIGHT).map(|_| Set::new(gpu, &bindings)).collect::<Result<_>>()?;
         Ok(Self { technique, world, particles, sun, context, sets, grew: 0 })
@@ -112,8 +118,13 @@ impl Shadows {
         // SAFETY: the commands are being recorded, outside a render, for this frame, are submitted once and in order, and
         // `Frames::begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
         let mut commands = unsafe { Commands::on(&self.context, commands, frame) }?;
-        shine(&mut self.world, &mut commands, self.sun.as_ref())?;
-        self.world.particles(&mut commands, &self.particles, SphereAt::PARTICLE)?;
+        if let Some(particles) = &self.particles {
+            shine(&mut self.world, &mut commands, self.sun.as_ref())?;
+            self.world.particles(&mut commands, particles, SphereAt::PARTICLE)?;
+        } else {
+            self.world.casters_move()?;
+            self.technique.forget();
+        }
         self.technique.record(&mut commands, &self.world)?;
         commands.end();
         // A buffer that grew is another buffer, so that the set is written each frame.
@@ -136,12 +147,25 @@ impl Shadows {
     pub fn bytes(&self) -> u64 {
         self.context.allocated_bytes()
     }
+}
 
-    /// How often Gobo has submitted to the queue or waited for the device: never.
-    pub fn calls(&self) -> u64 {
-        let calls = self.context.calls();
-        calls.submissions + calls.waits
-    }
+/// Gobo, on the renderer's device.
+fn adopt(gpu: &Gpu) -> Result<Context> {
+    let (entry, instance) = gpu.origin();
+    let adopt = Adopt {
+        entry,
+        instance,
+        physical_device: gpu.physical,
+        device: gpu.counted.0.clone(),
+        queue_family: gpu.queue_family,
+        enabled: gpu.enabled,
+        allocator: Some(gpu.allocator()?),
+        frames_in_flight: FRAMES_IN_FLIGHT,
+        messages: Messages::default(),
+    };
+    // SAFETY: all of these belong together, the device was opened with `enabled`, and `Engine` closes Gobo first, when no frame runs any
+    // more.
+    Ok(unsafe { Context::adopt(adopt) }?)
 }
 
 /// Where the device's sun has what Gobo reads; a sun is nowhere.

@@ -97,7 +97,7 @@ impl Scene {
     /// [`Error::Input`] where the scene's lights are not a number to choose, or the number or the time is out of range.
     pub fn with_lights(self, count: usize, time_s: f64) -> Result<Self> {
         if self.motion != Motion::Courtyard {
-            let way_out = "leave --lights out, or name courtyard";
+            let way_out = "leave their number out, or name courtyard";
             return Err(Error::input(self.name, "its lights are not a number to choose", way_out));
         }
         if !(1..=courtyard_lights::MOST).contains(&count) {

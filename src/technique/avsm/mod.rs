@@ -68,6 +68,7 @@ pub const ENTRY: Entry = Entry {
     ],
     promises: |spec, path| promises::promises(&spec.settings(), path),
     runs: promises::RUNS,
+    limits: |spec, path| plan::limits(&spec.settings(), path),
     open: |context, world, spec| Ok(Box::new(Avsm::new(context, world, &spec.settings())?)),
 };
 

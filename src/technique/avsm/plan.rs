@@ -1,9 +1,9 @@
 //! What a spec means for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
 //! refused.
 
-use super::ENTRY;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
-use crate::gpu::{Constants, Context, Features, Requirement};
+use super::{ENTRY, raster_order};
+use crate::gpu::{Constants, Context, Features, Limit, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
     AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GAUSSIANS, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT,
@@ -43,7 +43,7 @@ const WIDE: u32 = 8;
 
 /// Shared memory of a tile whose whole curves are fitted: 64 cells per texel and 16 nodes at most
 /// (glsl/technique/avsm/resolve.comp).
-const FIT_SHARED_BYTES: u32 = (64 * 4 + 16 * 8) * 64;
+const FIT_ROOM: Limit = Limit::shared_memory((64 * 4 + 16 * 8) * 64);
 
 /// How glsl/technique/avsm/cells.comp runs: its variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,13 +76,12 @@ impl Cells {
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
     fn lacks(self, features: &Features, groups: u32) -> Option<String> {
-        let (has, needs) = (features.max_compute_shared_memory_bytes, self.shared_bytes(groups));
-        let (threads, wants) = (features.max_compute_workgroup_threads, groups * self.texels());
-        if has < needs {
-            return Some(format!("maxComputeSharedMemorySize of at least {needs} (this device has {has})"));
-        }
-        (threads < wants)
-            .then(|| format!("maxComputeWorkGroupInvocations of at least {wants} (this device has {threads})"))
+        let threads = Limit::threads((groups * self.texels()).into());
+        [self.room(groups), threads].iter().find_map(|limit| limit.lacks(features, ""))
+    }
+
+    fn room(self, groups: u32) -> Limit {
+        Limit::shared_memory(self.shared_bytes(groups).into())
     }
 }
 
@@ -149,11 +148,11 @@ impl Plan {
             let ways = "resolve=cells, or path=two-pass,resolve=whole";
             return refused(format!("{ways}, and curve=exponential: fit=refined fits a whole curve of optical depth"));
         }
-        let has = context.features().max_compute_shared_memory_bytes;
-        if asks_fit && whole && has < FIT_SHARED_BYTES {
-            return refused(format!(
-                "maxComputeSharedMemorySize of at least {FIT_SHARED_BYTES} (this device has {has}) for fit=refined"
-            ));
+        if asks_fit
+            && whole
+            && let Some(needs) = FIT_ROOM.lacks(context.features(), " for fit=refined")
+        {
+            return refused(needs);
         }
         let refined = asks_fit || (cells && settings.is_exponential() && settings.fit.is_none());
         let turns = if refined { FIT_TURNS } else { 0 };
@@ -218,9 +217,26 @@ impl Plan {
     }
 }
 
-/// Threads per texel of glsl/technique/avsm/cells.comp that has no lanes.
+/// What a path is refused for where a device has less. Half a tile with casters in shared memory takes the least, and as much of it on
+/// all devices, of which each has the threads.
+pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
+    let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
+    if path == Way::RasterOrder.name() {
+        raster_order::limits(settings).to_vec()
+    } else if path == Way::Binned.name() && settings.resolve.is_none_or(|resolve| resolve == Resolve::Cells) {
+        vec![Cells::Half.room(GPU_GROUPS)]
+    } else if path == Way::TwoPass.name() && refines {
+        vec![FIT_ROOM]
+    } else {
+        Vec::new()
+    }
+}
+
+/// Threads per texel of glsl/technique/avsm/cells.comp that has no lanes, on GPUs.
+const GPU_GROUPS: u32 = 4;
+
 fn groups(features: &Features) -> u32 {
-    if features.is_software() { 1 } else { 4 }
+    if features.is_software() { 1 } else { GPU_GROUPS }
 }
 
 /// How cells.comp runs. `auto`: lanes on software devices; else whole tiles where there is room for them.

@@ -1,8 +1,9 @@
 //! path=raster-order: the curves in colour attachments, which the device lets one fragment of a texel at a time read and
 //! write, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
+use super::settings::Settings;
 use super::{GroupPush, Site, per_tile};
-use crate::gpu::{Commands, Image, Kernel, OrderedAttachments};
+use crate::gpu::{Commands, Image, Kernel, Limit, OrderedAttachments};
 use crate::maps::{Bins, Maps, Splat, SplatPush};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, avsm, set};
@@ -25,13 +26,18 @@ pub struct RasterOrder {
     at_once: u32,
 }
 
+/// Those of its fragment shader, whose attachments have two nodes each.
+pub fn limits(settings: &Settings) -> [Limit; 4] {
+    Limit::attachments(settings.nodes / 2, BUFFERS)
+}
+
 impl RasterOrder {
     pub fn new(site: &Site) -> Result<Self> {
         let Site { context, world, maps, bins, curves, plan } = *site;
         // Two nodes an attachment.
         let count = plan.settings.nodes / 2;
-        if let Some(limit) = context.features().attachment_limit(count, BUFFERS) {
-            return Err(Error::Refused { needs: limit });
+        if let Some(needs) = limits(&plan.settings).iter().find_map(|limit| limit.lacks(context.features(), "")) {
+            return Err(Error::Refused { needs });
         }
         let (insert, unpack) = match count {
             2 => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_2, &avsm::UNPACK_ATTACHMENTS_2),

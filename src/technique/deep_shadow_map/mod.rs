@@ -58,6 +58,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=two-pass|binned,removal=bound|area", "size=32,path=binned,storage=packed"],
         ..Runs::NONE
     },
+    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
 };
 

@@ -64,6 +64,7 @@ pub const ENTRY: Entry = Entry {
     // Points leave holes, and which triangles they are on follows from the order of these.
     promises: |_, _| Promises::NONE,
     runs: Runs { stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles"], ..Runs::NONE },
+    limits: |spec, path| settings::limits(&spec.settings(), path),
     open: |context, world, spec| Ok(Box::new(Ism::new(context, world, &spec.settings())?)),
 };
 
@@ -100,7 +101,7 @@ impl Ism {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         lights_are_virtual(world)?;
-        let lack = settings.lacks_room(context.features());
+        let lack = settings.room().lacks(context.features(), "");
         let (way, reason) = match (settings.path, lack) {
             (Some(Way::Tiled), Some(needs)) => return Err(Error::Refused { needs }),
             (Some(way), _) => (way, "asked for"),

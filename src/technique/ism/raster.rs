@@ -4,7 +4,7 @@
 use super::atlas::AtlasPush;
 use super::settings::{Culling, Settings};
 use crate::gpu::{
-    Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target, groups,
+    Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Limit, Memory, Target, groups,
 };
 use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
@@ -50,9 +50,7 @@ impl Raster {
         let features = context.features();
         let columns = light_count.max(1).isqrt() + u32::from(light_count.max(1).isqrt().pow(2) < light_count);
         let size = [columns.max(1), light_count.div_ceil(columns.max(1)).max(1)].map(|side| side * settings.size);
-        let limit = features.max_image_dimension_2d;
-        if size[0] > limit {
-            let needs = format!("maxImageDimension2D of at least {} for the maps (this device has {limit})", size[0]);
+        if let Some(needs) = Limit::image_2d(size[0].into()).lacks(features, " for the maps") {
             return Err(Error::Refused { needs });
         }
         let culls = settings.culling != Culling::Off;

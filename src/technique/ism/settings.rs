@@ -3,7 +3,7 @@
 use super::super::Path;
 use super::super::keys::words;
 use super::super::settings::{Setting, settings};
-use crate::gpu::Features;
+use crate::gpu::Limit;
 
 words! {
     /// How the points are splatted.
@@ -107,10 +107,18 @@ impl Settings {
         (0..self.levels()).map(|level| (self.size >> level).pow(2)).sum()
     }
 
-    /// Why no workgroup of the device holds a map; none where one does.
-    pub(super) fn lacks_room(&self, features: &Features) -> Option<String> {
-        let (needs, has) = (4 * self.texels(), features.max_compute_shared_memory_bytes);
-        (has < needs).then(|| format!("maxComputeSharedMemorySize of at least {needs} (this device has {has})"))
+    /// Shared memory of a workgroup that holds a map.
+    pub(super) fn room(&self) -> Limit {
+        Limit::shared_memory((4 * self.texels()).into())
+    }
+}
+
+/// What a path is refused for where a device has less.
+pub(super) fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
+    match path {
+        "tiled" => vec![settings.room()],
+        "quads" | "triangles" => vec![Limit::image_2d(settings.size.into())],
+        _ => Vec::new(),
     }
 }
 

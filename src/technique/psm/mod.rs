@@ -41,7 +41,7 @@ use super::map_settings::map_settings;
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
 use super::settings::{Keyed, Setting};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
-use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
+use crate::gpu::{Bindings, Commands, Constants, Context, Image, Limit, Requirement, Resource};
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps, OpaqueMaps};
 use crate::shaders::constant::FETCH_AHEAD;
 use crate::shaders::folder;
@@ -98,6 +98,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,slices=64,path=raster|fused"],
         ..Runs::NONE
     },
+    limits: |spec, path| limits(&spec.settings(), path),
     open: |context, world, spec| Ok(Box::new(Psm::new(context, world, &spec.settings())?)),
 };
 
@@ -217,12 +218,20 @@ impl Psm {
     }
 }
 
+/// Shared memory of a workgroup of the fused path.
+fn room(settings: &Settings) -> Limit {
+    Limit::shared_memory((settings.slices * SLICE_BYTES + OTHER_BYTES).into())
+}
+
+fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
+    let layers = u64::from(Volume::of(settings).layers());
+    let image = Limit::image_3d(layers.max(settings.size.into()));
+    if path == FUSED { vec![room(settings), image] } else { vec![image, Limit::layers(layers)] }
+}
+
 /// The path and why. `auto` is fused wherever it runs: it writes each voxel once and blends nothing.
 fn choose(context: &Context, settings: &Settings) -> Result<(Way, String)> {
-    let (has, wants) =
-        (context.features().max_compute_shared_memory_bytes, settings.slices * SLICE_BYTES + OTHER_BYTES);
-    let lacks_room = (has < wants)
-        .then(|| format!("maxComputeSharedMemorySize of at least {wants} for as many slices (this device has {has})"));
+    let lacks_room = room(settings).lacks(context.features(), " for as many slices");
     let coverage = Some(settings.coverage).filter(|coverage| *coverage != Coverage::Off);
     let wants_raster = coverage.map(|coverage| format!("coverage={}", word_of(coverage)));
     let wants_raster = wants_raster.or(settings.route.map(|route| format!("route={}", word_of(route))));

@@ -87,7 +87,7 @@ impl Volume {
     }
 
     /// Layers of a map.
-    fn layers(&self) -> u32 {
+    pub fn layers(&self) -> u32 {
         self.slices / 4 + u32::from(self.coverage == Coverage::Viewport)
     }
 

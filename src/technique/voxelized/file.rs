@@ -97,8 +97,8 @@ impl<'a> Baked<'a> {
         // First of all: of another version the rest may mean anything.
         let version = bytes.get(MAGIC.len()..MAGIC.len() + 4).map(bytemuck::pod_read_unaligned::<u32>);
         if let Some(version) = version.filter(|version| *version != VERSION) {
-            let cause = format!("version {version}, and this gobo reads {VERSION}");
-            return wrong(cause, &format!("use the gobo that wrote it, or {AGAIN}"));
+            let cause = format!("version {version}, and version {VERSION} is read here");
+            return wrong(cause, &format!("read it with what wrote it, or {AGAIN}"));
         }
         let Some(header) = bytes.get(..size_of::<Header>()) else {
             return wrong(format!("cut off: {} bytes, and more are its header", bytes.len()), AGAIN);

@@ -42,7 +42,7 @@ impl Loaded {
     pub fn new(context: &Context, world: &World, settings: &Settings, held: impl Fn(&Key) -> bool) -> Result<Self> {
         settings.check()?;
         let Some(file) = settings.file.clone() else {
-            return Err(Error::input("voxelized", "file= names none", "name one that gobo bake wrote"));
+            return Err(Error::input("voxelized", "file= names none", WayOut::Bake("name one, or write it".into())));
         };
         let mapped = Mapped::open(Path::new(&file))
             .map_err(|cause| Error::input(&file, cause, WayOut::Bake("check the name, or write it".into())))?;

@@ -61,7 +61,7 @@ settings! {
         /// A bake from this file, for [`super::Loaded::new`], in place of one that is built. The file says the size, structure and all
         /// that a bake is of.
         file: Option<String> = Setting::file(
-            IN_FILE, "what gobo bake wrote, in place of a bake; size, structure, closed, free and coverage are its own");
+            IN_FILE, "what a bake was written to, in place of one that is built; size, structure, closed, free and coverage are its own");
         /// Columns per side of the square that a look-up averages: 1, 3, 5, 7 or 9.
         filter: u32 = PCF;
         /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what keeps a flat surface out
