@@ -225,7 +225,7 @@ fn occluders_shadow_what_the_reference_says() {
         let specs = specs(name, context);
         for mut scene in lights(&[80.0, 50.0, 20.0], DVec3::ZERO) {
             scene.meshes = plates();
-            let of_size = |size| shares_within(&scene, reach(&scene, size, 1), 400);
+            let of_size = |size| shares_within(&scene, reach(&scene, size, 1), 250);
             let bounds = [("shadow-map:size=64,filter=1,", of_size(64)), ("shadow-map:size=256,opaque=", of_size(256))];
             for text in &specs {
                 let counted = counted(context, &scene, built(context, &scene, text).as_ref());

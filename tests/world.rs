@@ -424,7 +424,11 @@ fn six_maps_cost_one_chain() {
             let passes = scenes.each_ref().map(|scene| {
                 let world = world(context, scene);
                 let mut opened = opened(context, &world, &spec);
-                names(&build(&mut opened, &world, &spec.short()).passes).join(" ")
+                let built = build(&mut opened, &world, &spec.short());
+                let mut passes = names(&built.passes);
+                // A directional light's map sees all meshes, and nothing is to be found out.
+                passes.retain(|pass| *pass != "maps.opaque_cull");
+                passes.join(" ")
             });
             println!("{}: {}", spec.short(), passes[0]);
             assert!(!passes[0].is_empty(), "{}", spec.short());

@@ -70,7 +70,7 @@ fn part_triangles(triangle_count: u32) -> u32 {
 }
 
 impl OpaqueRaster {
-    /// Of so many maps, which may not see all meshes where `culls`.
+    /// It draws so many maps, which may not see all meshes where `culls`.
     pub(super) fn new(
         context: &Context,
         scene: &Bindings,

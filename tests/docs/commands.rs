@@ -169,15 +169,15 @@ fn commands_run() {
                     let Some(Found { page, set, text }) = next.lock().expect("no panic").next() else { break };
                     let started = Instant::now();
                     let filled = PLACEHOLDERS.iter().fold(text.clone(), |text, (what, is)| text.replace(what, is));
-                    let (said, error, is_ok) = run(folder.path(), &format!("{set}{filled}"));
+                    let (_, error, is_ok) = run(folder.path(), &format!("{set}{filled}"));
                     log("ran", "commands_run", &format!("{:.1} s: {page}: {text}", started.elapsed().as_secs_f64()));
                     // What this build leaves out is no fault of the page.
                     let reasons = ["rebuild with --features", "run it where there is a display"];
                     let left_out = reasons.iter().any(|reason| error.contains(reason))
                         || refusals(&error).next().is_some() && refusals(&error).all(is_of_device);
-                    // A row that says so does not end the command otherwise.
+                    // A row that says so does not end the command otherwise. The table breaks reasons into lines, the log does not.
                     let is_shown = |needs: &&str| SHOWN.iter().any(|(of, words)| of == page && needs.contains(words));
-                    let refused = refusals(&said).find(|needs| !is_of_device(needs) && !is_shown(needs));
+                    let refused = refusals(&error).find(|needs| !is_of_device(needs) && !is_shown(needs));
                     if let Some(needs) = refused.filter(|_| is_ok) {
                         let text =
                             format!("{page}: {text}\n    a row is refused, which the page does not say: needs {needs}");

@@ -14,7 +14,7 @@ pub fn diagonal(scene: &Scene) -> f64 {
 }
 
 /// The share of points in space, and of those on surfaces, from which the way to a light is free and a way beside it is not, or the other
-/// way round, or there is the inside of something closed: ways that are shifted by less than `reach`, world units in space and on surfaces, there to the outside alone. Of so many points each.
+/// way round, or there is the inside of something closed: ways that are shifted by less than `reach`, world units in space and on surfaces, there to the outside alone. Each is of so many points.
 pub fn shares_within(scene: &Scene, reach: [f64; 2], points: usize) -> [f64; 2] {
     let (casters, meshes) = (Casters::new(scene), Meshes::new(&scene.meshes));
     let camera = View::camera(&scene.camera, scene, [96, 64]);
