@@ -391,7 +391,7 @@ fn the_page_holds_in_a_browser() {
             assert!(number("overflow") <= 0.0 && number("letters") >= 13.0, "{found}");
             assert!(number("outside") == 0.0 && number("overlaps") == 0.0 && number("moved").abs() < 1.0, "{found}");
             let marks: Vec<[f64; 4]> = serde_json::from_value(found["marks"].clone()).expect("marks");
-            assert_eq!(marks.len(), 2 * (6 + 2 * 8), "six rows of the H200, eight of the others, on two scenes");
+            assert!(marks.len() == times.len() && times.len() > 40, "a mark a time: {}, {}", marks.len(), times.len());
             // Each says its time, and all of a scene are on one logarithmic axis.
             for scene in marks.chunks(marks.len() / 2) {
                 let [first, last] = [0, scene.len() - 1].map(|place| scene[place]);
