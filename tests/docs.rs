@@ -14,10 +14,14 @@ mod links;
 mod list;
 #[path = "docs/prose.rs"]
 mod prose;
+#[path = "docs/ranks.rs"]
+mod ranks;
 #[path = "docs/recommended.rs"]
 mod recommended;
 #[path = "docs/rows.rs"]
 mod rows;
+#[path = "docs/stressed.rs"]
+mod stressed;
 #[path = "docs/tables.rs"]
 mod tables;
 #[path = "docs/workflows.rs"]

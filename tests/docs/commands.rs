@@ -195,6 +195,7 @@ fn commands_run() {
         skipped("commands_run", &format!("{} of {total} commands, which GOBO_TEST_ALL runs", total - chosen.len()));
     }
     let failed = failed.into_inner().expect("no panic");
+    println!("{total} commands, {} of syntax beside them; {} run, {} failed", syntax.len(), chosen.len(), failed.len());
     assert!(failed.is_empty(), "{} of {} failed:\n{}", failed.len(), chosen.len(), failed.join("\n"));
 }
 
