@@ -240,8 +240,12 @@ fn a_report_has_the_pace_of_frames() {
         turning(300)
     );
     let start = Instant::now();
-    let output =
-        view(&screen, folder.path(), &[&["plume_8k", "--technique", "avsm:size=32"], &SMALL[..]].concat(), &script);
+    let output = view(
+        &screen,
+        folder.path(),
+        &["plume_8k", "--technique", "avsm:size=32", "--width", "64", "--height", "48"],
+        &script,
+    );
     let open_ms = start.elapsed().as_secs_f64() * 1e3;
     let reports = Report::all(&lines(&output));
     reports.iter().for_each(|report| println!("{}", report.0));
@@ -266,8 +270,8 @@ fn what_stands_still_is_not_built_again() {
     let Some(screen) = screen("what_stands_still_is_not_built_again") else { return };
     let folder = folder();
     let scene =
-        |name: &str| format!("set runs off\nset scene {name}\nframes 3\nreport\nset runs on\nframes 12\nreport\n");
-    let script = format!("{}{}{}quit\n", scene("terrain"), scene("three-emitters"), scene("fountain:particles=300"));
+        |name: &str| format!("set runs off\nset scene {name}\nframes 8\nreport\nset runs on\nframes 12\nreport\n");
+    let script = format!("{}{}{}quit\n", scene("plume_8k"), scene("three-emitters"), scene("fountain:particles=300"));
     let output =
         view(&screen, folder.path(), &[&["plume_8k", "--technique", "avsm:size=32"], &SMALL[..]].concat(), &script);
     let builds: Vec<f64> = Report::all(&lines(&output)).iter().map(|report| report.number("builds")).collect();
