@@ -308,7 +308,7 @@ mod tests {
         assert!(!truth.is_whole(), "another state is");
     }
 
-    /// Of many that are asked for fast, those are made that there is time for, one after the other, and the last to its end; and a scene
+    /// Where many are asked for fast, those are made that there is time for, one after the other, and the last to its end; and a scene
     /// is asked for once a picture that is begun.
     #[test]
     fn the_newest_takes_the_place_of_what_was_asked_before() {

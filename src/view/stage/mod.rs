@@ -31,7 +31,7 @@ struct Counting {
 enum Values {
     Nothing,
     Reference,
-    /// Of that light, at that depth.
+    /// That light has them, at that depth.
     Slice(usize, f32),
     Steps,
 }
