@@ -12,18 +12,21 @@ pub(super) const OPTION: &str = "--test-hooks";
 /// - `GOBO_TEST_LIMITS=lowest`: limits as low as Vulkan 1.3 allows.
 /// - `GOBO_TEST_FEATURES=none`: none of what is optional.
 /// - `GOBO_TEST_VALIDATION=gpu-assisted`: the validation layer puts checks into shaders too.
-/// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails; with 0 all succeed.
+/// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails, with `N+` all later ones too; with 0 all succeed.
 /// - `GOBO_TEST_BURDEN=MIB`: each build also fills so many MiB, so that it takes longer than it should.
+/// - `GOBO_TEST_SLOW_TRUTH=MS`: each row of the window's reference takes so much longer.
 /// - `GOBO_TEST_LITTLE`, set and not empty: commands do what they are told, but little of it.
 #[doc(hidden)]
 pub fn test_hooks() {
     let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);
+    let number = |name| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(0);
     let testing = Testing {
         lowest_limits: is("GOBO_TEST_LIMITS", "lowest"),
         no_features: is("GOBO_TEST_FEATURES", "none"),
         checks_in_shaders: is("GOBO_TEST_VALIDATION", "gpu-assisted"),
         fault: std::env::var("GOBO_TEST_FAULT").ok().and_then(|text| Fault::read(&text)),
-        burden: std::env::var("GOBO_TEST_BURDEN").ok().and_then(|text| text.parse().ok()).unwrap_or(0),
+        burden: number("GOBO_TEST_BURDEN"),
+        slow_truth_ms: number("GOBO_TEST_SLOW_TRUTH"),
     };
     testing.begin();
     if std::env::var_os("GOBO_TEST_LITTLE").is_some_and(|value| !value.is_empty()) {

@@ -1,5 +1,5 @@
 //! For tests: the n-th call of a kind fails, as a driver or a full disk would have it fail. `allocation:17` names both; with 0 all
-//! succeed. Calls of all kinds are counted. Without a [`Fault`] nothing of this happens.
+//! succeed, and with `17+` those after it fail too. Calls of all kinds are counted. Without a [`Fault`] nothing of this happens.
 
 use super::testing::testing;
 use ash::prelude::VkResult;
@@ -42,6 +42,8 @@ static MADE: [AtomicU64; CALLS.len()] = [const { AtomicU64::new(0) }; CALLS.len(
 pub struct Fault {
     call: Call,
     nth: u64,
+    /// All later ones fail too.
+    lasts: bool,
 }
 
 impl Fault {
@@ -49,7 +51,8 @@ impl Fault {
     pub fn read(text: &str) -> Option<Self> {
         let (kind, nth) = text.split_once(':')?;
         let (_, call) = CALLS.into_iter().find(|(name, _)| *name == kind)?;
-        Some(Self { call, nth: nth.parse().ok()? })
+        let (nth, lasts) = nth.strip_suffix('+').map_or((nth, false), |nth| (nth, true));
+        Some(Self { call, nth: nth.parse().ok()?, lasts })
     }
 }
 
@@ -62,7 +65,10 @@ pub(crate) fn is_asked() -> bool {
 /// Whether this call is the one to fail.
 fn fails(call: Call) -> bool {
     let made = || MADE[call as usize].fetch_add(1, Ordering::Relaxed) + 1;
-    testing().fault.is_some_and(|fault| fault == Fault { call, nth: made() })
+    testing().fault.is_some_and(|fault| {
+        let (made, nth) = (made(), fault.nth);
+        fault.call == call && (made == nth || fault.lasts && nth > 0 && made > nth)
+    })
 }
 
 /// Memory that is allocated, and mapped where the host sees it.

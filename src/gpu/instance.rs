@@ -59,19 +59,19 @@ pub(super) fn open_instance(validation: bool, messages: &Messages) -> Result<Ins
     // Old layers know VK_EXT_validation_features, new ones VK_EXT_layer_settings: ask the layer.
     let settings = validation && offered(ext::layer_settings::NAME, layer);
     let old_settings = validation && !settings && offered(ext::validation_features::NAME, layer);
-    let portability = offered(khr::portability_enumeration::NAME, None);
 
     let mut extensions = Vec::new();
     for (wanted, name) in [
         (debug_utils, ext::debug_utils::NAME),
         (settings, ext::layer_settings::NAME),
         (old_settings, ext::validation_features::NAME),
-        (portability, khr::portability_enumeration::NAME),
     ] {
         if wanted {
             extensions.push(name.as_ptr());
         }
     }
+    let portability = portability(&entry);
+    extensions.extend(portability.map(CStr::as_ptr));
     let layer_names: Vec<_> = layer.iter().map(|l| l.as_ptr()).collect();
     let application = vk::ApplicationInfo::default().application_name(c"gobo").api_version(vk::API_VERSION_1_3);
     let on = [1u8, 0, 0, 0];
@@ -97,7 +97,7 @@ pub(super) fn open_instance(validation: bool, messages: &Messages) -> Result<Ins
         .application_info(&application)
         .enabled_extension_names(&extensions)
         .enabled_layer_names(&layer_names);
-    if portability {
+    if portability.is_some() {
         info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
     }
     if validation && debug_utils {
@@ -121,6 +121,15 @@ pub(super) fn open_instance(validation: bool, messages: &Messages) -> Result<Ins
         owner.messenger = Some((loader, handle));
     }
     Ok(owner)
+}
+
+/// The extension that an instance needs, with `ENUMERATE_PORTABILITY_KHR`, to list devices that are not all of Vulkan, such as MoltenVK's;
+/// none where the loader knows no such thing and lists them as they are.
+pub(crate) fn portability(entry: &ash::Entry) -> Option<&'static CStr> {
+    let name = khr::portability_enumeration::NAME;
+    // SAFETY: enumeration only.
+    let offered = unsafe { entry.enumerate_instance_extension_properties(None) }.unwrap_or_default();
+    offered.iter().any(|offered| offered.extension_name_as_c_str() == Ok(name)).then_some(name)
 }
 
 pub(super) fn physical_devices(instance: &ash::Instance) -> Result<Vec<(vk::PhysicalDevice, Option<u32>, Features)>> {

@@ -19,7 +19,7 @@ pub(crate) mod fault;
 mod features;
 mod frames;
 mod image;
-mod instance;
+pub(crate) mod instance;
 mod kernel;
 mod limits;
 mod lowest;
@@ -64,6 +64,8 @@ pub use spirv::{Shader, Spirv};
 #[doc(hidden)]
 pub use testing::Testing;
 pub(crate) use testing::burden;
+#[cfg(feature = "view")]
+pub(crate) use testing::slow_truth;
 pub use times::PassTime;
 pub use tools::Tool;
 pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};

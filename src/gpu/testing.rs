@@ -21,6 +21,8 @@ pub struct Testing {
     pub fault: Option<Fault>,
     /// MiB that each build also fills, so that it takes longer than it should; with 0 none.
     pub burden: u64,
+    /// Milliseconds that each row of the window's reference takes longer than it should.
+    pub slow_truth_ms: u64,
 }
 
 static TESTING: OnceLock<Testing> = OnceLock::new();
@@ -51,8 +53,14 @@ pub(super) fn lowered() -> Option<Limit> {
 
 /// What is wanted; nothing before testing has begun.
 pub(super) fn testing() -> &'static Testing {
-    static NONE: Testing =
-        Testing { lowest_limits: false, no_features: false, checks_in_shaders: false, fault: None, burden: 0 };
+    static NONE: Testing = Testing {
+        lowest_limits: false,
+        no_features: false,
+        checks_in_shaders: false,
+        fault: None,
+        burden: 0,
+        slow_truth_ms: 0,
+    };
     TESTING.get().unwrap_or(&NONE)
 }
 
@@ -65,4 +73,13 @@ pub(crate) fn burden(context: &Context) -> Result<Option<(Buffer, u64)>> {
     let times = mib.div_ceil(64);
     let buffer = |times| Buffer::new(context, "test.burden", (mib << 20) / times / 4 * 4, Memory::Device);
     (times > 0).then(|| Ok((buffer(times)?, times))).transpose()
+}
+
+/// Takes as long as a test wants so many rows of the window's reference to take.
+#[cfg(feature = "view")]
+pub(crate) fn slow_truth(rows: u32) {
+    let ms = testing().slow_truth_ms;
+    if ms > 0 {
+        std::thread::sleep(std::time::Duration::from_millis(ms * u64::from(rows)));
+    }
 }

@@ -7,6 +7,8 @@ mod built_in;
 mod files;
 mod model;
 
+#[cfg(feature = "view")]
+pub(crate) use built_in::emitters::Smoke;
 #[cfg(feature = "program")]
 pub use built_in::{number_of, with_number};
 #[cfg(feature = "program")]

@@ -28,6 +28,8 @@ push_struct! {
 pub struct Simulation {
     context: Context,
     fountain: Fountain,
+    /// [`Law`](crate::scene::Law).
+    law: Buffer,
     /// [`Body`]: what they are now.
     bodies: Buffer,
     grid: Grid,
@@ -69,7 +71,29 @@ impl Simulation {
         };
         let set = set.bind(context, "simulate")?;
         let kernel = Kernel::compute(context, &shaders::STEP, &[&set], &Constants::new())?;
-        Ok(Some(Self { context: context.clone(), fountain, bodies, grid, kernel, at: None, ready: false }))
+        Ok(Some(Self { context: context.clone(), fountain, law, bodies, grid, kernel, at: None, ready: false }))
+    }
+
+    /// Another attractor or gravity from now on, as if it had always been so, recorded: the next move begins anew. There are as many
+    /// particles as before.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn pull(&mut self, commands: &mut Commands, fountain: Fountain) -> Result<()> {
+        let fountain = Fountain { particles: self.fountain.particles, ..fountain };
+        if fountain == self.fountain {
+            return Ok(());
+        }
+        let law = commands.stage(&self.law, &[fountain.law()])?;
+        commands.pass("simulate.pull", |pass| law.iter().for_each(|law| pass.copy_staged(law)));
+        (self.fountain, self.at) = (fountain, None);
+        Ok(())
+    }
+
+    /// Somebody else has moved the casters: the next move begins anew.
+    #[cfg(feature = "view")]
+    pub(crate) fn forget(&mut self) {
+        self.at = None;
     }
 
     /// Records the passes that move the casters of `world`, which it was made for, to where they are at a time, as

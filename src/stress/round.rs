@@ -184,7 +184,7 @@ fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
 }
 
 /// Resident memory of this process; none where the system does not say.
-pub(super) fn host_bytes() -> Option<u64> {
+pub(crate) fn host_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)

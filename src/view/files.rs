@@ -66,6 +66,16 @@ impl Files {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }
 
+    /// The device is another: what it was to say is asked for again.
+    pub fn begin_anew(&mut self) {
+        if let Some(shot) = &mut self.shot {
+            shot.read = None;
+        }
+        if let Some((.., whole)) = &mut self.filmed {
+            *whole = 0;
+        }
+    }
+
     /// Whether they need frames: `is_whole` says that what is seen is as it will be.
     pub fn need_frames(&self, is_whole: bool) -> bool {
         self.shot.as_ref().is_some_and(|shot| is_whole || shot.read.is_some()) || self.filmed.is_some()

@@ -30,6 +30,8 @@ pub struct Lit {
     seen: (u64, View),
     /// How often the picture is to be drawn until it is at rest.
     left: usize,
+    /// How often it was built.
+    pub builds: u64,
 }
 
 /// What a frame is, of a side.
@@ -68,6 +70,7 @@ impl Lit {
             building: None,
             seen,
             left: shading.frames_to_settle(),
+            builds: 0,
         })
     }
 
@@ -140,6 +143,7 @@ impl Lit {
         let builds = !self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts));
         if builds {
             self.technique.record(commands, world)?;
+            self.builds += 1;
             (self.built, self.building) = (Some(world.generations().clone()), Some(commands.frame()));
         }
         let changed = builds || seen != self.seen;

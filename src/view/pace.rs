@@ -1,61 +1,107 @@
-//! How long frames take: the lowest of many, which is the least disturbed by whatever else the machine does.
+//! How long frames take: the host's part, the passes and the time to the next frame of the same frames, by their medians.
 
 use crate::gpu::PassTime;
 use std::time::Duration;
 
-/// Lowest times of frames, also of those in which nothing had to be drawn, milliseconds; none where nothing was measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pace {
-    /// The host's part: all of a frame but what it waits for the device.
-    host_ms: Option<f64>,
-    /// The sum of a frame's passes.
+/// Frames that are remembered, at most.
+const MOST: usize = 10_000;
+
+/// A frame, milliseconds.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    number: u64,
+    /// All of it but what it waits for the device or the screen.
+    host_ms: f64,
+    /// The sum of its passes, once they are over; none where nothing had to be drawn or the device has no timestamps.
     passes_ms: Option<f64>,
-    /// From the begin of a frame to that of the next.
-    frame_ms: Option<f64>,
+    /// From its begin to that of the next, once that begins.
+    next_ms: Option<f64>,
 }
 
+/// Frames since the last report.
+#[derive(Clone, Debug, Default)]
+pub struct Pace(Vec<Frame>);
+
 impl Pace {
-    /// The host's part of a frame, and how long ago the one before it began.
-    pub fn frame(&mut self, host: Duration, since: Duration) {
-        lower(&mut self.host_ms, host.as_secs_f64() * 1e3);
-        lower(&mut self.frame_ms, since.as_secs_f64() * 1e3);
+    /// A frame that is recorded, and the host's part of it.
+    pub fn frame(&mut self, number: u64, host: Duration) {
+        if self.0.len() == MOST {
+            self.0.drain(..MOST / 2);
+        }
+        self.0.push(Frame { number, host_ms: ms(host), passes_ms: None, next_ms: None });
     }
 
-    /// The passes of a frame that is over.
-    pub fn passes(&mut self, passes: &[PassTime]) {
-        if !passes.is_empty() {
-            lower(&mut self.passes_ms, passes.iter().map(|pass| pass.end_ns - pass.start_ns).sum::<f64>() * 1e-6);
+    /// The next frame begins, so long after the last began.
+    pub fn next(&mut self, since: Duration) {
+        if let Some(last) = self.0.last_mut() {
+            last.next_ms.get_or_insert(ms(since));
         }
     }
 
-    /// In words.
+    /// The passes of a frame that is over.
+    pub fn passes(&mut self, number: u64, passes: &[PassTime]) {
+        let frame = self.0.iter_mut().rfind(|frame| frame.number == number);
+        if let Some(frame) = frame.filter(|_| !passes.is_empty()) {
+            frame.passes_ms = Some(passes.iter().map(|pass| pass.end_ns - pass.start_ns).sum::<f64>() * 1e-6);
+        }
+    }
+
+    /// In words: of the frames that had passes and of which all is known, else of those that had none.
     pub fn text(&self) -> String {
-        let parts =
-            [(self.host_ms, "of the host's"), (self.passes_ms, "of passes"), (self.frame_ms, "to the next frame")];
-        let said = parts.iter().filter_map(|(ms, what)| ms.map(|ms| format!(", {ms:.3} ms {what}")));
-        said.collect()
+        let whole = |frame: &&Frame| frame.next_ms.is_some();
+        let drawn: Vec<&Frame> = self.0.iter().filter(whole).filter(|frame| frame.passes_ms.is_some()).collect();
+        let frames = if drawn.is_empty() { self.0.iter().filter(whole).collect() } else { drawn };
+        let of = |what: fn(&Frame) -> Option<f64>| median(frames.iter().filter_map(|frame| what(frame)).collect());
+        let parts = [
+            (of(|frame| Some(frame.host_ms)), "of the host's"),
+            (of(|frame| frame.passes_ms), "of passes"),
+            (of(|frame| frame.next_ms), "to the next frame"),
+        ];
+        let said: String = parts.iter().filter_map(|(ms, what)| ms.map(|ms| format!(", {ms:.3} ms {what}"))).collect();
+        if said.is_empty() { said } else { format!(", medians of {} frames{said}", frames.len()) }
     }
 }
 
-fn lower(lowest: &mut Option<f64>, is: f64) {
-    *lowest = Some(lowest.map_or(is, |lowest| lowest.min(is)));
+fn ms(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// The middle one, or the lower of both.
+fn median(mut of: Vec<f64>) -> Option<f64> {
+    of.sort_by(f64::total_cmp);
+    of.get(of.len().saturating_sub(1) / 2).copied()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// All three are of the same frames: one that drew nothing and was short lowers none of them.
     #[test]
-    fn the_lowest_of_each_is_kept() {
-        let pass = |ns: f64| PassTime { name: String::new(), start_ns: 1e6, end_ns: 1e6 + ns, began: 0, counts: None };
+    fn medians_are_of_frames_that_drew() {
+        let pass =
+            |ms: f64| PassTime { name: String::new(), start_ns: 1e6, end_ns: 1e6 + ms * 1e6, began: 0, counts: None };
         let mut pace = Pace::default();
         assert_eq!(pace.text(), "", "what was not measured is absent");
-        pace.frame(Duration::from_millis(2), Duration::from_millis(9));
-        pace.frame(Duration::from_millis(3), Duration::from_millis(8));
-        pace.passes(&[]);
-        assert_eq!(pace.text(), ", 2.000 ms of the host's, 8.000 ms to the next frame");
-        pace.passes(&[pass(2e6), pass(1e6)]);
-        pace.passes(&[pass(4e6)]);
-        assert_eq!(pace.text(), ", 2.000 ms of the host's, 3.000 ms of passes, 8.000 ms to the next frame");
+        for (number, (host, next)) in
+            [(0.125, 0.25), (2.0, 9.0), (3.0, 8.0), (4.0, 7.0), (0.125, 0.25)].into_iter().enumerate()
+        {
+            pace.frame(number as u64, Duration::from_secs_f64(host * 1e-3));
+            pace.next(Duration::from_secs_f64(next * 1e-3));
+        }
+        assert_eq!(pace.text(), ", medians of 5 frames, 2.000 ms of the host's, 7.000 ms to the next frame");
+        for (number, passes) in [
+            (1, vec![pass(2.0), pass(1.0)]),
+            (2, vec![pass(6.0)]),
+            (3, vec![pass(5.0)]),
+            (4, vec![]),
+            (9, vec![pass(1.0)]),
+        ] {
+            pace.passes(number, &passes);
+        }
+        pace.frame(5, Duration::from_secs(1));
+        pace.passes(5, &[pass(100.0)]);
+        let said = ", medians of 3 frames, 3.000 ms of the host's, 5.000 ms of passes, 8.000 ms to the next frame";
+        assert_eq!(pace.text(), said, "what has no next frame yet is left out");
     }
 }

@@ -174,7 +174,13 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
     match state.show {
         Show::Wipe => drop(ui.add(Slider::new(&mut state.wipe, 0.0..=1.0).text("wipe"))),
         Show::Difference => drop(ui.add(Slider::new(&mut state.gain, 1..=64).text("difference ×"))),
-        Show::Slice => drop(ui.add(Slider::new(&mut state.depth, 0.0..=1.0).text("depth in light 0's range"))),
+        Show::Slice => {
+            let lights = told.stage.map_or(1, |stage| stage.base().lights.len());
+            if lights > 1 {
+                ui.add(Slider::new(&mut state.light, 0..=lights - 1).text("light"));
+            }
+            ui.add(Slider::new(&mut state.depth, 0.0..=1.0).text("depth in the light's range"));
+        }
         Show::Steps => {
             if let Some(steps) = told.stage.and_then(Stage::steps) {
                 ui.label(steps.to_string());
@@ -299,5 +305,141 @@ fn number(ui: &mut Ui, key: &Key, value: &mut String, (low, high): (u32, u32), s
     } else if response.changed() || response.drag_stopped() {
         ui.data_mut(|data| data.remove::<u32>(id));
         *value = (number / step * step).max(low).to_string();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2, vec2};
+
+    /// A panel without a window, and a hand on it.
+    struct Hand {
+        context: egui::Context,
+        state: State,
+        chart: Chart,
+        pressed: Option<Pressed>,
+    }
+
+    impl Hand {
+        fn new() -> Self {
+            let mut state = State::new("plume_8k", 20.0, None);
+            for (key, value) in [("a", "avsm:size=256"), ("show", "wipe")] {
+                state.set(key, value).expect(key);
+            }
+            let mut hand = Self { context: egui::Context::default(), state, chart: Chart::default(), pressed: None };
+            // Once for the sizes of all, once more for their places.
+            (0..3).for_each(|_| drop(hand.frame(Vec::new())));
+            hand
+        }
+
+        /// A frame with these inputs: the texts in it, and where each is.
+        fn frame(&mut self, events: Vec<Event>) -> Vec<(String, Rect)> {
+            let screen = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 1400.0));
+            let input = RawInput { screen_rect: Some(screen), events, ..RawInput::default() };
+            let (state, pressed, scenes) = (&mut self.state, &mut self.pressed, ["plume_8k".to_owned()]);
+            let told = Told { scenes: &scenes, stage: None, chart: &self.chart, rays: None, lines: &[], host_ms: 0.0 };
+            let output = self.context.run_ui(input, |ui| *pressed = pressed.or(panel(ui, state, &told)));
+            fn texts(shape: &Shape, into: &mut Vec<(String, Rect)>) {
+                match shape {
+                    Shape::Text(text) => into.push((text.galley.text().to_owned(), text.visual_bounding_rect())),
+                    Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, into)),
+                    _ => {}
+                }
+            }
+            let mut all = Vec::new();
+            output.shapes.iter().for_each(|clipped| texts(&clipped.shape, &mut all));
+            all
+        }
+
+        /// Where the last text of that kind is.
+        #[track_caller]
+        fn find(&mut self, text: &str) -> Pos2 {
+            let all = self.frame(Vec::new());
+            let found = all.iter().rfind(|(is, _)| is == text).map(|(_, place)| place.center());
+            found.unwrap_or_else(|| panic!("no {text} in {all:?}"))
+        }
+
+        /// The middle of the rail of a slider of that name: left of its number, which is in one row with the name.
+        #[track_caller]
+        fn rail(&mut self, name: &str) -> Pos2 {
+            let at = self.find(name);
+            let in_row = |place: &Rect| (place.center().y - at.y).abs() < 5.0;
+            let all = self.frame(Vec::new());
+            let mut numbers = all.iter().filter(|(text, place)| text.parse::<f64>().is_ok() && in_row(place));
+            let number = numbers.next_back().unwrap_or_else(|| panic!("no number by {name} in {all:?}")).1;
+            pos2(number.left() - 85.0, at.y)
+        }
+
+        fn button(&mut self, pos: Pos2, pressed: bool) {
+            let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+            self.frame(vec![Event::PointerMoved(pos), Event::PointerButton { pos, button, pressed, modifiers }]);
+        }
+
+        #[track_caller]
+        fn click(&mut self, text: &str) {
+            let at = self.find(text);
+            self.button(at, true);
+            self.button(at, false);
+            // What opens is there a frame later.
+            self.frame(Vec::new());
+        }
+
+        fn drag(&mut self, from: Pos2, by: f32) {
+            self.button(from, true);
+            for share in [0.25, 0.5, 0.75, 1.0] {
+                self.frame(vec![Event::PointerMoved(pos2(from.x + share * by, from.y))]);
+            }
+            self.button(pos2(from.x + by, from.y), false);
+        }
+
+        fn spec(&self, side: usize) -> String {
+            self.state.sides[side].text()
+        }
+    }
+
+    /// One widget of each kind sets what it says, as a pointer uses it; nothing else changes.
+    #[test]
+    fn widgets_set_what_they_say() {
+        let mut hand = Hand::new();
+        let before = (hand.state.full, hand.state.wipe, hand.spec(0));
+        hand.frame(vec![Event::PointerMoved(pos2(5.0, 5.0))]);
+        assert_eq!((hand.state.full, hand.state.wipe, hand.spec(0)), before, "a pointer elsewhere sets nothing");
+        // A check box.
+        hand.click("as render shows it");
+        assert!(hand.state.full);
+        hand.click("as render shows it");
+        assert!(!hand.state.full);
+        // A slider, by its rail.
+        let rail = hand.rail("wipe");
+        hand.drag(rail, -50.0);
+        let low = hand.state.wipe;
+        assert!(low < 0.35, "{low}");
+        hand.drag(rail, 30.0);
+        assert!(hand.state.wipe > low + 0.2, "{} {low}", hand.state.wipe);
+        // A word of several.
+        hand.click("difference");
+        assert_eq!(hand.state.show, Show::Difference);
+        // A list.
+        hand.click("avsm");
+        let listed = hand.frame(Vec::new());
+        let is_listed = |name: &&str| *name != "avsm" && listed.iter().any(|(text, _)| text == name);
+        let other = REGISTRY.iter().map(|entry| entry.name).find(is_listed).expect("a list");
+        hand.click(other);
+        assert_eq!(hand.spec(0), other);
+        // A number that is dragged: set where it is let go.
+        hand.state.set("a", "psm:size=256").expect("known");
+        let size = hand.find("256");
+        hand.drag(size, 30.0);
+        let text = hand.spec(0);
+        let dragged: u32 =
+            text.split("size=").nth(1).and_then(|s| s.split(',').next()).and_then(|n| n.parse().ok()).expect(&text);
+        assert!(dragged > 256, "{text}");
+        // Buttons.
+        assert_eq!(hand.pressed, None);
+        hand.click("copy as command (C)");
+        assert_eq!(hand.pressed.take(), Some(Pressed::Copy));
+        hand.click("PNG (F12)");
+        assert_eq!(hand.pressed, Some(Pressed::Screenshot));
     }
 }

@@ -6,7 +6,7 @@ use crate::gpu::{Context, Options};
 use crate::measure::{LightRay, Standing};
 use crate::reference::truth::Casters;
 use crate::report;
-use crate::scene::{FACES, Scene, View};
+use crate::scene::{Camera, FACES, Scene, View};
 use crate::technique::{Name, Spec};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3};
@@ -30,7 +30,9 @@ struct Key {
 
 struct Asked {
     key: Key,
+    /// Its camera is the other.
     scene: Arc<Scene>,
+    camera: Camera,
     specs: Vec<Spec>,
 }
 
@@ -70,6 +72,8 @@ impl Found {
 struct Post {
     asked: Option<Asked>,
     answer: Option<(Key, std::result::Result<Arc<Found>, String>)>,
+    /// The thread is at one.
+    is_busy: bool,
     is_over: bool,
 }
 
@@ -85,8 +89,8 @@ pub struct Rays {
     thread: Option<JoinHandle<()>>,
     options: Options,
     asked: Option<Key>,
-    /// The scene in the version that was asked for last.
-    scene: Option<(u64, Arc<Scene>)>,
+    /// The thread knows of it.
+    is_posted: bool,
 }
 
 impl Drop for Rays {
@@ -113,25 +117,34 @@ pub fn specs(state: &State) -> Vec<&Spec> {
 impl Rays {
     /// Nothing is asked yet; `options` are those of the device that will answer.
     pub fn new(options: Options) -> Self {
-        Self { shared: Arc::default(), thread: None, options, asked: None, scene: None }
+        Self { shared: Arc::default(), thread: None, options, asked: None, is_posted: false }
     }
 
-    /// Asks for the ray under the pointer, where that is another than before. `version` says which state `scene` is.
-    pub fn ask(&mut self, state: &State, version: u64, scene: &Scene, camera: View) {
+    /// Asks for the ray under the pointer, where that is another than before. `version` says which state `scene` is, which is only asked
+    /// for once the thread has nothing else to do: call it again each frame.
+    pub fn ask(
+        &mut self,
+        state: &State,
+        (version, camera): (u64, View),
+        scene: impl FnOnce() -> Option<(Camera, Arc<Scene>)>,
+    ) {
         let specs = specs(state);
         let of = Of { version, specs: specs.iter().map(ToString::to_string).collect() };
         let size = [camera.width, camera.height];
         let pixel = state.pointer.unwrap_or(size.map(|side| side / 2));
         let pixel = [0, 1].map(|i| pixel[i].min(size[i] - 1));
         let key = Key { of, camera, pixel };
-        if self.asked.as_ref() == Some(&key) {
+        if self.asked.as_ref() != Some(&key) {
+            (self.asked, self.is_posted) = (Some(key.clone()), false);
+        }
+        if self.is_posted || self.shared.lock().is_busy {
             return;
         }
-        let kept = self.scene.take().filter(|(of, _)| *of == version);
-        let (_, scene) = self.scene.insert(kept.unwrap_or_else(|| (version, Arc::new(scene.clone()))));
-        let asked = Asked { key: key.clone(), scene: scene.clone(), specs: specs.into_iter().cloned().collect() };
-        self.asked = Some(key);
-        self.shared.lock().asked = Some(asked);
+        let Some((own, scene)) = scene() else { return };
+        let asked = Asked { key, scene, camera: own, specs: specs.into_iter().cloned().collect() };
+        let mut post = self.shared.lock();
+        (post.asked, post.is_busy, self.is_posted) = (Some(asked), true, true);
+        drop(post);
         self.shared.wakes.notify_all();
         if self.thread.is_none() {
             let (shared, options) = (self.shared.clone(), self.options.clone());
@@ -141,9 +154,12 @@ impl Rays {
 
     /// Nobody looks any more.
     pub fn rest(&mut self) {
-        (self.asked, self.scene) = (None, None);
+        (self.asked, self.is_posted) = (None, false);
         let mut post = self.shared.lock();
-        (post.asked, post.answer) = (None, None);
+        if post.asked.take().is_some() {
+            post.is_busy = false;
+        }
+        post.answer = None;
     }
 
     /// Whether an answer to what was asked last is still to come.
@@ -178,7 +194,10 @@ impl Shared {
             match &post.asked {
                 Some(asked) if within.is_some_and(|of| *of != asked.key.of) => return None,
                 Some(_) => return post.asked.take(),
-                None => post = self.wakes.wait(post).unwrap_or_else(PoisonError::into_inner),
+                None => {
+                    post.is_busy = false;
+                    post = self.wakes.wait(post).unwrap_or_else(PoisonError::into_inner);
+                }
             }
         }
     }
@@ -198,7 +217,8 @@ impl Shared {
 
     /// All rays of one state.
     fn serve_state(&self, context: &Context, first: Asked) {
-        let (of, scene) = (first.key.of.clone(), first.scene.clone());
+        let of = first.key.of.clone();
+        let scene = Scene { camera: first.camera, ..Scene::clone(&first.scene) };
         let standing = match first.specs.is_empty() {
             true => Err(Error::input("the curve", "nobody but the reference is shown", "name a technique")),
             false => Standing::new(context, &scene, &first.specs),

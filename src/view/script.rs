@@ -4,7 +4,21 @@ use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use winit::event::MouseButton;
 use winit::keyboard::{Key, NamedKey};
+
+/// What a hand does with a mouse, in pixels of the window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input {
+    /// The pointer is there.
+    Move([f64; 2]),
+    /// A button goes down, or up.
+    Button(bool, MouseButton),
+    /// The wheel turns by so many lines, up above 0.
+    Wheel(f64),
+    /// The control key goes down, or up.
+    Control(bool),
+}
 
 /// A line.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +43,8 @@ pub enum Step {
     Resize([u32; 2]),
     /// A file is dropped onto the window.
     Drop(String),
+    /// The mouse is used.
+    Input(Input),
     /// Prints the frames so far, and the bytes of device memory that are held.
     Report,
     /// Closes the window.
@@ -78,11 +94,23 @@ fn step(line: &str) -> std::result::Result<Step, String> {
         ("curve", _) => (!rest.is_empty()).then(|| Step::Curve(rest.into())),
         ("resize", Some([width, height])) => whole(*width).zip(whole(*height)).map(|(w, h)| Step::Resize([w, h])),
         ("drop", _) => (!rest.is_empty()).then(|| Step::Drop(rest.into())),
+        ("move", Some([x, y])) => Some(Step::Input(Input::Move([*x, *y]))),
+        ("wheel", Some([lines])) => Some(Step::Input(Input::Wheel(*lines))),
+        ("press" | "release", _) => {
+            let is_down = word == "press";
+            let button = match rest {
+                "left" => Some(Input::Button(is_down, MouseButton::Left)),
+                "right" => Some(Input::Button(is_down, MouseButton::Right)),
+                "control" => Some(Input::Control(is_down)),
+                _ => None,
+            };
+            button.map(Step::Input)
+        }
         ("report", Some([])) => Some(Step::Report),
         ("quit", Some([])) => Some(Step::Quit),
         _ => None,
     };
-    let known = "set KEY VALUE, key NAME, orbit RIGHT UP, wait MILLISECONDS, frames N, screenshot FILE, curve FILE, gif FILE MILLISECONDS, resize W H, drop FILE, report, quit";
+    let known = "set KEY VALUE, key NAME, orbit RIGHT UP, wait MILLISECONDS, frames N, screenshot FILE, curve FILE, gif FILE MILLISECONDS, resize W H, drop FILE, move X Y, press left, release left, wheel LINES, report, quit";
     step.ok_or_else(|| format!("write one of: {known}"))
 }
 
@@ -113,6 +141,10 @@ mod tests {
             ("gif a b.gif 80", Step::Gif("a b.gif".into(), 80)),
             ("curve a.svg", Step::Curve("a.svg".into())),
             ("resize 64 0", Step::Resize([64, 0])),
+            ("move 3 4.5", Step::Input(Input::Move([3.0, 4.5]))),
+            ("press right", Step::Input(Input::Button(true, MouseButton::Right))),
+            ("release control", Step::Input(Input::Control(false))),
+            ("wheel -2", Step::Input(Input::Wheel(-2.0))),
             ("report", Step::Report),
             ("quit", Step::Quit),
         ] {
@@ -126,6 +158,9 @@ mod tests {
             "resize 1",
             "quit now",
             "jump",
+            "press",
+            "press middle",
+            "move 1",
             "gif 80",
             "gif a.gif",
             "gif a.gif -1",

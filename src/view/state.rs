@@ -110,6 +110,8 @@ pub struct State {
     pub samples: u32,
     /// As `--exposure`.
     pub exposure: f32,
+    /// The light of the slice.
+    pub light: usize,
     /// The depth of the slice, 0 nearest to the light.
     pub depth: f32,
     /// Whether the curve under the pointer is shown.
@@ -142,6 +144,7 @@ impl State {
             full: false,
             samples: 4,
             exposure: 0.0,
+            light: 0,
             depth: 0.5,
             curve: false,
             pointer: None,
@@ -184,7 +187,7 @@ impl State {
 
     /// Another scene, seen and lit as its file says.
     pub fn choose(&mut self, scene: &str) {
-        (self.scene, self.lights) = (scene.into(), None);
+        (self.scene, self.lights, self.light) = (scene.into(), None, 0);
         (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
         (self.attractor, self.gravity) = (None, 1.0);
     }
@@ -192,13 +195,13 @@ impl State {
     /// The scene of `good`, as that has it, and no time that runs: this one's cannot be.
     pub fn go_back_to(&mut self, good: &Self) {
         self.choose(&good.scene);
-        (self.lights, self.time_s, self.runs) = (good.lights, good.time_s, false);
+        (self.lights, self.light, self.time_s, self.runs) = (good.lights, good.light, good.time_s, false);
         (self.attractor, self.gravity) = good.pull();
         (self.eye, self.target) = (good.eye, good.target);
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
 
-    /// Sets what `key` names: `scene`, `number` (of its particles or lights), `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `depth`, `curve`, `pointer`, `eye`, `target`,
+    /// Sets what `key` names: `scene`, `number` (of its particles or lights), `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `light` and `depth` of the slice, `curve`, `pointer`, `eye`, `target`,
     /// `direction`, `extinction`, `attractor`, `gravity`, `time`, `runs`, `panel`.
     ///
     /// # Errors
@@ -233,6 +236,7 @@ impl State {
             }
             "wipe" => self.wipe = number(0.0, 1.0)?,
             "gain" => self.gain = number(1.0, 255.0)? as u32,
+            "light" => self.light = number(0.0, 65535.0)? as usize,
             "depth" => self.depth = number(0.0, 1.0)? as f32,
             "eye" => self.eye = vector()?,
             "target" => self.target = vector()?,
@@ -264,7 +268,7 @@ impl State {
                 Some(("a", key)) => set_key(&mut self.sides[0], key, value)?,
                 Some(("b", key)) => set_key(&mut self.sides[1], key, value)?,
                 _ => {
-                    let known = "a, b, a.KEY, b.KEY, scene, number, show, wipe, gain, look, samples, exposure, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
+                    let known = "a, b, a.KEY, b.KEY, scene, number, show, wipe, gain, look, samples, exposure, light, depth, curve, pointer, eye, target, direction, extinction, attractor, gravity, time, runs, panel";
                     return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {known}")));
                 }
             },
@@ -302,7 +306,7 @@ impl State {
         self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
     }
 
-    /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: light 0 has six maps.
+    /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: the slice's light has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let look = match self.look() {
             None => " --plain".into(),
@@ -319,7 +323,9 @@ impl State {
             Show::Wipe | Show::Difference => [a, b].map(|side| line(side, "render", pixels.clone())).to_vec(),
             Show::Slice => {
                 let face = if faces { " --face +x" } else { "" };
-                vec![line(a, "slice", format!(" --size {} --depth {}{face}", size[0].min(size[1]), self.depth))]
+                let light = if self.light > 0 { format!(" --light {}", self.light) } else { String::new() };
+                let side = size[0].min(size[1]);
+                vec![line(a, "slice", format!(" --size {side} --depth {}{light}{face}", self.depth))]
             }
             Show::Wireframe => vec![line(a, "render", pixels + " --wireframe")],
             Show::Steps => vec![line(a, "render", pixels + " --steps")],

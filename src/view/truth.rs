@@ -1,150 +1,255 @@
-//! The f64 reference beside the window: it fills in from coarse to fine on threads of its own while nothing moves.
+//! The f64 reference beside the window: one worker fills it in from coarse to fine while nothing moves. What is asked for later takes
+//! the place of what was asked before, so that a reference that takes long never keeps the window waiting, nor has more than one at work.
 
-use crate::reference::truth::{Casters, developed, picture, picture_rows, shown_picture, shown_rows};
+use crate::gpu::slow_truth;
+use crate::reference::truth::{Casters, developed, picture_rows, shown_rows};
 use crate::scene::{Picture, Scene, Show, View};
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What a side of the first, coarse picture is smaller by.
 const COARSE: u32 = 8;
 
 /// How long some rows take, about.
-const SHARE: Duration = Duration::from_millis(200);
+const SHARE: Duration = Duration::from_millis(100);
 
-/// A picture that is being made.
+/// Which casters under which lights, by which camera, and how it is shown.
+type Of = (u64, View, Option<Show>);
+
+/// A picture that is to be made.
 struct Job {
-    /// Which state of which scene, by which camera, and how it is shown.
-    of: (u64, View, Option<Show>),
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    of: Of,
+    scene: Arc<Scene>,
 }
 
+/// Words between the window and the worker.
 #[derive(Default)]
-struct Shared {
-    stop: AtomicBool,
-    progress: Mutex<Progress>,
-}
-
-#[derive(Default)]
-struct Progress {
+struct Post {
+    /// The newest that is asked for, until the worker takes it.
+    next: Option<Job>,
+    /// What the worker is at, or was last.
+    at: Option<Of>,
+    is_busy: bool,
     picture: Option<Picture>,
     rows: u32,
     /// Since the window last looked.
     is_new: bool,
+    /// All rows of `at` are there.
     is_over: bool,
+    /// The window closes.
+    is_closed: bool,
 }
 
-impl Drop for Job {
-    fn drop(&mut self) {
-        self.shared.stop.store(true, Ordering::Relaxed);
-        // The thread ends by itself, after the rows that it is at. Nobody waits for it.
-        drop(self.thread.take());
-    }
+#[derive(Default)]
+struct Shared {
+    post: Mutex<Post>,
+    wakes: Condvar,
+    /// What the worker is at is not wanted any more.
+    stop: AtomicBool,
+    counts: [AtomicU64; 3],
+}
+
+/// How many pictures the worker began, finished, and dropped before their end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    pub begun: u64,
+    pub finished: u64,
+    pub dropped: u64,
 }
 
 /// The reference of what was seen last.
+#[derive(Default)]
 pub struct Truth {
-    job: Option<Job>,
+    shared: Arc<Shared>,
+    has_worker: bool,
+    wanted: Option<Of>,
+    /// What was wanted last was handed to the worker.
+    is_asked: bool,
+}
+
+impl Drop for Truth {
+    fn drop(&mut self) {
+        self.rest();
+        self.shared.lock().is_closed = true;
+        // The worker ends by itself, after the row that it is at. Nobody waits for it.
+        self.shared.wakes.notify_all();
+    }
 }
 
 impl Truth {
-    /// A reference that has begun no picture.
-    pub fn new() -> Self {
-        Self { job: None }
-    }
-
-    /// Begins the picture of `scene`, of which `version` says which state it is, where it is not under way or done: as
-    /// it is shown, or measured.
-    pub fn see(&mut self, version: u64, scene: &Scene, camera: &View, show: Option<Show>) {
-        if self.job.as_ref().is_some_and(|job| job.of == (version, *camera, show)) {
+    /// Has the picture of a scene made, as it is shown or measured, where it is not under way or done. `cast` says which casters under
+    /// which lights; `scene` has them, and is only asked for once the worker has nothing else to do: call it again each frame.
+    pub fn see(&mut self, cast: u64, camera: &View, show: Option<Show>, scene: impl FnOnce() -> Option<Arc<Scene>>) {
+        let of = (cast, *camera, show);
+        if self.wanted != Some(of) {
+            self.rest();
+            self.wanted = Some(of);
+        }
+        if self.is_asked {
             return;
         }
-        let shared = Arc::new(Shared::default());
-        let (scene, camera, theirs) = (scene.clone(), *camera, shared.clone());
-        let thread = std::thread::Builder::new().name("truth".into()).spawn(move || theirs.make(&scene, &camera, show));
-        self.job = Some(Job { of: (version, camera, show), shared, thread: thread.ok() });
+        let mut post = self.shared.lock();
+        if post.at == self.wanted && post.is_over {
+            (self.is_asked, post.is_new) = (true, true);
+            return;
+        }
+        if post.is_busy {
+            return;
+        }
+        drop(post);
+        let Some(scene) = scene() else { return };
+        let mut post = self.shared.lock();
+        self.shared.stop.store(false, Ordering::Relaxed);
+        (post.next, post.is_busy, post.is_over, post.rows) = (Some(Job { of, scene }), true, false, 0);
+        drop(post);
+        self.is_asked = true;
+        self.shared.wakes.notify_all();
+        if !self.has_worker {
+            let theirs = self.shared.clone();
+            self.has_worker = std::thread::Builder::new().name("truth".into()).spawn(move || theirs.work()).is_ok();
+        }
     }
 
     /// Nobody looks.
     pub fn rest(&mut self) {
-        self.job = None;
-    }
-
-    fn progress<T>(&self, look: impl FnOnce(&mut Progress) -> T) -> Option<T> {
-        let job = self.job.as_ref()?;
-        Some(look(&mut job.shared.progress.lock().unwrap_or_else(PoisonError::into_inner)))
+        (self.wanted, self.is_asked) = (None, false);
+        let mut post = self.shared.lock();
+        post.is_new = false;
+        self.shared.stop.store(true, Ordering::Relaxed);
+        if post.next.take().is_some() {
+            post.is_busy = false;
+        }
     }
 
     /// Whether all of it is there.
     pub fn is_whole(&self) -> bool {
-        self.progress(|progress| progress.is_over && !progress.is_new).unwrap_or(false)
+        let post = self.shared.lock();
+        self.is_asked && post.at == self.wanted && post.is_over && !post.is_new
     }
 
     /// Rows that are there, and all of them.
     pub fn rows(&self) -> [u32; 2] {
-        let rows = self.progress(|progress| progress.rows).unwrap_or(0);
-        [rows, self.job.as_ref().map_or(0, |job| job.of.1.height)]
+        let post = self.shared.lock();
+        let rows = if self.is_asked && post.at == self.wanted { post.rows } else { 0 };
+        [rows, self.wanted.map_or(0, |(_, camera, _)| camera.height)]
     }
 
     /// The picture as it is now, where it has changed since the last call, or in `any` case.
     pub fn news(&self, any: bool) -> Option<Picture> {
-        let news = self.progress(|progress| {
-            let is_new = std::mem::take(&mut progress.is_new);
-            progress.picture.clone().filter(|_| is_new || any)
-        });
-        news.flatten()
+        let mut post = self.shared.lock();
+        if !self.is_asked || post.at != self.wanted {
+            return None;
+        }
+        let is_new = std::mem::take(&mut post.is_new);
+        post.picture.clone().filter(|_| is_new || any)
+    }
+
+    /// What the worker has done.
+    pub fn counts(&self) -> Counts {
+        let [begun, finished, dropped] = [0, 1, 2].map(|i: usize| self.shared.counts[i].load(Ordering::Relaxed));
+        Counts { begun, finished, dropped }
     }
 }
 
 impl Shared {
-    /// On a thread of its own.
-    fn make(&self, scene: &Scene, camera: &View, show: Option<Show>) {
+    fn lock(&self) -> MutexGuard<'_, Post> {
+        self.post.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next that is asked for, once it is; none where the window closes.
+    fn next(&self) -> Option<Job> {
+        let mut post = self.lock();
+        loop {
+            if post.is_closed {
+                return None;
+            }
+            match post.next.take() {
+                Some(job) => {
+                    (post.at, post.picture, post.is_new) = (Some(job.of), None, false);
+                    self.counts[0].fetch_add(1, Ordering::Relaxed);
+                    return Some(job);
+                }
+                None => post.is_busy = false,
+            }
+            post = self.wakes.wait(post).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// The worker, to its end. Casters stay sorted for as long as they are the same.
+    fn work(&self) {
         // One core is the window's.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads((cores - 1).max(1)).build() else { return };
-        pool.install(|| {
-            let casters = Casters::new(scene);
-            let coarse =
-                View { width: camera.width.div_ceil(COARSE), height: camera.height.div_ceil(COARSE), ..*camera };
-            if self.is_stopped() {
-                return;
-            }
-            let first = match show {
-                None => picture(&casters, scene, &coarse),
-                Some(show) => {
-                    developed(&shown_picture(&casters, scene, &coarse), &Show { grid: [1; 2], stops: show.stops })
+        let threads = (cores - 1).max(1);
+        let named = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("truth {i}"));
+        let Ok(pool) = named.build() else { return };
+        let mut next = self.next();
+        while let Some(first) = next {
+            let scene = first.scene.clone();
+            let casters = pool.install(|| Casters::new(&scene));
+            let mut job = first;
+            next = loop {
+                let is_made = pool.install(|| self.make(&casters, &scene, &job.of));
+                self.counts[if is_made { 1 } else { 2 }].fetch_add(1, Ordering::Relaxed);
+                match self.next() {
+                    Some(same) if Arc::ptr_eq(&same.scene, &scene) => job = same,
+                    other => break other,
                 }
             };
-            self.tell(|progress| progress.picture = Some(enlarged(&first, camera)));
-            let (mut row, mut rows) = (0, 1);
-            while row < camera.height && !self.is_stopped() {
-                let end = (row + rows).min(camera.height);
-                let start = Instant::now();
-                let pixels = rows_of(&casters, scene, camera, show, row..end);
-                let at = (row * camera.width) as usize;
-                self.tell(|progress| {
-                    if let Some(picture) = &mut progress.picture {
-                        picture.pixels[at..at + pixels.len()].copy_from_slice(&pixels);
-                    }
-                    (progress.rows, progress.is_over) = (end, end == camera.height);
-                });
-                let fits = SHARE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6) * f64::from(end - row);
-                (row, rows) = (end, (fits as u32).clamp(1, 2 * rows));
-            }
+        }
+    }
+
+    /// Makes a picture, and returns whether it came to its end.
+    fn make(&self, casters: &Casters, scene: &Scene, of: &Of) -> bool {
+        let (_, camera, show) = of;
+        let coarse = View { width: camera.width.div_ceil(COARSE), height: camera.height.div_ceil(COARSE), ..*camera };
+        let look = show.map(|show| Show { grid: [1; 2], stops: show.stops });
+        let mut first = Vec::new();
+        let is_whole = self.rows(coarse.height, |rows| {
+            first.extend(rows_of(casters, scene, &coarse, look, rows));
         });
+        if !is_whole {
+            return false;
+        }
+        let first = enlarged(&Picture { width: coarse.width, height: coarse.height, pixels: first }, camera);
+        self.tell(|post| post.picture = Some(first));
+        self.rows(camera.height, |rows| {
+            let (at, end) = ((rows.start * camera.width) as usize, rows.end);
+            let pixels = rows_of(casters, scene, camera, *show, rows);
+            self.tell(|post| {
+                if let Some(picture) = &mut post.picture {
+                    picture.pixels[at..at + pixels.len()].copy_from_slice(&pixels);
+                }
+                (post.rows, post.is_over) = (end, end == camera.height);
+            });
+        })
     }
 
-    fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+    /// Has `make` make all rows, a few at a time; false where that was stopped.
+    fn rows(&self, height: u32, mut make: impl FnMut(Range<u32>)) -> bool {
+        let (mut row, mut rows) = (0, 1);
+        while row < height {
+            let end = (row + rows).min(height);
+            let start = Instant::now();
+            if self.stop.load(Ordering::Relaxed) {
+                return false;
+            }
+            slow_truth(end - row);
+            make(row..end);
+            let fits = SHARE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6) * f64::from(end - row);
+            (row, rows) = (end, (fits as u32).clamp(1, 2 * rows));
+        }
+        true
     }
 
-    fn tell(&self, what: impl FnOnce(&mut Progress)) {
-        let mut progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
-        what(&mut progress);
-        progress.is_new = true;
+    /// What is told of a picture that is not wanted any more is lost.
+    fn tell(&self, what: impl FnOnce(&mut Post)) {
+        let mut post = self.lock();
+        if !self.stop.load(Ordering::Relaxed) {
+            what(&mut post);
+            post.is_new = true;
+        }
     }
 }
 
@@ -170,16 +275,22 @@ fn enlarged(coarse: &Picture, camera: &View) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::truth::picture;
+
+    fn plume() -> (Arc<Scene>, View) {
+        let scene = Scene::load("plume_8k", 0.0).expect("built in");
+        let camera = View::camera(&scene.camera, &scene, [48, 20]);
+        (Arc::new(scene), camera)
+    }
 
     /// In the end it is the whole reference, and before it a picture of as many pixels.
     #[test]
     fn it_fills_in() {
-        let scene = Scene::load("plume_8k", 0.0).expect("built in");
-        let camera = View::camera(&scene.camera, &scene, [48, 20]);
-        let mut truth = Truth::new();
-        truth.see(0, &scene, &camera, None);
+        let (scene, camera) = plume();
+        let mut truth = Truth::default();
         let mut last = None;
         while !truth.is_whole() {
+            truth.see(0, &camera, None, || Some(scene.clone()));
             if let Some(news) = truth.news(false) {
                 assert_eq!((news.width, news.height, news.pixels.len()), (48, 20, 960));
                 last = Some(news);
@@ -188,9 +299,44 @@ mod tests {
         }
         assert_eq!(truth.rows(), [20, 20]);
         assert_eq!(last.expect("some"), picture(&Casters::new(&scene), &scene, &camera));
-        truth.see(0, &scene, &camera, None);
-        assert!(truth.is_whole(), "the same is not made again");
-        truth.see(1, &scene, &camera, None);
+        truth.see(0, &camera, None, || unreachable!("the same is not made again"));
+        assert!(truth.is_whole());
+        truth.rest();
+        truth.see(0, &camera, None, || unreachable!("nor where nobody looked meanwhile"));
+        assert!(truth.news(false).is_some() && truth.is_whole());
+        truth.see(1, &camera, None, || None);
         assert!(!truth.is_whole(), "another state is");
+    }
+
+    /// Where many are asked for fast, those are made that there is time for, one after the other, and the last to its end; and a scene
+    /// is asked for once a picture that is begun.
+    #[test]
+    fn the_newest_takes_the_place_of_what_was_asked_before() {
+        let (scene, camera) = plume();
+        let (mut truth, mut asked) = (Truth::default(), 0);
+        let seen = |i: u64| View { far: camera.far + i as f32 * 1e-3, ..camera };
+        for i in 0..300 {
+            let scene = || {
+                asked += 1;
+                Some(scene.clone())
+            };
+            truth.see(i, &seen(i), None, scene);
+            std::thread::sleep(Duration::from_micros(100));
+        }
+        while !truth.is_whole() {
+            truth.see(299, &seen(299), None, || {
+                asked += 1;
+                Some(scene.clone())
+            });
+            let _ = truth.news(false);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // The last is counted right after it is told.
+        let at_rest = |of: Counts| of.begun == of.finished + of.dropped;
+        (0..1000).take_while(|_| !at_rest(truth.counts())).for_each(|_| std::thread::sleep(Duration::from_millis(1)));
+        let Counts { begun, finished, dropped } = truth.counts();
+        assert!(finished >= 1 && dropped >= 1 && begun < 300, "{begun} {finished} {dropped}");
+        assert!(begun == finished + dropped && begun <= asked, "{begun} {finished} {dropped} {asked}");
+        assert_eq!(truth.news(true).expect("whole"), picture(&Casters::new(&scene), &scene, &seen(299)));
     }
 }

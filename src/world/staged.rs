@@ -2,7 +2,7 @@
 
 use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
-use crate::scene::{Caster, Light, Particle, Scene, Side, sides};
+use crate::scene::{Camera, Caster, Light, Particle, Scene, Side, sides};
 use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
@@ -96,12 +96,67 @@ impl World {
     /// [`Error::Gpu`] where they cannot be read, [`Error::Refused`] as [`World::scene`].
     pub fn read_back(&mut self) -> Result<()> {
         let casters: Vec<Caster> = self.casters.read(self.particle_count as usize)?;
-        let particle = |c: &Caster| Particle { position: c.position, radius: c.radius, extinction: c.density };
+        self.particles_were(&casters)?;
         let staged = self.staged()?;
-        staged.scene.particles = casters.iter().map(particle).collect();
         staged.written = false;
         let bounds = Bounds::of_casters(&staged.scene.casters());
         self.bounds = Some([self.known_bounds()[0], bounds]);
+        Ok(())
+    }
+
+    /// The same of what a frame left in [`World::casters`], in frames in flight: nothing waits. It is what they are now where no pass has
+    /// written them since, else what they were.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] as [`World::scene`].
+    pub fn particles_are(&mut self, casters: &[Caster], now: bool) -> Result<()> {
+        self.particles_were(casters)?;
+        if now {
+            let known = self.known_bounds();
+            let staged = self.staged()?;
+            staged.written = false;
+            let bounds = [known[0], Bounds::of_casters(&staged.scene.casters())];
+            self.generations.bounds += u64::from(whole(bounds) != whole(known));
+            self.bounds = Some(bounds);
+        }
+        Ok(())
+    }
+
+    fn particles_were(&mut self, casters: &[Caster]) -> Result<()> {
+        let particles = casters.iter().take(self.particle_count as usize);
+        let particle = |c: &Caster| Particle { position: c.position, radius: c.radius, extinction: c.density };
+        let particles = particles.map(particle);
+        let staged = self.staged()?;
+        staged.scene.particles.clear();
+        staged.scene.particles.extend(particles);
+        Ok(())
+    }
+
+    /// Another camera and other lights, as many, over all that casts as it is now, recorded: nothing else is compared or copied.
+    ///
+    /// # Errors
+    /// As [`World::replace`].
+    pub fn turn_in(&mut self, commands: &mut Commands, camera: Camera, lights: &[Light]) -> Result<()> {
+        let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
+        let is_other = maps(lights) != maps(&self.lit);
+        let staged = self.staged()?;
+        if staged.mixed || is_other {
+            let scene = Scene { camera, lights: lights.to_vec(), ..staged.scene.clone() };
+            return self.replace_in(commands, &scene);
+        }
+        staged.scene.camera = camera;
+        if staged.scene.lights != lights {
+            staged.scene.lights = lights.to_vec();
+            staged.mixed = true;
+            let data = LightData::all(&staged.scene);
+            raise_lights(&mut self.generations, lights, &self.lit, false);
+            let copy = commands.stage(&self.lights, &data)?;
+            commands.pass("world.move", |pass| copy.iter().for_each(|copy| pass.copy_staged(copy)));
+            self.lit = lights.to_vec();
+            self.staged()?.mixed = false;
+        }
+        self.generations.camera += u64::from(self.camera != Some(camera));
+        self.camera = Some(camera);
         Ok(())
     }
 

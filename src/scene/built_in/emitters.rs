@@ -136,13 +136,48 @@ const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase:
 /// # Errors
 /// As [`check_time`].
 pub(in crate::scene) fn smoke(scene: &str, emitters: &[Emitter], time_s: f64) -> Result<Vec<Particle>> {
+    smoke_after(scene, emitters, time_s, &mut Smoke::default())
+}
+
+/// Where particles were after the last whole step that they took, for the next time to go on from: the particles are the same, to the
+/// bit, as those that are followed from their births.
+#[derive(Clone, Debug, Default)]
+pub struct Smoke(Vec<Traces>);
+
+/// Those of an emitter, by their numbers from the first on.
+#[derive(Clone, Debug, Default)]
+struct Traces {
+    first: u64,
+    all: Vec<Trace>,
+}
+
+/// A particle after so many whole steps.
+#[derive(Clone, Copy, Debug)]
+struct Trace {
+    drift: DVec2,
+    rise_factor: f64,
+    size_factor: f64,
+    position: DVec3,
+    velocity: DVec3,
+    steps: u32,
+}
+
+/// As [`smoke`], of particles that were somewhere before.
+pub(in crate::scene) fn smoke_after(
+    scene: &str,
+    emitters: &[Emitter],
+    time_s: f64,
+    before: &mut Smoke,
+) -> Result<Vec<Particle>> {
     check_time(scene, time_s)?;
+    before.0.resize_with(emitters.len(), Traces::default);
     // The air's direction in each mode: across the wave vector, so that the air is free of divergence.
     let directions = SWIRL_MODES.map(|mode| {
         let direction = mode.wave_vector.cross(mode.potential).normalize_or_zero();
         (mode, direction)
     });
-    Ok(emitters.iter().flat_map(|emitter| emit(emitter, &directions, time_s)).collect())
+    let emitted = emitters.iter().zip(&mut before.0).flat_map(|(emitter, was)| emit(emitter, &directions, time_s, was));
+    Ok(emitted.collect())
 }
 
 /// The square ground plane at z = 0.
@@ -160,8 +195,8 @@ pub(in crate::scene) fn ground(half: f32) -> Mesh {
 ///
 /// # Errors
 /// As [`smoke`].
-pub(in crate::scene) fn particles(time_s: f64) -> Result<Vec<Particle>> {
-    smoke("three-emitters", &EMITTERS, time_s)
+pub(in crate::scene) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
+    smoke_after("three-emitters", &EMITTERS, time_s, before)
 }
 
 /// Particles of these emitters that live at once, at most.
@@ -182,7 +217,7 @@ const _: () = assert!(most(&EMITTERS) == crate::scene::MOST_OF_THREE_EMITTERS);
 /// # Errors
 /// As [`smoke`].
 pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
-    let particles = particles(time_s)?;
+    let particles = particles(time_s, &mut Smoke::default())?;
     Ok(Scene {
         name: "three-emitters".into(),
         motion: Motion::ThreeEmitters,
@@ -207,19 +242,28 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
 }
 
 /// The emitter's living particles, oldest first.
-fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64) -> Vec<Particle> {
+fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64, was: &mut Traces) -> Vec<Particle> {
     let interval_s = emitter.lifetime_s / emitter.capacity as f64;
     let newest = (time_s / interval_s) as u64;
     let oldest = (newest + 1).saturating_sub(emitter.capacity);
+    let before = std::mem::take(was);
     let living = (oldest..=newest).into_par_iter().map(|number| {
         let birth_s = number as f64 * interval_s;
-        trace(emitter, modes, number, birth_s, (time_s - birth_s).max(0.0))
+        let age_s = (time_s - birth_s).max(0.0);
+        let known = number.checked_sub(before.first).and_then(|at| before.all.get(at as usize));
+        // All of its steps are whole at this age too: it may be younger than it was.
+        let goes_on = |trace: &&Trace| trace.steps == 0 || age_s - f64::from(trace.steps - 1) * STEP_S >= STEP_S;
+        let mut trace = known.filter(goes_on).copied().unwrap_or_else(|| born(emitter, number));
+        let particle = go(emitter, modes, &mut trace, birth_s, age_s);
+        (trace, particle)
     });
-    living.collect()
+    let (all, particles) = living.unzip();
+    *was = Traces { first: oldest, all };
+    particles
 }
 
-/// The particle of that number, `age_s` after its birth.
-fn trace(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], number: u64, birth_s: f64, age_s: f64) -> Particle {
+/// The particle of that number at its birth.
+fn born(emitter: &Emitter, number: u64) -> Trace {
     let mut random = Pcg32::new(emitter.seed[0], emitter.seed[1]);
     random.advance(number * DRAWS_PER_PARTICLE);
     let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
@@ -230,9 +274,14 @@ fn trace(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], number: u64, birth_s: 
     let rise_factor = 0.85 + 0.3 * fraction();
     let size_factor = 0.85 + 0.3 * fraction();
 
-    let mut position = emitter.position + start.extend(0.0);
-    let mut velocity = emitter.velocity + kick.extend(0.0);
-    for step in 0..(age_s / STEP_S).ceil() as u32 {
+    let position = emitter.position + start.extend(0.0);
+    Trace { drift, rise_factor, size_factor, position, velocity: emitter.velocity + kick.extend(0.0), steps: 0 }
+}
+
+/// What it is `age_s` after its birth; `trace` goes on with it, by whole steps.
+fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_s: f64, age_s: f64) -> Particle {
+    let Trace { drift, rise_factor, size_factor, mut position, mut velocity, steps } = *trace;
+    for step in steps..(age_s / STEP_S).ceil() as u32 {
         let done_s = f64::from(step) * STEP_S;
         let step_s = STEP_S.min((age_s - done_s).max(0.0));
         let rise = mix(emitter.rise, done_s / emitter.lifetime_s) * rise_factor;
@@ -242,6 +291,9 @@ fn trace(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], number: u64, birth_s: 
         // Implicit, so that no drag is too strong for the step.
         velocity = (velocity + emitter.drag * step_s * air) / (1.0 + emitter.drag * step_s);
         position += velocity * step_s;
+        if step_s == STEP_S && trace.steps == step {
+            *trace = Trace { position, velocity, steps: step + 1, ..*trace };
+        }
     }
     let age = (age_s / emitter.lifetime_s).min(1.0);
     let radius = mix(emitter.radius_world, age) * size_factor;
@@ -278,4 +330,26 @@ fn mix([from, to]: [f64; 2], fraction: f64) -> f64 {
 fn smooth(fraction: f64) -> f64 {
     let fraction = fraction.clamp(0.0, 1.0);
     fraction * fraction * (3.0 - 2.0 * fraction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Smoke that goes on from where it was is that which is followed from its birth, to the bit: on by frames of any length, back, and
+    /// after a leap.
+    #[test]
+    fn smoke_goes_on_as_it_began() {
+        let mut before = Smoke::default();
+        for time_s in
+            [0.0, 0.02, 1.0 / 30.0, 0.1, 3.0, 3.0 + 1.0 / 30.0, 3.2, 3.2, 3.1, 1.0, 19.0, 19.0 + 2.0 / 30.0, 7.5]
+        {
+            let went_on = particles(time_s, &mut before).expect("a time");
+            let bytes = |particles: &[Particle]| bytemuck::cast_slice::<_, u8>(particles).to_vec();
+            assert_eq!(bytes(&went_on), bytes(&particles(time_s, &mut Smoke::default()).expect("a time")), "{time_s}");
+        }
+        let steps =
+            |smoke: &Smoke| smoke.0.iter().flat_map(|of| &of.all).map(|trace| u64::from(trace.steps)).sum::<u64>();
+        assert!(steps(&before) > 100 * 2000, "and keeps the steps that it took: {}", steps(&before));
+    }
 }

@@ -1,7 +1,7 @@
 //! The built-in scene `lantern`: three kinds of light at once.
 
 use crate::Result;
-use crate::scene::built_in::emitters::{Emitter, ground, most, smoke};
+use crate::scene::built_in::emitters::{Emitter, Smoke, ground, most, smoke_after};
 use crate::scene::model::time::wave;
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
 use glam::DVec3;
@@ -46,9 +46,9 @@ const AT_REST_S: f64 = 20.0;
 /// The smoke after so many seconds.
 ///
 /// # Errors
-/// As [`smoke`].
-pub(in crate::scene) fn particles(time_s: f64) -> Result<Vec<Particle>> {
-    smoke("lantern", &HEAPS, time_s)
+/// As [`smoke_after`].
+pub(in crate::scene) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
+    smoke_after("lantern", &HEAPS, time_s, before)
 }
 
 const _: () = assert!(most(&HEAPS) == crate::scene::MOST_OF_LANTERN);
@@ -79,13 +79,13 @@ pub(in crate::scene) fn lights(time_s: f64) -> Vec<Light> {
 /// above, after `time_s` seconds; in units of about a metre, z up.
 ///
 /// # Errors
-/// As [`smoke`].
+/// As [`smoke_after`].
 pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
     Ok(Scene {
         name: "lantern".into(),
         motion: Motion::Lantern,
         extinction_ratio: Scene::GREY,
-        particles: particles(time_s)?,
+        particles: particles(time_s, &mut Smoke::default())?,
         strands: Vec::new(),
         gaussians: Vec::new(),
         volumes: Vec::new(),

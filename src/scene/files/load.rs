@@ -1,11 +1,13 @@
 //! Scenes by their names: files and built-in ones, and what moves in the latter.
 
 use crate::error::did_you_mean;
+use crate::scene::built_in::emitters::Smoke;
 use crate::scene::{
-    DATA_ENDINGS, MOST_GRAVITY, Motion, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard,
-    built_in::courtyard_lights, built_in::cube, built_in::embedded, built_in::emitters, built_in::failures,
-    built_in::fountain, built_in::hair, built_in::houses, built_in::ink, built_in::lantern, built_in::plume,
-    built_in::sparse, built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input,
+    DATA_ENDINGS, Fountain, Light, MOST_GRAVITY, Motion, Particle, Scene, Volume, built_in, built_in::cloud,
+    built_in::cornell, built_in::courtyard, built_in::courtyard_lights, built_in::cube, built_in::embedded,
+    built_in::emitters, built_in::failures, built_in::fountain, built_in::hair, built_in::houses, built_in::ink,
+    built_in::lantern, built_in::plume, built_in::sparse, built_in::splats, built_in::town, check_time,
+    files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
 use glam::DVec3;
@@ -113,19 +115,29 @@ impl Scene {
     /// # Errors
     /// [`Error::Input`] where nothing of the scene is simulated, or a number or the time is out of range.
     pub fn pulled(mut self, attractor: Option<DVec3>, gravity: f64, time_s: f64) -> Result<Self> {
-        let Motion::Fountain(fountain) = &mut self.motion else {
+        self.motion = Motion::Fountain(self.pull(attractor, gravity)?);
+        self.at(time_s)
+    }
+
+    /// What then moves it.
+    ///
+    /// # Errors
+    /// As [`Scene::pulled`], but for the time.
+    pub(crate) fn pull(&self, attractor: Option<DVec3>, gravity: f64) -> Result<Fountain> {
+        let name = || self.name.clone();
+        let Motion::Fountain(fountain) = self.motion else {
             let way_out = "leave attractor and gravity out, or name fountain";
-            return Err(Error::input(self.name, "nothing of it is simulated", way_out));
+            return Err(Error::input(name(), "nothing of it is simulated", way_out));
         };
         if !(0.0..=MOST_GRAVITY).contains(&gravity) {
             let cause = format!("a gravity of {gravity}, of 0 to {MOST_GRAVITY} times the earth's");
-            return Err(Error::input(self.name, cause, "choose another"));
+            return Err(Error::input(name(), cause, "choose another"));
         }
         if attractor.is_some_and(|at| at.abs().max_element() > 1e3 || !at.is_finite()) {
-            return Err(Error::input(self.name, "an attractor farther than 1000 away", "bring it nearer"));
+            return Err(Error::input(name(), "an attractor farther than 1000 away", "bring it nearer"));
         }
-        (fountain.attractor, fountain.gravity) = (attractor.map(|at| at.as_vec3().into()), gravity as f32);
-        self.at(time_s)
+        let attractor = attractor.map(|at| at.as_vec3().into());
+        Ok(Fountain { attractor, gravity: gravity as f32, ..fountain })
     }
 
     /// The scene at another time: what moves by itself is as it would be `time_s` seconds after the emitters began, all else as
@@ -134,34 +146,54 @@ impl Scene {
     /// # Errors
     /// [`Error::Input`] where the time is out of range.
     pub fn at(&self, time_s: f64) -> Result<Self> {
-        let mut volumes = self.volumes.clone();
-        let (particles, lights) = match &self.motion {
-            Motion::Still => (self.particles.clone(), self.lights.clone()),
-            Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
-            Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
-            Motion::Hair => (Vec::new(), hair::lights(time_s)?),
-            Motion::Courtyard => (Vec::new(), courtyard::lights_at(self.lights.len(), time_s)?),
-            Motion::Fountain(fountain) => (fountain::particles(fountain, time_s)?, self.lights.clone()),
+        let mut parts = self.parts_at(time_s, &mut Smoke::default())?;
+        let mut scene = self.clone();
+        scene.swap(&mut parts);
+        Ok(scene)
+    }
+
+    /// What of it is otherwise at another time. Smoke goes on from where it was `before`.
+    ///
+    /// # Errors
+    /// As [`Scene::at`].
+    pub(crate) fn parts_at(&self, time_s: f64, before: &mut Smoke) -> Result<SceneParts> {
+        let (mut particles, mut lights, mut volumes) = (None, None, None);
+        match &self.motion {
+            Motion::Still => {}
+            Motion::ThreeEmitters => particles = Some(emitters::particles(time_s, before)?),
+            Motion::Lantern => {
+                (particles, lights) = (Some(lantern::particles(time_s, before)?), Some(lantern::lights(time_s)));
+            }
+            Motion::Hair => lights = Some(hair::lights(time_s)?),
+            Motion::Courtyard => lights = Some(courtyard::lights_at(self.lights.len(), time_s)?),
+            Motion::Fountain(fountain) => particles = Some(fountain::particles(fountain, time_s)?),
             Motion::Animation(animation) => {
                 check_time(&self.name, time_s)?;
-                let particles;
-                (particles, volumes) = animation.at(time_s)?;
-                (particles, self.lights.clone())
+                let (now, fields) = animation.at(time_s)?;
+                (particles, volumes) = (Some(now), Some(fields));
             }
-        };
-        Ok(Self {
-            name: self.name.clone(),
-            particles,
-            strands: self.strands.clone(),
-            gaussians: self.gaussians.clone(),
-            volumes,
-            meshes: self.meshes.clone(),
-            lights,
-            camera: self.camera,
-            motion: self.motion.clone(),
-            extinction_ratio: self.extinction_ratio,
-        })
+        }
+        Ok(SceneParts { particles, lights, volumes })
     }
+
+    /// Puts parts in the place of its own, and its own in theirs.
+    pub(crate) fn swap(&mut self, parts: &mut SceneParts) {
+        fn swap<T>(own: &mut T, other: Option<&mut T>) {
+            if let Some(other) = other {
+                std::mem::swap(own, other);
+            }
+        }
+        swap(&mut self.particles, parts.particles.as_mut());
+        swap(&mut self.lights, parts.lights.as_mut());
+        swap(&mut self.volumes, parts.volumes.as_mut());
+    }
+}
+
+/// What of a scene is otherwise at another time; none stays as it is.
+pub(crate) struct SceneParts {
+    pub(crate) particles: Option<Vec<Particle>>,
+    lights: Option<Vec<Light>>,
+    volumes: Option<Vec<Volume>>,
 }
 
 /// What plays from files is where it is at that time.

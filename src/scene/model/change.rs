@@ -1,6 +1,6 @@
 //! Changes to a scene that its file does not have: another camera, another light, thicker or thinner smoke.
 
-use crate::scene::{Light, LightKind, Scene};
+use crate::scene::{Camera, Light, LightKind, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -29,29 +29,41 @@ impl SceneChange {
     /// # Errors
     /// [`Error::Input`] where no light of it has a direction, a number is out of range, or the camera stands at what it looks at.
     pub fn of(&self, scene: &Scene) -> Result<Scene> {
-        let fail = |cause: &str, way_out: &str| Err(Error::input(scene.name.clone(), cause, way_out));
+        let (camera, lights) = self.aimed(scene)?;
+        if !(self.extinction >= 0.0 && self.extinction.is_finite()) {
+            let (cause, way_out) = ("an extinction below 0 or without bound", "give a number of 0 or more");
+            return Err(Error::input(scene.name.clone(), cause, way_out));
+        }
         let mut changed = scene.clone();
-        changed.camera.position = self.eye.unwrap_or(scene.camera.position);
-        changed.camera.target = self.target.unwrap_or(scene.camera.target);
-        let forward = changed.camera.target - changed.camera.position;
-        if !(forward.cross(changed.camera.up).length_squared() > 0.0 && forward.is_finite()) {
+        (changed.camera, changed.lights) = (camera, lights);
+        if self.extinction != 1.0 {
+            thicken(&mut changed, self.extinction);
+        }
+        Ok(changed)
+    }
+
+    /// Its camera and its lights alone.
+    ///
+    /// # Errors
+    /// As [`SceneChange::of`], but for extinction.
+    pub fn aimed(&self, scene: &Scene) -> Result<(Camera, Vec<Light>)> {
+        let fail = |cause: &str, way_out: &str| Err(Error::input(scene.name.clone(), cause, way_out));
+        let (mut camera, mut lights) = (scene.camera, scene.lights.clone());
+        camera.position = self.eye.unwrap_or(camera.position);
+        camera.target = self.target.unwrap_or(camera.target);
+        let forward = camera.target - camera.position;
+        if !(forward.cross(camera.up).length_squared() > 0.0 && forward.is_finite()) {
             return fail("the camera looks along its up, or nowhere", "move it, or what it looks at");
         }
         if let Some(direction) = self.direction {
             if !(direction.length() > 0.0 && direction.is_finite()) {
                 return fail("a light's direction of no length", "give one");
             }
-            if !turn(&mut changed.lights, direction.normalize()) {
+            if !turn(&mut lights, direction.normalize()) {
                 return fail("none of its lights has a direction", "leave the direction out, or name another scene");
             }
         }
-        if !(self.extinction >= 0.0 && self.extinction.is_finite()) {
-            return fail("an extinction below 0 or without bound", "give a number of 0 or more");
-        }
-        if self.extinction != 1.0 {
-            thicken(&mut changed, self.extinction);
-        }
-        Ok(changed)
+        Ok((camera, lights))
     }
 }
 

@@ -42,11 +42,6 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
     let count = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
     let depths: Vec<f64> = scene.casters()[..count].iter().map(z).collect();
-    let falling = |depths: &[f64]| {
-        let mut order: Vec<u32> = (0..depths.len() as u32).collect();
-        order.sort_by(|a, b| depths[*b as usize].total_cmp(&depths[*a as usize]).then(a.cmp(b)));
-        order
-    };
     let casters = falling(&depths);
     let of_volumes: Vec<f64> = scene.volumes.iter().map(|volume| camera.project(middle(volume)).1).collect();
     let before = |volume: u32| {
@@ -55,6 +50,35 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     };
     let volumes = falling(&of_volumes).into_iter().map(before).collect();
     Order { casters, volumes }
+}
+
+/// Indices by falling depth as [`f64::total_cmp`] has it, ties by index. A picture of smoke that moves needs it each frame: by three
+/// digits of the upper half of each number, and what is alike there by the rest.
+fn falling(depths: &[f64]) -> Vec<u32> {
+    const DIGIT: u32 = 11;
+    let key = |depth: &f64| {
+        let bits = depth.to_bits();
+        !(if bits >> 63 == 1 { !bits } else { bits | 1 << 63 })
+    };
+    let mut order: Vec<(u64, u32)> = depths.iter().map(key).zip(0..).collect();
+    let mut other = order.clone();
+    for shift in [32, 32 + DIGIT, 32 + 2 * DIGIT] {
+        let digit = |key: u64| (key >> shift) as usize & ((1 << DIGIT) - 1);
+        let mut places = [0u32; 1 << DIGIT];
+        order.iter().for_each(|(key, _)| places[digit(*key)] += 1);
+        let mut before = 0;
+        places.iter_mut().for_each(|place| before += std::mem::replace(place, before));
+        for entry in &order {
+            let place = &mut places[digit(entry.0)];
+            other[*place as usize] = *entry;
+            *place += 1;
+        }
+        std::mem::swap(&mut order, &mut other);
+    }
+    for alike in order.chunk_by_mut(|(a, _), (b, _)| a >> 32 == b >> 32).filter(|alike| alike.len() > 1) {
+        alike.sort_by_key(|(key, _)| *key);
+    }
+    order.into_iter().map(|(_, index)| index).collect()
 }
 
 fn middle(volume: &Volume) -> DVec3 {
@@ -108,6 +132,24 @@ mod tests {
         // Blocks lie from sample −8 to 8.
         let origin = DVec3::new(0.0, 0.0, z);
         Volume::new(field, Placed { origin, steps, extinction: 1.0, color: [1.0; 3], side: 1 }).expect("a volume")
+    }
+
+    /// Digits sort as comparisons do: numbers of either sign, whatever is alike in part or whole, and what is none.
+    #[test]
+    fn digits_sort_as_comparisons_do() {
+        let mut random = 1u64;
+        let mut next = || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            random
+        };
+        let mut depths: Vec<f64> = (0..3000).map(|_| f64::from_bits(next())).collect();
+        depths.extend((0..3000).map(|_| f64::from((next() >> 60) as u32) - 8.0));
+        depths.extend((0..3000).map(|_| 10.0 + f64::EPSILON * f64::from((next() >> 56) as u32)));
+        depths.extend([0.0, -0.0, f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
+        let mut order: Vec<u32> = (0..depths.len() as u32).collect();
+        order.sort_by(|a, b| depths[*b as usize].total_cmp(&depths[*a as usize]).then(a.cmp(b)));
+        assert_eq!(falling(&depths), order);
+        assert!(falling(&[]).is_empty());
     }
 
     /// Each volume is among the casters by its middle, over those of the same z.

@@ -1,7 +1,7 @@
 //! The window's own instance, surface, device, queue and allocator, made as any engine makes its own.
 
 use super::failed;
-use crate::gpu::{Enabled, Features};
+use crate::gpu::{Enabled, Features, instance};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -118,6 +118,8 @@ impl Instance {
         let of_surface = ash_window::enumerate_required_extensions(display);
         let mut extensions: Vec<*const c_char> =
             of_surface.map_err(failed("find", "a surface for the window"))?.to_vec();
+        let portability = instance::portability(&entry);
+        extensions.extend(portability.map(CStr::as_ptr));
         let mut layers = Vec::new();
         if validation {
             extensions.extend([ext::debug_utils::NAME.as_ptr(), ext::validation_features::NAME.as_ptr()]);
@@ -131,6 +133,9 @@ impl Instance {
             .application_info(&application)
             .enabled_layer_names(&layers)
             .enabled_extension_names(&extensions);
+        if portability.is_some() {
+            info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+        }
         if validation {
             info = info.push_next(&mut features);
         }

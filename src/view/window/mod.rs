@@ -1,22 +1,27 @@
 //! The window: what keys, mouse and lines of a script do, and its frames.
 
+mod input;
+
+use self::input::event_of;
 use super::chart::Chart;
 use super::files::Files;
 use super::host::{Host, Said, Ui};
 use super::pace::Pace;
 use super::panel::{self, Pressed, Told};
 use super::rays::{self, Rays};
-use super::script::{Script, Step, key_name};
+use super::script::{Script, Step};
 use super::stage::{Stage, is_lost};
-use super::state::{Show, State};
+use super::state::State;
+use super::truth::Counts;
 use super::{Options, camera, no_display};
 use crate::gpu;
+use crate::stress::round::host_bytes;
 use crate::{Error, Result};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event::{MouseButton, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
@@ -28,6 +33,10 @@ const FRAME_S: f64 = 1.0 / 30.0;
 
 /// How long a script waits for the window to take on its size.
 const GRACE: Duration = Duration::from_secs(3);
+
+/// A device that is lost so often, each time within so many frames, is not opened again.
+const MOST_LOSSES: u32 = 3;
+const FEW_FRAMES: u64 = 30;
 
 /// What there is once a window stands. Fields are dropped in this order.
 struct Open {
@@ -54,6 +63,9 @@ pub struct View {
     files: Files,
     /// Drawn since the window opened.
     frames: u64,
+    /// How often the device was lost in a row, and at which frame the last time.
+    losses: u32,
+    lost_at: u64,
     host_ms: f64,
     /// The frames since the last report.
     pace: Pace,
@@ -86,6 +98,8 @@ impl View {
             lines: Vec::new(),
             files: Files::default(),
             frames: 0,
+            losses: 0,
+            lost_at: 0,
             host_ms: 0.0,
             pace: Pace::default(),
             last: Instant::now(),
@@ -114,6 +128,11 @@ impl View {
         if window.scale_factor() != 1.0 {
             let _ = window.request_inner_size(size(window.scale_factor()));
         }
+        self.open_on(window)
+    }
+
+    /// Opens the device, for a window that stands.
+    fn open_on(&self, window: Arc<Window>) -> Result<Open> {
         let Options { device, validation, messages, .. } = &self.options;
         let host = Host::open(&window, device.as_deref(), *validation, &self.said, messages)?;
         let egui = egui::Context::default();
@@ -129,9 +148,31 @@ impl View {
     /// Draws a frame.
     fn frame(&mut self) -> Result<()> {
         let Some(mut open) = self.open.take() else { return Ok(()) };
-        let outcome = self.frame_of(&mut open);
-        self.open = Some(open);
-        outcome
+        match self.frame_of(&mut open) {
+            Err(error) if is_lost(&error) => self.go_on_without(open, error),
+            outcome => {
+                self.open = Some(open);
+                outcome
+            }
+        }
+    }
+
+    /// Opens the device anew where it was lost, and all on it: a line, and the window goes on, unless that helps no more.
+    fn go_on_without(&mut self, lost: Open, error: Error) -> Result<()> {
+        self.losses = if self.frames - self.lost_at < FEW_FRAMES { self.losses + 1 } else { 1 };
+        self.lost_at = self.frames;
+        if self.losses > MOST_LOSSES {
+            return Err(error);
+        }
+        self.tell(format!("the device is opened anew: {error}"));
+        let window = lost.window.clone();
+        // A window has one surface at a time.
+        drop(lost);
+        self.files.begin_anew();
+        self.pace = Pace::default();
+        self.open = Some(self.open_on(window)?);
+        self.wants = true;
+        Ok(())
     }
 
     fn frame_of(&mut self, open: &mut Open) -> Result<()> {
@@ -139,6 +180,7 @@ impl View {
         let seconds = if self.script.is_some() { FRAME_S } else { (start - self.last).as_secs_f64().min(0.1) };
         let since = start - self.last;
         self.last = start;
+        self.pace.next(since);
         if self.state.runs {
             self.state.time_s += seconds;
         }
@@ -156,7 +198,7 @@ impl View {
         if let Some(over) = frame.number.checked_sub(open.host.frames_in_flight()) {
             let passes = open.host.context().times(over);
             self.chart.add(&passes);
-            self.pace.passes(&passes);
+            self.pace.passes(over, &passes);
             match self.files.save(over, open.host.is_blue_first()) {
                 // A script's next line may need it.
                 Err(error @ Error::Output { .. }) if self.script.is_none() => self.tell(error.to_string()),
@@ -178,10 +220,11 @@ impl View {
         }
         let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.size())));
         let is_whole = open.stage.as_ref().is_some_and(|stage| stage.is_whole(&self.state));
+        let number = frame.number;
         let film = self.files.wanted(&open.host, is_whole && !open.rays.is_waiting())?;
         let waited = waited + open.host.end(frame, picture, ui, film.as_ref())?;
         let host = start.elapsed().saturating_sub(waited);
-        self.pace.frame(host, since);
+        self.pace.frame(number, host);
         let host_ms = host.as_secs_f64() * 1e3;
         self.host_ms = if self.frames == 0 { host_ms } else { 0.9 * self.host_ms + 0.1 * host_ms };
         if let Some(film) = film {
@@ -265,7 +308,8 @@ impl View {
     /// Copies the command, and prints it.
     fn copy(&self, open: &mut Open) {
         let size = open.stage.as_ref().map_or(self.options.size, Stage::size);
-        let faces = open.stage.as_ref().is_some_and(|stage| stage.base().lights[0].map_count() > 1);
+        let light = open.stage.as_ref().and_then(|stage| stage.base().lights.get(self.state.light));
+        let faces = light.is_some_and(|light| light.map_count() > 1);
         let mut lines = self.state.commands(size, faces);
         if let Some(Ok(found)) = open.rays.answer() {
             lines.push(self.state.curve_command(found.texel, found.face, &rays::specs(&self.state)));
@@ -276,37 +320,14 @@ impl View {
     }
 
     /// Asks for the curve under the pointer where it is shown, and writes it where that is wanted.
-    fn ask(&mut self, stage: &Stage, rays: &mut Rays) -> Result<()> {
+    fn ask(&mut self, stage: &mut Stage, rays: &mut Rays) -> Result<()> {
         if !self.state.curve {
             rays.rest();
             return Ok(());
         }
-        let (version, scene, camera) = stage.seen()?;
-        rays.ask(&self.state, version, scene, camera);
+        let seen = stage.seen()?;
+        rays.ask(&self.state, seen, || stage.shared());
         self.files.save_plot(rays)
-    }
-
-    /// Does what a key does.
-    fn key(&mut self, key: &str, open: &mut Open) {
-        let shown =
-            key.strip_prefix('f').and_then(|n| n.parse::<usize>().ok()).and_then(|n| Show::ALL.get(n.wrapping_sub(1)));
-        if let Some((_, show)) = shown {
-            self.state.show = *show;
-        }
-        if let (Some(way), Some(stage)) = (camera::way(key), &open.stage) {
-            camera::fly(&mut self.state, &stage.base().camera, way);
-        }
-        match key {
-            "f12" => self.files.shoot(None),
-            "c" => self.copy(open),
-            "x" => self.state.sides.swap(0, 1),
-            "v" => self.state.curve = !self.state.curve,
-            "r" => (self.state.eye, self.state.target) = (None, None),
-            "space" => self.state.runs = !self.state.runs,
-            "h" => self.state.panel = !self.state.panel,
-            "escape" => self.is_over = true,
-            _ => {}
-        }
     }
 
     /// Does the script's next lines, as far as nothing has to be waited for.
@@ -333,6 +354,8 @@ impl View {
             }
             let Some(step) = self.script.as_mut().and_then(Script::next) else { return Ok(()) };
             self.until = None;
+            // Nothing is drawn for waiting.
+            self.wants |= !matches!(step, Step::Wait(_));
             match step {
                 Step::Set(key, value) => self.state.set(&key, &value)?,
                 Step::Key(key) => self.key(&key, open),
@@ -356,17 +379,24 @@ impl View {
                     let _ = open.window.request_inner_size(PhysicalSize::new(size[0] + panel, size[1]));
                 }
                 Step::Drop(file) => self.state.choose(&file),
+                Step::Input(input) => self.event(&event_of(input), open),
                 Step::Report => {
                     let (frames, bytes) = (self.frames, open.host.allocated_bytes());
-                    let lowest = std::mem::take(&mut self.pace).text();
-                    println!("{frames} frames, {bytes} bytes of device memory{lowest}");
+                    let resident = host_bytes().map_or_else(String::new, |bytes| format!(", {bytes} bytes resident"));
+                    let stage = open.stage.as_ref();
+                    let (builds, truth) = stage.map(|stage| (stage.builds(), stage.truth_counts())).unwrap_or_default();
+                    let Counts { begun, finished, dropped } = truth;
+                    let truth = format!("reference: {begun} begun, {finished} finished, {dropped} dropped");
+                    let pace = std::mem::take(&mut self.pace).text();
+                    println!(
+                        "{frames} frames, {bytes} bytes of device memory{resident}, {builds} builds, {truth}{pace}"
+                    );
                 }
                 Step::Quit => {
                     self.is_over = true;
                     self.files.finish()?;
                 }
             }
-            self.wants = true;
             if self.is_over {
                 return Ok(());
             }
@@ -380,25 +410,6 @@ impl View {
         }
         if self.is_over {
             events.exit();
-        }
-    }
-
-    /// Whether the pointer is not over the panel.
-    fn is_over_picture(&self, open: &Open) -> bool {
-        let window: [u32; 2] = open.window.inner_size().into();
-        self.pointer[0] < f64::from(panel::picture(&self.state, window, open.window.scale_factor())[0])
-    }
-
-    /// What the mouse does to the camera.
-    fn mouse(&mut self, [x, y]: [f64; 2], open: &Open) {
-        let (right, down) = (x - self.pointer[0], y - self.pointer[1]);
-        self.pointer = [x, y];
-        let (Some(button), Some(stage)) = (self.dragged, &open.stage) else { return };
-        let (camera, share) = (&stage.base().camera, 1.0 / f64::from(stage.size()[1]));
-        match button {
-            MouseButton::Left if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), [x, y]) => {}
-            MouseButton::Left => camera::orbit(&mut self.state, camera, -right * share * 4.0, down * share * 4.0),
-            _ => camera::fly(&mut self.state, camera, [-right * share, down * share, 0.0]),
         }
     }
 }
@@ -420,44 +431,17 @@ impl ApplicationHandler for View {
             self.check(events, outcome);
             return;
         }
-        let taken = open.input.on_window_event(&open.window, &event);
-        self.wants |= taken.repaint;
-        match event {
-            WindowEvent::CloseRequested => self.is_over = true,
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.wants = true,
-            WindowEvent::DroppedFile(path) => {
-                self.state.choose(&path.to_string_lossy());
-                self.wants = true;
-            }
-            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !taken.consumed => {
-                self.key(&key_name(&event.logical_key), &mut open);
-                self.wants = true;
-            }
-            WindowEvent::MouseInput { state, button, .. } => {
-                let is_ours = state == ElementState::Pressed && self.is_over_picture(&open);
-                self.dragged = is_ours.then_some(button);
-            }
-            WindowEvent::ModifiersChanged(modifiers) => self.control = modifiers.state().control_key(),
-            WindowEvent::CursorMoved { position, .. } => {
-                self.mouse([position.x, position.y], &open);
-                // A script has a pointer of its own.
-                if self.state.curve && self.script.is_none() && self.is_over_picture(&open) {
-                    self.state.pointer = Some([position.x, position.y].map(|at| at.max(0.0) as u32));
-                    self.wants = true;
-                }
-                self.wants |= self.dragged.is_some();
-            }
-            WindowEvent::MouseWheel { delta, .. } if self.is_over_picture(&open) => {
-                let lines = match delta {
-                    MouseScrollDelta::LineDelta(_, y) => f64::from(y),
-                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / 40.0,
-                };
-                if let Some(stage) = &open.stage {
-                    camera::zoom(&mut self.state, &stage.base().camera, 0.9f64.powf(lines));
-                }
-                self.wants = true;
-            }
-            _ => {}
+        // A script stands for keys and mouse.
+        let is_input = matches!(
+            event,
+            WindowEvent::CursorMoved { .. }
+                | WindowEvent::MouseInput { .. }
+                | WindowEvent::MouseWheel { .. }
+                | WindowEvent::ModifiersChanged(_)
+                | WindowEvent::KeyboardInput { .. }
+        );
+        if !is_input || self.script.is_none() {
+            self.event(&event, &mut open);
         }
         self.open = Some(open);
         self.check(events, Ok(()));

@@ -1,17 +1,22 @@
 //! What is drawn: a scene, the techniques that light it, their pictures. What has not changed is not built and not drawn again.
 
+mod moves;
+
+use self::moves::Simulated;
 use super::host::Host;
 use super::lit::Lit;
 use super::present::{Present, Shown, Source};
 use super::state::{Show, Side, State};
-use super::truth::Truth;
+use super::truth::{Counts, Truth};
 use crate::consume::{Slice, StepsKernel};
 use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, ReadBack};
 use crate::report::StepRange;
-use crate::scene::{Scene, SceneChange, View};
+use crate::scene::{Light, Scene, SceneChange, Smoke, View};
+use crate::simulate::Simulation;
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counts of steps on their way to the host.
@@ -26,8 +31,8 @@ struct Counting {
 enum Values {
     Nothing,
     Reference,
-    /// At that depth.
-    Slice(f32),
+    /// That light has them, at that depth.
+    Slice(usize, f32),
     Steps,
 }
 
@@ -44,6 +49,18 @@ pub struct Stage {
     world: World,
     /// Another whenever the world changes: no two states of any scenes have the same.
     version: u64,
+    /// The same of casters and lights alone.
+    cast: u64,
+    /// The casters and lights of that state, once somebody else wanted them; its camera may be another.
+    kept: Option<(u64, Arc<Scene>)>,
+    /// The camera of that state, in pictures of that size.
+    camera: Option<(u64, [u32; 2], View)>,
+    /// Where smoke was that the host moves.
+    smoke: Smoke,
+    /// What moves particles on the device, once they moved.
+    simulation: Option<Simulation>,
+    /// What brings them to the host, where the device has moved them: by which they are ordered and, once they stand, all else is.
+    simulated: Option<Simulated>,
     sides: [Option<Lit>; 2],
     /// Specs that cannot be shown, and why.
     refused: [Option<(String, String)>; 2],
@@ -75,10 +92,16 @@ impl Stage {
             change: state.change(),
             world,
             version: next_version(),
+            cast: next_version(),
+            kept: None,
+            camera: None,
+            smoke: Smoke::default(),
+            simulation: None,
+            simulated: None,
             sides: [None, None],
             refused: [None, None],
             unanswered: None,
-            truth: Truth::new(),
+            truth: Truth::default(),
             present: None,
             values: Values::Nothing,
             counting: None,
@@ -99,13 +122,27 @@ impl Stage {
         &self.base
     }
 
-    /// Which state the world is in, the scene in it, and the camera that sees it.
+    /// Which state the world is in, and the camera that sees it.
     ///
     /// # Errors
     /// As [`World::scene`].
-    pub fn seen(&self) -> Result<(u64, &Scene, View)> {
-        let scene = self.world.scene()?;
-        Ok((self.version, scene, View::camera(&scene.camera, scene, self.size)))
+    pub fn seen(&self) -> Result<(u64, View)> {
+        let known = self.camera.filter(|(of, size, _)| (*of, *size) == (self.version, self.size));
+        let view = known.map(|(.., view)| Ok(view)).unwrap_or_else(|| {
+            let scene = self.world.scene()?;
+            Ok(View::camera(&scene.camera, scene, self.size))
+        });
+        view.map(|view| (self.version, view))
+    }
+
+    /// What the reference has done.
+    pub fn truth_counts(&self) -> Counts {
+        self.truth.counts()
+    }
+
+    /// How often A and B were built since they were opened.
+    pub fn builds(&self) -> u64 {
+        self.sides.iter().flatten().map(|lit| lit.builds).sum()
     }
 
     /// Pixels of the picture.
@@ -172,12 +209,13 @@ impl Stage {
             (Side::Technique(_), None) => false,
         };
         let is_answered = match state.show {
-            Show::Slice => self.values == Values::Slice(state.depth),
+            Show::Slice => self.values == Values::Slice(state.light, state.depth),
             Show::Steps => self.values == Values::Steps,
             Show::A | Show::B | Show::Wipe | Show::Difference | Show::Wireframe => true,
         };
         side(0)
             && side(1)
+            && !self.simulated.as_ref().is_some_and(|simulated| simulated.is_moving)
             && (is_answered || self.refused[0].is_some() || self.unanswered.is_some())
             && self.shown.is_some()
     }
@@ -192,15 +230,12 @@ impl Stage {
                 lit.settle(over)?;
             }
             self.paint_steps(over)?;
+            self.take_particles(over)?;
         }
         self.move_world(commands, state)?;
-        let scene = self.world.scene()?;
-        let camera = View::camera(&scene.camera, scene, self.size);
-        if has_reference(state) {
-            self.truth.see(self.version, scene, &camera, state.look());
-        } else {
-            self.truth.rest();
-        }
+        let (_, camera) = self.seen()?;
+        self.camera = Some((self.version, self.size, camera));
+        self.see(state, &camera);
         for i in 0..2 {
             self.open(i, state, &camera)?;
         }
@@ -222,27 +257,18 @@ impl Stage {
         self.show(commands, state, host.is_blue_first())
     }
 
-    /// Moves the world to where `state` has it.
-    fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
-        let change = state.change();
-        if (self.of.1, self.pull, self.change) == (state.time_s, state.pull(), change) {
-            return Ok(());
-        }
-        let later = match () {
-            () if self.pull != state.pull() => {
-                Some(self.base.clone().pulled(state.attractor, state.gravity, state.time_s)?)
+    /// Has the reference made of what is seen of it.
+    fn see(&mut self, state: &State, camera: &View) {
+        if !has_reference(state) {
+            self.truth.rest();
+            if !state.curve {
+                self.kept = None;
             }
-            () if self.of.1 != state.time_s => Some(self.base.at(state.time_s)?),
-            () => None,
-        };
-        let scene = change.of(later.as_ref().unwrap_or(&self.base))?;
-        self.world.replace_in(commands, &scene)?;
-        if let Some(later) = later {
-            self.base = later;
+            return;
         }
-        (self.of.1, self.pull, self.change) = (state.time_s, state.pull(), change);
-        self.version = next_version();
-        Ok(())
+        let mut truth = std::mem::take(&mut self.truth);
+        truth.see(self.cast, camera, state.look(), || self.scene_of_now());
+        self.truth = truth;
     }
 
     /// Opens A or B where it is another than before. That it cannot be is a line, and no error.
@@ -283,7 +309,8 @@ impl Stage {
     /// Sees to it that A can be asked for what is shown of it, and not again for what it cannot be.
     fn ask_of_a(&mut self, state: &State) -> Result<()> {
         let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
-        self.unanswered.take_if(|(show, of, _)| *show != state.show || *of != spec);
+        // A slice may be of another light, and is asked for again.
+        self.unanswered.take_if(|(show, of, _)| *show != state.show || *of != spec || *show == Show::Slice);
         if self.unanswered.is_some() {
             return Ok(());
         }
@@ -311,7 +338,7 @@ impl Stage {
         }
         let is_answered = match state.show {
             Show::Slice | Show::Steps if self.unanswered.is_some() => false,
-            Show::Slice => self.slice(commands, state.depth)?,
+            Show::Slice => self.slice(commands, state.light, state.depth)?,
             Show::Steps => self.count_steps(commands)?,
             Show::Wireframe => self.unanswered.is_none(),
             Show::A | Show::B | Show::Wipe | Show::Difference => self.fill_in(state)?,
@@ -348,25 +375,31 @@ impl Stage {
     }
 
     /// Asks A about a slice, once its maps stand. Returns whether the values have it.
-    fn slice(&mut self, commands: &mut Commands, depth: f32) -> Result<bool> {
-        if self.values == Values::Slice(depth) {
+    fn slice(&mut self, commands: &mut Commands, light: usize, depth: f32) -> Result<bool> {
+        if self.values == Values::Slice(light, depth) {
             return Ok(true);
         }
         let (Some(lit), Some(present)) = (&self.sides[0], &self.present) else { return Ok(false) };
         if !lit.stands(&self.world) {
             return Ok(false);
         }
-        let Some(view) = lit.technique.maps().first().map(|map| map.volume) else {
-            let error = Error::input(lit.spec.entry.name, "it has no maps to slice", "choose one that has");
+        let lights = self.world.all_lights();
+        let first = lights.iter().take(light).map(Light::map_count).sum::<usize>();
+        let Some(view) = lit.technique.maps().get(first).filter(|_| light < lights.len()).map(|map| map.volume) else {
+            let name = lit.spec.entry.name;
+            let error = match lit.technique.maps().is_empty() {
+                true => Error::input(name, "it has no maps to slice", "choose one that has"),
+                false => Error::input(format!("light {light}"), "there is no such light", "choose another"),
+            };
             self.refuse(Show::Slice, &error);
             return Ok(false);
         };
         let size = [self.size[0].min(self.size[1]); 2];
-        let slice = Slice::new(&self.context, 0, &view, &lit.technique.answer(), depth, size)?;
+        let slice = Slice::new(&self.context, light, &view, &lit.technique.answer(), depth, size)?;
         slice.record(commands);
         let bytes = slice.buffer().bytes();
         commands.pass("view.copy", |pass| pass.copy(slice.buffer(), present.values(), bytes));
-        (self.values, self.shown) = (Values::Slice(depth), None);
+        (self.values, self.shown) = (Values::Slice(light, depth), None);
         Ok(true)
     }
 

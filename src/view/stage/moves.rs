@@ -1,0 +1,141 @@
+//! How a stage comes to where a state has it: by the device where it can, else by the host, and no more of it than has changed.
+
+use super::super::state::State;
+use super::{Stage, next_version};
+use crate::Result;
+use crate::gpu::{Commands, ReadBack};
+use crate::scene::{Camera, Caster, Motion, Scene, check_time};
+use crate::simulate::Simulation;
+use std::sync::Arc;
+
+/// Particles that the device has moved, on their way to the host.
+pub(super) struct Simulated {
+    read: ReadBack,
+    /// The host does not know yet where they are.
+    pub(super) is_moving: bool,
+    /// Which frame moved them last.
+    frame: u64,
+}
+
+impl Stage {
+    /// The world's scene for whoever takes longer than a frame: a camera, and casters and lights, of which there is one copy until they
+    /// change; none while the device alone knows where they are.
+    pub fn shared(&mut self) -> Option<(Camera, Arc<Scene>)> {
+        let camera = self.world.scene().ok()?.camera;
+        self.scene_of_now().map(|scene| (camera, scene))
+    }
+
+    pub(super) fn scene_of_now(&mut self) -> Option<Arc<Scene>> {
+        if self.simulated.as_ref().is_some_and(|simulated| simulated.is_moving) {
+            return None;
+        }
+        let kept = self.kept.take().filter(|(of, _)| *of == self.cast).map(|(_, scene)| scene);
+        let scene = kept.or_else(|| self.world.scene().ok().map(|scene| Arc::new(scene.clone())))?;
+        self.kept = Some((self.cast, scene.clone()));
+        Some(scene)
+    }
+
+    /// Moves the world to where `state` has it. What does not move stays as it is, whatever the time.
+    pub(super) fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
+        let (change, was) = (state.change(), self.change);
+        let pulls = self.pull != state.pull();
+        let moves = pulls || self.of.1 != state.time_s && self.base.motion != Motion::Still;
+        if !moves && change == was {
+            self.of.1 = state.time_s;
+            return Ok(());
+        }
+        let thickens = change.extinction != was.extinction;
+        // What the host makes thicker the device would round otherwise.
+        let by_device =
+            moves && change.extinction == 1.0 && !thickens && matches!(self.base.motion, Motion::Fountain(_));
+        if by_device {
+            self.simulate(commands, state)?;
+        } else if moves || thickens {
+            self.replace(commands, state)?;
+        }
+        let (camera, lights) = change.aimed(&self.base)?;
+        let turns = self.world.all_lights() != lights;
+        self.world.turn_in(commands, camera, &lights)?;
+        (self.of.1, self.pull, self.change) = (state.time_s, state.pull(), change);
+        self.version = next_version();
+        if moves || thickens || turns {
+            self.cast = next_version();
+        }
+        Ok(())
+    }
+
+    /// Has the device move the particles, and bring them to the host.
+    fn simulate(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
+        check_time(&self.base.name, state.time_s)?;
+        // Before anything has moved.
+        state.change().aimed(&self.base)?;
+        let pulled =
+            if self.pull == state.pull() { None } else { Some(self.base.pull(state.attractor, state.gravity)?) };
+        if self.simulation.is_none() {
+            self.simulation = Simulation::of(&self.context, &self.world)?;
+        }
+        let Some(simulation) = &mut self.simulation else { return Ok(()) };
+        if let Some(fountain) = pulled {
+            self.base.motion = Motion::Fountain(fountain);
+        }
+        if let Motion::Fountain(fountain) = self.base.motion {
+            simulation.pull(commands, fountain)?;
+        }
+        simulation.record(commands, &mut self.world, state.time_s)?;
+        if self.simulated.is_none() {
+            let bytes = (self.base.particles.len() * size_of::<Caster>()) as u64;
+            let read = ReadBack::new(&self.context, "view.simulated", bytes)?;
+            self.simulated = Some(Simulated { read, is_moving: true, frame: 0 });
+        }
+        if let Some(simulated) = &mut self.simulated {
+            commands.read_back(&self.world.casters, &simulated.read);
+            (simulated.is_moving, simulated.frame) = (true, commands.frame());
+        }
+        Ok(())
+    }
+
+    /// Takes where particles were at a frame, which is over: they are ordered by that, and once they stand it is where they are.
+    pub(super) fn take_particles(&mut self, over: u64) -> Result<()> {
+        let Some(simulated) = self.simulated.as_mut().filter(|simulated| simulated.is_moving) else { return Ok(()) };
+        let stands = simulated.frame <= over;
+        let Some(casters) = simulated.read.read::<Caster>(over, self.base.particles.len())? else { return Ok(()) };
+        self.world.particles_are(&casters, stands)?;
+        if stands {
+            simulated.is_moving = false;
+            self.base.particles.clone_from(&self.world.scene()?.particles);
+            (self.version, self.cast) = (next_version(), next_version());
+        }
+        Ok(())
+    }
+
+    /// Moves on the host what moves, and brings to the device what has changed. Where it cannot be all is as before.
+    fn replace(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
+        let motion = match self.pull == state.pull() {
+            true => self.base.motion.clone(),
+            false => Motion::Fountain(self.base.pull(state.attractor, state.gravity)?),
+        };
+        let motion = std::mem::replace(&mut self.base.motion, motion);
+        let moved = self.base.parts_at(state.time_s, &mut self.smoke).and_then(|mut parts| {
+            self.base.swap(&mut parts);
+            let change = state.change();
+            let is_of_lights = parts.particles.is_none() && change.extinction == self.change.extinction;
+            let replaced = match is_of_lights {
+                true => change.aimed(&self.base).map(|_| ()),
+                false => change.of(&self.base).and_then(|scene| self.world.replace_in(commands, &scene)),
+            };
+            if replaced.is_err() {
+                self.base.swap(&mut parts);
+            }
+            replaced
+        });
+        match &moved {
+            Err(_) => self.base.motion = motion,
+            Ok(()) => {
+                // What the device moves next it moves from the beginning.
+                self.simulation.iter_mut().for_each(Simulation::forget);
+                self.simulated.iter_mut().for_each(|simulated| simulated.is_moving = false);
+            }
+        }
+        moved
+    }
+}
