@@ -2,7 +2,7 @@
 # Holds what `gobo recommend` answers against all that it could have answered: `results/recommend.sh FOLDER [SCENE…]`.
 #
 # For each scene, by default five, `gobo recommend SCENE` and `gobo recommend SCENE --thorough`, which measures the same techniques in
-# half, usual and twice the size, all of them properly. Prints a Markdown row a scene: the seconds of both, their share, the answer, and
+# half, usual and twice the size, all of them properly. Prints a Markdown row per scene: the seconds of both, their share, the answer, and
 # by how much the row of the thorough run that beats it most does so in both frame time and error over all points: 1.00 is on the front.
 # GOBO is the program, by default `cargo run --release --`. What is there of an earlier run is kept. Drivers' caches of compiled shaders are
 # off, so that the second run does not find what the first has compiled.

@@ -11,7 +11,8 @@
 vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }
 #endif
 
-// Who asks next is so wide across the light, world units: techniques with levels of detail see as much of their maps.
+// Look-ups from here on are for a receiver this wide across the light, world units: techniques with levels of detail
+// choose a level by it.
 void light_footprint(float side) {
 #ifdef TECHNIQUE_FOOTPRINTS
     look_up_footprint = side;

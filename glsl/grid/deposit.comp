@@ -41,7 +41,7 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
     precise float radius = caster.radius * grid.per_unit;
     bool strand = caster_is_strand(caster);
     if (caster_is_gaussian(caster)) {
-        return 0u;  // who asks voxels of smoke and hair does not see splats
+        return 0u;  // splats are not in this grid: techniques that look it up refuse them
     }
     if (caster_is_cell(caster)) {
         Slab slab = slab_of(place, radius, caster.axis, caster.density * grid.voxel, grid.size);

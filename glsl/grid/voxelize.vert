@@ -1,5 +1,5 @@
 #version 460
-// Draws each triangle along the axis that it faces most, a texel a column of voxels, and wider: every column that it meets has
+// Draws each triangle along the axis that it faces most, a texel per column of voxels, and wider: every column that it meets has
 // its middle in what is drawn, or with CONSERVATIVE is touched by it. Sources: Schwarz and Seidel 2010, section 3 (the axis);
 // Hasselgren, Akenine-Möller and Ohlsson 2005 (the wider triangle); the box of slivers is ours. Inputs: triangles, grid.
 // Outputs: position, the triangle. Invariant: what is drawn decides nothing but which columns glsl/grid/voxelize.frag tries.

@@ -45,7 +45,7 @@ uint made_place(LevelTile tile, uint t) {
     return all(lessThan(at, tile.size)) ? tile.first + at.y * tile.size.x + at.x : NONE;
 }
 
-// That of a texel below, of twice as many a side.
+// That of a texel below, of twice as many per side.
 uint below_place(LevelTile tile, uvec2 texel) {
     uvec2 at = 2u * tile.corner + texel;
     return all(lessThan(at, tile.below)) ? tile.below_first + at.y * tile.below.x + at.x : NONE;

@@ -54,7 +54,7 @@ float filtered_transmittance(LookUp l) {
 #ifndef MAP_TRANSMITTANCE
 #define MAP_TRANSMITTANCE filtered_transmittance
 #else
-// Who has a quicker way for some filter.
+// For a technique that filters faster in a way of its own.
 float MAP_TRANSMITTANCE(LookUp l);
 #endif
 

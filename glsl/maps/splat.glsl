@@ -1,4 +1,4 @@
-// What draws of casters are pushed, one draw a map. Maps stand one above the other in what is drawn to.
+// What draws of casters are pushed, one draw per map. Maps stand one above the other in what is drawn to.
 // Twin: maps::splat::SplatPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL

@@ -1,5 +1,5 @@
 #version 460
-// Splats of the caller's buffer become casters, packed as scene::Gaussian is, in f32; one thread a splat. Behind the count there are
+// Splats of the caller's buffer become casters, packed as scene::Gaussian is, in f32; one thread per splat. Behind the count there are
 // casters of radius 0, which cast nothing, and so is what has no place, no size, no axes or no opacity that a scene may have.
 // Source: docs/notebook/splats.md. Inputs: their buffer, the count's. Outputs: casters from `first` on, what there was. Twin:
 // reference::twin::gather::splats.

@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Measure the I-th of N shards of the rows, in a folder of its own: gobo join puts all together
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<[usize; 2]>,
-    /// Timed frames a row; with --moving, how many frames the world moves through
+    /// Timed frames per row; with --moving, how many frames the world moves through
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture, on a software device an eighth of the
@@ -77,7 +77,7 @@ pub struct Arguments {
     /// hair that is thinner than it
     #[arg(long, conflicts_with = "no_truth")]
     footprints: bool,
-    /// Size of the pictures, pixels, up to 16384 a side [default: 640x360, or 320x180 of a quick look]
+    /// Size of the pictures, pixels, up to 16384 per side [default: 640x360, or 320x180 of a quick look]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     picture: Option<[u32; 2]>,
     /// Let the camera go round what it looks at, by so many degrees over the frames, and hold 16 pictures, one after the
@@ -96,7 +96,7 @@ pub struct Arguments {
     load: LoadArguments,
     #[command(flatten)]
     vpls: VplArgument,
-    /// With --vpls: compare pictures also with one bounce of the scene's lights, path traced by so many directions a pixel
+    /// With --vpls: compare pictures also with one bounce of the scene's lights, path traced by so many directions per pixel
     #[arg(long, value_name = "SAMPLES", requires = "vpls", conflicts_with = "no_truth", value_parser = clap::value_parser!(u32).range(2..=65536))]
     bounce: Option<u32>,
     #[command(flatten)]
@@ -129,7 +129,7 @@ enum TruthArgument {
 fn size(text: &str) -> std::result::Result<[u32; 2], String> {
     let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| side(width).zip(side(height)));
-    sides.map(|(width, height)| [width, height]).ok_or_else(|| "give 1280x720, say: 1 to 16384 a side".into())
+    sides.map(|(width, height)| [width, height]).ok_or_else(|| "give 1280x720, say: 1 to 16384 per side".into())
 }
 
 fn shard(text: &str) -> std::result::Result<[usize; 2], String> {

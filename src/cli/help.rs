@@ -115,7 +115,7 @@ fn about(entry: &Entry) -> String {
     about + &fill("    ", &format!("casts from {}; {lifetime}", entry.casts.names()))
 }
 
-/// A paragraph a key.
+/// A paragraph per key.
 fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     let line = |key: &Key| {
         let values = match key.values {

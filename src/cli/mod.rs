@@ -104,7 +104,7 @@ enum Command {
     Devices(devices::Arguments),
     /// Print what completes commands in a shell: `source <(gobo completions bash)`
     Completions(shell::Completions),
-    /// Write the manual, a page a command
+    /// Write the manual, a page per command
     Man(shell::Man),
 }
 
@@ -182,7 +182,7 @@ impl VplArgument {
 #[derive(Args)]
 struct MovingArgument {
     /// Let the world move from the first time to the second, evenly over the frames; with one time, from there on at 30
-    /// frames a second
+    /// frames per second
     #[arg(long, value_name = "SECONDS[..SECONDS]", value_parser = span, allow_hyphen_values = true)]
     moving: Option<Span>,
 }
@@ -194,7 +194,7 @@ struct Span {
     to: Option<f64>,
 }
 
-/// Frames a second where no end is given.
+/// Frames per second where no end is given.
 const FRAMES_PER_SECOND: f64 = 30.0;
 
 fn span(text: &str) -> std::result::Result<Span, String> {
@@ -284,7 +284,7 @@ fn one_spec(text: &str) -> Result<Spec> {
     let mut specs = little::specs(specs(text)?);
     match (specs.pop(), specs.is_empty()) {
         (Some(spec), true) => Ok(spec),
-        _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value a key, or use compare")),
+        _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value per key, or use compare")),
     }
 }
 

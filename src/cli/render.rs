@@ -32,7 +32,7 @@ enum Mesh {
 pub(super) enum ColoursArgument {
     /// A triangle per particle, coloured by its speed, lit by the technique
     Speed,
-    /// A triangle a particle, as white as smoke, in the colour of the light that the technique lets through
+    /// A triangle per particle, as white as smoke, in the colour of the light that the technique lets through
     Colour,
     /// How many particles cover each pixel
     Density,
@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Height of the picture, or of each panel, pixels
     #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub(super) height: u32,
-    /// Samples a pixel: 1, 4, 8 or 16
+    /// Samples per pixel: 1, 4, 8 or 16
     #[arg(long, default_value_t = 4, value_name = "N")]
     samples: u32,
     /// How much brighter, in stops: 1 is twice as bright
@@ -262,7 +262,7 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One picture a frame of all techniques' frames, with what is known of each below it.
+/// One picture per frame of all techniques' frames, with what is known of each below it.
 fn in_panels(
     arguments: &Arguments,
     states: &[Scene],

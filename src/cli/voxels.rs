@@ -14,7 +14,7 @@ use std::process::ExitCode;
 /// Colours of a grid's voxels, in turn, so that they are told apart.
 const VOXELS: [[f32; 3]; 2] = [[0.62, 0.58, 0.52], [0.46, 0.44, 0.42]];
 
-/// Colours of nodes, from one voxel a side up: Okabe and Ito 2008.
+/// Colours of nodes, from one voxel per side up: Okabe and Ito 2008.
 const NODES: [[f32; 3]; 6] = [
     [0.80, 0.11, 0.0],
     [0.80, 0.35, 0.0],

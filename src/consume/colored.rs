@@ -20,7 +20,7 @@ impl Renderer {
         self.extinction_ratio == Scene::GREY
     }
 
-    /// How each kernel blends that draws casters, and its constants: one for all channels at once, or one a channel.
+    /// How each kernel blends that draws casters, and its constants: one for all channels at once, or one per channel.
     pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
         let constants = colored(constants, self.extinction_ratio);
         if self.is_grey() {

@@ -11,7 +11,8 @@ use crate::scene::{SKY, View};
 use crate::shaders::{constant, interleaved as shaders, set};
 use crate::technique::Answer;
 
-/// Pixels a side that have a part of the lights each, and how many of one part a side a workgroup asks for.
+/// Pixels per side of the square in which each pixel has another part of the lights, and pixels of one part per side
+/// that a workgroup shades.
 const PLACES: u32 = 4;
 const BLOCK: u32 = 8;
 

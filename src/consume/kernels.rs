@@ -37,7 +37,7 @@ pub(super) enum Meshes {
 
 /// What draws the casters.
 pub(super) enum Casters {
-    /// One, or one a channel; so below.
+    /// One, or one per channel; so below.
     Fragment(Vec<Kernel>),
     Vertex(Vec<Kernel<SpacingPush>>, SpacingPush),
     /// Patches, and over some of them their sides.
@@ -59,7 +59,7 @@ impl Kernels {
 }
 
 impl Renderer {
-    /// What draws casters as patches, lit at the vertices, or as lines: one kernel, or one a channel.
+    /// What draws casters as patches, lit at the vertices, or as lines: one kernel, or one per channel.
     pub(super) fn tessellated(
         &self,
         answer: &Answer,

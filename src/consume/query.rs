@@ -141,7 +141,7 @@ impl Query {
         &self.answers
     }
 
-    /// The answers, one a point, those of the first light first.
+    /// The answers, one per point, those of the first light first.
     ///
     /// # Errors
     /// As [`Query::query`].

@@ -8,14 +8,14 @@ use super::settings::{DitherKind, ShadingKind, ShadingSettings, ShadowsKind};
 pub enum Shading {
     /// In the pass that draws them.
     Forward,
-    /// Once a pixel, from a buffer of albedo, normal and distance.
+    /// Once per pixel, from a buffer of albedo, normal and distance.
     Deferred,
     /// The same in tiles, each with the lights that reach it, from a bit per light that says whether it is shadowed.
     Tiled(Tiled),
-    /// Once a pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
+    /// Once per pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
     /// that see the same surface.
     Interleaved,
-    /// Once a pixel, by one light, drawn by what it would turn of it and of what it kept in the frames before.
+    /// Once per pixel, by one light, drawn by what it would turn of it and of what it kept in the frames before.
     Reservoir,
 }
 
@@ -28,7 +28,7 @@ pub struct Tiled {
     pub blur: bool,
     /// Shadows are averaged with those of the last frame.
     pub history: bool,
-    /// Who asks.
+    /// Whether each pixel asks for its lights, or a list of pixels and lights is shared out.
     pub shadows: ShadowsKind,
 }
 

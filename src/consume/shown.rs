@@ -1,4 +1,4 @@
-//! What a person is shown: a sky behind the picture, a ground that fades, smooth normals, many samples a pixel and a filmic curve.
+//! What a person is shown: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic curve.
 //! Passes of their own: measured pictures have none of them. Twin: reference::truth::shown.
 
 use super::Renderer;
@@ -11,7 +11,7 @@ use crate::scene::{Backdrop, Picture, Show, smooth_normals};
 use crate::shaders::{consume as shaders, set};
 use crate::world::World;
 
-/// Pixels a side of a workgroup.
+/// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
 push_struct! {
@@ -127,7 +127,7 @@ pub struct Developed {
 }
 
 impl Developed {
-    /// For what `renderer` draws, whose picture has so many samples a pixel.
+    /// For what `renderer` draws, whose picture has so many samples per pixel.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

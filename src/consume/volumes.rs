@@ -64,7 +64,7 @@ push_struct! {
     struct VolumePush { volume: u32 }
 }
 
-/// What marches volumes, lit by one technique: one kernel, or one a channel.
+/// What marches volumes, lit by one technique: one kernel, or one per channel.
 pub(super) struct VolumeKernel(Vec<Kernel<VolumePush>>);
 
 /// Twin: `field_hash`.

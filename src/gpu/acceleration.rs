@@ -74,7 +74,7 @@ impl Over {
             }
             Self::Boxes { boxes, .. } => {
                 let aabbs = vk::AccelerationStructureGeometryAabbsDataKHR::default().data(at(boxes)).stride(BOX_BYTES);
-                // Who adds up what a ray meets is told of each once.
+                // A look-up adds up every box that its ray meets, so each must be reported once.
                 let geometry = geometry.flags(vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION);
                 let geometry = geometry.geometry_type(vk::GeometryTypeKHR::AABBS);
                 geometry.geometry(vk::AccelerationStructureGeometryDataKHR { aabbs })

@@ -7,7 +7,7 @@ use std::time::Instant;
 /// Readings, of which the one that took least stands: the host may be interrupted in the middle of one.
 const READINGS: usize = 8;
 
-/// A moment by both clocks. They drift apart, by some microseconds a second: it is for what ran shortly before or after.
+/// A moment by both clocks. They drift apart, by some microseconds per second: it is for what ran shortly before or after.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration {
     /// By the host's.

@@ -236,7 +236,7 @@ impl Context {
     }
 
     /// Whether each pass of what is recorded from now on is timed, as it is at first, or all passes of a submission together,
-    /// as one: a timestamp waits for all work before it, which takes a GPU some microseconds a pass.
+    /// as one: a timestamp waits for all work before it, which takes a GPU some microseconds per pass.
     pub fn time_passes(&self, each: bool) {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }

@@ -36,7 +36,7 @@ impl PassCounts {
     }
 }
 
-/// A pool of queries, one a pass.
+/// A pool of queries, one per pass.
 pub(super) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     let counted = vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_VERTICES
         | vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_PRIMITIVES

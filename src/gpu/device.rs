@@ -40,11 +40,11 @@ pub(super) struct Parts {
     pub _instance: Option<InstanceOwner>,
 }
 
-/// Who gives memory.
+/// Where device memory is allocated from.
 pub(super) enum Memory {
     /// Dropped with the device.
     Own(Arc<Mutex<Allocator>>),
-    /// The caller's, who uses it too.
+    /// The caller's allocator, shared with the caller.
     Theirs(Arc<Mutex<Allocator>>),
 }
 

@@ -266,7 +266,7 @@ pub(super) struct CastLists {
 }
 
 impl CastLists {
-    /// Pairs a caster that there is room for at first.
+    /// Pairs per caster that there is room for at first.
     const FIRST: u32 = 8;
 
     /// In a grid that stands where `data` says.

@@ -80,8 +80,8 @@ push_struct! {
     }
 }
 
-/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (which voxels a triangle meets); levels and
-/// clearing are ours.
+/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (which voxels a triangle meets); levels and clearing are
+/// ours.
 pub struct Grid {
     size: u32,
     data: Buffer,

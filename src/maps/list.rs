@@ -27,7 +27,7 @@ pub struct SegmentData {
 /// Twin: NO_SEGMENT.
 pub const NO_SEGMENT: u32 = u32::MAX;
 
-/// Segments a texel that the buffer starts with. It grows to what a scene demands.
+/// Segments per texel that the buffer starts with. It grows to what a scene demands.
 const FIRST_CAPACITY: u64 = 16;
 
 /// Which maps' lists stand at the same time.

@@ -41,7 +41,7 @@ fn rounding(view: &View) -> f64 {
 /// How opaque maps are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OpaqueWay {
-    /// By the device's rasterizer, a draw a map.
+    /// By the device's rasterizer, one draw per map.
     Raster,
     /// By shaders in whole numbers, all maps at once: the same bits on every device.
     Compute,
@@ -129,7 +129,7 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one
+/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 per map without meshes. Maps stand one
 /// above the other, and where the device has no images of so many rows, in further columns beside them.
 ///
 /// # Errors

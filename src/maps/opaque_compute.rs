@@ -13,7 +13,8 @@ use bytemuck::{Pod, Zeroable};
 /// Texels per side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
 const TILE: u32 = 32;
 
-/// Texels of a triangle's bounds that a thread draws by itself, at most: for a few more a workgroup is faster.
+/// A triangle whose bounds have at most so many texels is drawn by one thread: a whole workgroup is faster beyond that
+/// only.
 const SMALL: u32 = 64;
 
 /// Texels across and down that a workgroup clears. Twin: local_size in glsl/maps/opaque_clear.comp.

@@ -13,7 +13,7 @@ use crate::world::World;
 pub enum TexelWay {
     /// Casters are drawn and blended.
     Raster,
-    /// A workgroup of 8×8 threads a tile goes through its casters.
+    /// A workgroup of 8×8 threads per tile goes through its casters.
     Binned,
 }
 

@@ -262,7 +262,7 @@ mod tests {
         use rand::Rng;
         let mut random = rand_pcg::Pcg32::new(1, 2);
         let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
-        // Four points a texel that err alike, half of all texels not at all.
+        // Four points per texel that err alike, half of all texels not at all.
         let errors: Vec<f64> = (0..2000).map(|_| (fraction() - 0.5).max(0.0)).collect();
         let (mut means, mut stated) = (Vec::new(), Vec::new());
         for _ in 0..400 {

@@ -9,8 +9,8 @@ pub fn frame_ns(passes: &[PassTime]) -> Option<f64> {
     Some(passes.last()?.end_ns - passes.first()?.start_ns)
 }
 
-/// One timing a pass name, in the order of the frame that has most: the time of all passes of that name in a frame, since a
-/// build runs a pass once for each map. A frame to which nothing had moved has fewer.
+/// One timing per pass name, in the order of the frame with most passes: the time of all passes with that name in a frame, since a build
+/// may run one pass for each map. A frame to which nothing had moved has fewer.
 pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     let longest = frames.iter().rev().max_by_key(|passes| passes.len());
     let mut names: Vec<&str> = Vec::new();

@@ -31,7 +31,7 @@ pub struct Results {
     pub shard: Option<Shard>,
     /// What it ran on.
     pub device: DeviceFacts,
-    /// One a scene and variant, in the order they were measured.
+    /// One per scene and variant, in the order they were measured.
     pub rows: Vec<Row>,
     /// What the driver made of the shaders, where it was asked (`compare --pipeline-statistics`) and tells. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -120,7 +120,7 @@ for (const card of document.querySelectorAll(".card[data-row]")) {
     figure(crop, `where they differ most, zoomed: reference | result (${side} × ${tall} pixels from ${at[0]}, ${at[1]})`);
   }).catch(() => {});
 }
-// Who points at a row sees its point, and the other way round.
+// A pointer on a row lights up its point, and the other way round.
 for (const part of document.querySelectorAll(".point, .rows tbody tr")) {
   const light = on => () => document.querySelectorAll(`.point[data-row="${part.dataset.row}"]`).forEach(point => point.classList.toggle("lit", on));
   part.addEventListener("mouseenter", light(true));

@@ -39,7 +39,7 @@ const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
 const SHAPES: usize = 5;
 
 /// File names and log-log SVGs, of those plots for which a row has time and error: `time-vs-error.svg`, the build
-/// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel a scene, its Pareto
+/// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel per scene, its Pareto
 /// front marked; and `footprints.svg`, where squares were asked about. An error that a logarithmic axis cannot show stands on a line that says so.
 pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     let footprints = footprint_plot(results).map(|svg| ("footprints.svg", svg));

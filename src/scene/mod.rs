@@ -86,7 +86,7 @@ pub struct Mesh {
     pub name: String,
     /// Vertices, world units.
     pub positions: Vec<[f32; 3]>,
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance in [0, 1].
     pub albedo: [f32; 3],

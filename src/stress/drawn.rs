@@ -14,7 +14,7 @@ pub(super) struct Drawn {
     pub most: Scene,
     /// The same, frame by frame: casters move, grow, shrink, come and go.
     pub frames: Vec<Scene>,
-    /// Who is asked.
+    /// The techniques that are asked.
     pub specs: Vec<Spec>,
 }
 

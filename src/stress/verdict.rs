@@ -66,7 +66,7 @@ impl Broken {
 /// All that a row breaks.
 pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     let figures = match (row.outcome, &row.figures) {
-        // Who has not answered, in time or at all, has broken nothing.
+        // A technique that has not answered, in time or at all, has broken nothing.
         (Outcome::Refused | Outcome::NoAnswer, _) => return Vec::new(),
         (Outcome::Failed, _) | (_, None) => return vec![Broken::Failed],
         (Outcome::Answered, Some(figures)) => figures,

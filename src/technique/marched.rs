@@ -1,7 +1,8 @@
 //! Marched: [`super::avsm`]'s curves, made not from the casters but by marching each texel's ray through a [`super::density_grid`]'s voxels.
-//! Sources: Unreal Engine 5, Heterogeneous Volumes (which samples a ray keeps); Salvi et al. 2010 (what curves are).
+//! Sources: Unreal Engine 5, Heterogeneous Volumes (which samples along a ray are kept); Salvi et al. 2010 (what curves
+//! are).
 //!
-//! The grid is made once for all lights, whatever there is in it; a light costs a march a texel.
+//! The grid is made once for all lights, whatever there is in it; a light costs a march per texel.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

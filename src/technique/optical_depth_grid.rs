@@ -1,5 +1,5 @@
-//! Optical depth grid: every cell of a light's grid holds the optical depth to the light, baked by marching a
-//! [`super::density_grid`]'s voxels; a look-up is one fetch. Source: Schneider 2023 (Nubis³), who bakes a part of it in each frame.
+//! Optical depth grid: every cell of a light's grid holds the optical depth to the light, baked by marching a [`super::density_grid`]'s
+//! voxels; a look-up is one fetch. Source: Schneider 2023 (Nubis³), where each frame bakes a part of it.
 //!
 //! A look-up costs the same however much smoke is on the way. Meshes stand in an opaque map per light, as for techniques with maps.
 //!

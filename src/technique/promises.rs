@@ -30,7 +30,7 @@ pub struct Promises {
     pub repeats: bool,
     /// Without opaque casters `skip=` changes no byte.
     pub skips_alike: bool,
-    /// Texels a side that it may have in one of its maps': by as much more than on a ray may be lost or won beside it.
+    /// Texels per side that it may have in one of its maps': by as much more than on a ray may be lost or won beside it.
     pub finer: f64,
 }
 

@@ -113,7 +113,7 @@ impl Cast {
 
 /// The technique, opened for one world.
 pub struct RayQuery {
-    /// Three corners a triangle, past the albedo that stands behind them.
+    /// Three corners per triangle, past the albedo that stands behind them.
     indices: Buffer,
     /// Over the triangles.
     bottom: AccelerationStructure,

@@ -68,7 +68,7 @@ pub struct Common {
     pub constants: Constants,
 }
 
-/// A technique of one texel a ray, opened for one world with settings `S`; `P` makes and keeps the texels.
+/// A technique of one texel per ray, opened for one world with settings `S`; `P` makes and keeps the texels.
 pub struct TexelMap<S, P = Texels> {
     /// What it was opened with.
     pub settings: S,

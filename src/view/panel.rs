@@ -217,7 +217,7 @@ fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
     }
 }
 
-/// Who lights a side, and a control for each key of its spec.
+/// What lights a side, and a control for each key of its spec.
 fn side(ui: &mut Ui, side: &mut Side) {
     let name = |side: &Side| match side {
         Side::Reference => "reference",

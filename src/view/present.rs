@@ -46,7 +46,7 @@ pub struct Shown {
 pub struct Present {
     kernel: Kernel<PresentPush>,
     size: [u32; 2],
-    /// Three floats a pixel of the reference, or one of a slice, or bytes that the host painted.
+    /// Three floats per pixel of the reference, or one of a slice, or bytes that the host painted.
     values: Buffer,
     shown: Buffer,
 }

@@ -44,7 +44,7 @@ pub struct Found {
     /// The place that is seen, as a depth in the light's range.
     pub depth: f64,
     pub ray: LightRay,
-    /// Who says each of its lines.
+    /// The technique of each of its lines, or the reference.
     pub names: Vec<String>,
     scene: String,
 }

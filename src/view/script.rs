@@ -39,7 +39,7 @@ pub enum Step {
 pub struct Script(VecDeque<Step>);
 
 impl Script {
-    /// Reads a file: a line a step, `#` begins a comment.
+    /// Reads a file: a line per step, `#` begins a comment.
     ///
     /// # Errors
     /// [`Error::Input`] that names the line.

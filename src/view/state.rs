@@ -7,7 +7,7 @@ use crate::technique::keys::check;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Who lights a picture.
+/// What lights a picture.
 #[derive(Clone, Debug)]
 pub enum Side {
     /// A technique.
@@ -28,7 +28,7 @@ impl Side {
         let mut specs = parse(text)?;
         match (specs.pop(), specs.is_empty()) {
             (Some(spec), true) => Ok(Self::Technique(spec)),
-            _ => Err(Error::input(text, "a sweep", "name one value a key, or use compare")),
+            _ => Err(Error::input(text, "a sweep", "name one value per key, or use compare")),
         }
     }
 
@@ -302,7 +302,7 @@ impl State {
         self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
     }
 
-    /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: light 0 has six maps.
+    /// The commands that make what is seen, a line per picture; `size` is the picture's. `faces`: light 0 has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let look = match self.look() {
             None => " --plain".into(),

@@ -141,7 +141,7 @@ pub struct Corners {
     pub offset: u64,
     /// From one vertex to the next, bytes, a multiple of 4.
     pub stride: u32,
-    /// Numbers of vertices, of 32 bits, three a triangle, from that byte on, a multiple of 4; none where vertices stand in threes.
+    /// Numbers of vertices, of 32 bits, three per triangle, from that byte on, a multiple of 4; none where vertices stand in threes.
     pub indices: Option<(Buffer, u64)>,
     /// How many triangles.
     pub count: Count,

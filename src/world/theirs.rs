@@ -230,7 +230,7 @@ impl World {
         Ok(())
     }
 
-    /// Who looks: what adapts to that asks for it.
+    /// The camera. A technique that adapts to it reads it from here.
     pub fn set_camera(&mut self, camera: Camera) {
         self.generations.camera += u64::from(self.camera != Some(camera));
         self.camera = Some(camera);

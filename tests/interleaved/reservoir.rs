@@ -1,4 +1,4 @@
-//! One light a pixel: which are drawn and kept equals the twin, what is found has the sum over all lights for its mean, and what is kept
+//! One light per pixel: which are drawn and kept equals the twin, what is found has the sum over all lights for its mean, and what is kept
 //! from frame to frame makes it steadier.
 
 use super::{AMBIENT, Built, build, camera, lamps};

@@ -171,7 +171,7 @@ fn a_wireframe_of_nothing() {
     }
 }
 
-/// Who counts no steps has none to paint.
+/// A technique that counts no steps has none to paint.
 #[test]
 fn steps_of_who_does_not_count() {
     let folder = folder();

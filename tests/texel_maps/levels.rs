@@ -1,4 +1,4 @@
-//! levels= of techniques of one texel a ray: each level against the twin's of the one below, and what squares see of a lattice of strands,
+//! levels= of techniques of one texel per ray: each level against the twin's of the one below, and what squares see of a lattice of strands,
 //! whose mean has a closed form.
 
 use super::cases;

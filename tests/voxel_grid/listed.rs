@@ -21,7 +21,7 @@ fn mesh(triangles: &[[[f32; 3]; 3]]) -> Mesh {
     Mesh { name: "triangles".into(), positions, triangles, albedo: [0.5; 3], solid: false }
 }
 
-/// A square of that side over (x, y) at a height, of so many squares a side.
+/// A square of that side over (x, y) at a height, of so many squares per side.
 fn tiles([x, y]: [f32; 2], height: f32, side: f32, parts: u32) -> Mesh {
     let step = side / parts as f32;
     let corner = |i: u32, j: u32| [x + i as f32 * step, y + j as f32 * step, height];

@@ -1,6 +1,6 @@
-// In which voxels a triangle is listed: in all that it meets, however thin it is and however a ray's way is rounded; in a few more where
-// its plane is not known so well. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them.
-// Twin: reference::twin::lists, to the bit.
+// Which voxels list a triangle: all that it meets, however thin it is and however a ray's way is rounded, and a few more where its plane is
+// not known so well. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them. Twin:
+// reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_MEETS_GLSL
 #define GRID_LISTS_MEETS_GLSL
 

@@ -7,7 +7,7 @@
 #define GRID_LISTS_PLACE_GLSL
 #include "grid/grid.glsl"
 
-// The brick of what is listed for all voxels of a grid of so many a side.
+// The brick of what is listed for all voxels of a grid of so many per side.
 uint lists_of_all(uint size) {
     uint side = grid_side(size, 0u);
     return side * side * side;

@@ -1,4 +1,4 @@
-// Sums before each of 1,024 values, eight a thread. Source: Blelloch 1990. Twin: a loop.
+// Sums before each of 1,024 values, eight per thread. Source: Blelloch 1990. Twin: a loop.
 #ifndef GRID_LISTS_SCAN_GLSL
 #define GRID_LISTS_SCAN_GLSL
 #include "grid/scan.glsl"

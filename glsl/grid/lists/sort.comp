@@ -1,6 +1,6 @@
 #version 460
 // The long lists in the order of the triangles, those of 64 voxels by a workgroup, one after the other; then the box about each list,
-// a list a thread. Source: Batcher 1968 (a bitonic network, all of whose pairs look the same way). Input and output: lists.
+// a list per thread. Source: Batcher 1968 (a bitonic network, all of whose pairs look the same way). Input and output: lists.
 // Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #define LISTS_ACCESS coherent

@@ -6,7 +6,7 @@
 #include "lights/indirect/units.glsl"
 
 // set 2: indirect_drawn
-// Of texels, as luminance.
+// Flux of each texel, as luminance.
 layout(set = 2, binding = 0, scalar) buffer Fluxes { float fluxes[]; };
 // The greatest of them as bits, which order like the floats since none is negative.
 layout(set = 2, binding = 1, scalar) buffer Greatest { uint greatest; };

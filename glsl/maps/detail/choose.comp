@@ -49,8 +49,8 @@ const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
 shared uint run_sums[RUNS];
 // The greatest scale that fits, behind LEAST_SCALE.
 shared uint greatest;
-// Tables per side: which cells a block of a row reaches over; which blocks of a row reach over some of a mask of cells.
-// Whole numbers are slow to divide.
+// Tables for one axis: which cells a block of a row reaches over, and which blocks of a row reach over some of a mask of cells. Without
+// them there would be divisions of whole numbers, which are slow.
 shared uint cells_of_block[8][8];
 shared uint blocks_of_row[8][16];
 // For THREADS tiles: which of their blocks meet casters, and as a word of the table the side and the blocks before.

@@ -29,8 +29,8 @@ const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// Casters at a time: as many as there is room for in what the nodes stand in while they are fitted, NODES * TEXELS / 4, and 32 a
-// group at least.
+// Casters at a time: as many as fit into the memory in which nodes stand while they are fitted, NODES * TEXELS / 4, and at least 32 per
+// group.
 CONSTANT(uint, BATCH, 128u)
 #define BATCH BATCH
 #include "maps/curve/store.glsl"

@@ -290,7 +290,7 @@ void main() {
         }
         add_casters(view, part, corner + down, row > 0u && part.count <= BATCH, scale);
         write_run(view, map, texel + down, t, run, unit);
-        // Who still reads sums is waited for.
+        // Threads that still read sums are waited for.
         barrier();
     }
     end_part(part);

@@ -6,10 +6,10 @@
 // itself at any angle. Nor does what is so near along the ray.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  an instance of all triangles; the index of a primitive is its place in
+//   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place in
 //   binding 2  triangles (world/triangle.glsl)
 //   binding 3  the largest coordinate of the meshes, either sign
-//   binding 4  an instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
+//   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
 //   binding 5  casters (world/caster.glsl)
 // flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS
 #extension GL_EXT_ray_query : require

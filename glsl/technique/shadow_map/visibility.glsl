@@ -8,7 +8,7 @@
 #include "maps/look_up_set.glsl"
 #include "maps/opaque.glsl"
 
-// Texels a side that are compared.
+// Texels per side that are compared.
 CONSTANT(uint, PCF, 1u)
 
 // Whether texels are gathered, four in a fetch, and not fetched one by one.

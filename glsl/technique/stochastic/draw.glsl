@@ -1,7 +1,7 @@
-// Which samples of a texel a caster takes, and at which depth: each sample is a ray of its own that ends where it first meets
-// something, and knows nothing but that depth, as bits, which order as depths do. Sources: Enderton et al. 2010 (samples; the nearest
-// survivor); free flights instead of one alpha a caster: ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the
-// hash: O'Neill 2014 (PCG), Jarzynski and Olano 2020. Twin: reference::twin::stochastic.
+// Which samples of a texel end at a caster, and at which depth: each sample is a ray of its own that ends where it first meets something,
+// and knows nothing but that depth, as bits, which order as depths do. Sources: Enderton et al. 2010 (samples; the nearest survivor); free
+// flights instead of one alpha per caster: ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the hash: O'Neill 2014 (PCG),
+// Jarzynski and Olano 2020. Twin: reference::twin::stochastic.
 #ifndef TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #define TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #include "technique/stochastic/place.glsl"

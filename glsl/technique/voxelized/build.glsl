@@ -29,7 +29,7 @@ layout(push_constant, scalar) uniform BuildPush {
     uint node_capacity;
     uint at;               // where the level's blocks are in `values` and `ranges`
     uint child_at;         // of the level below
-    uint child_stride;     // nodes a block of it has room for; 0: they are numbered by `values`
+    uint child_stride;     // nodes that each of its blocks has room for; 0: they are numbered by `values`
     uint slots_at;
     uint child_slots_at;
     uint rank_at;          // where the ranks of this level's nodes are in `values`

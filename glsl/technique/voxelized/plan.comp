@@ -15,7 +15,7 @@ void main() {
         short_of_room = failed;
     }
     barrier();
-    // The first region is the leaves', one count a brick block; then the bricks', and each further level has a quarter.
+    // The first region is the leaves', one count per brick block; then the bricks', and each further level has a quarter.
     uint begin = at, across = width;
     for (uint l = level; mine && l < of_level; ++l) {
         begin += across * across;

@@ -7,7 +7,7 @@
 #include "technique/voxelized/walk.glsl"
 #include "technique/voxelized/place.glsl"
 
-// Columns a side that are asked.
+// Columns per side that are asked.
 CONSTANT(uint, PCF, 1u)
 
 // The share of the normal offset, which keeps a flat surface out of its own shadow, that a point on a surface takes.
@@ -94,7 +94,7 @@ float light_visibility(uint light, vec3 position) {
     if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-beyond))) && all(lessThan(voxel.xy, vec2(size + beyond))))) {
         return 1.0;
     }
-    // Outside of a pyramid a light shines too: what was moved there, or a filter that reaches there, keeps to its edge.
+    // Light shines outside of its pyramid too: a point that was moved there, or a filter that reaches there, is kept at the pyramid's edge.
     voxel.xy = perspective ? clamp(voxel.xy, vec2(reach), vec2(size - reach - 0.5)) : voxel.xy;
     ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[tree].size) - 1);
     if (PCF == 1u) {

@@ -25,7 +25,7 @@ push_struct! {
 pub struct Compact {
     /// Casters, those of a map from map · capacity on.
     pub drawn: Buffer,
-    /// A VkDrawIndirectCommand a map.
+    /// A VkDrawIndirectCommand per map.
     pub draws: Buffer,
     marks: Buffer,
     blocks: Buffer,

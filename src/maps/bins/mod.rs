@@ -33,7 +33,7 @@ const PARTS_BEHIND: u64 = GROUPS_X;
 /// Rows of workgroups that every device takes.
 const MAX_ROWS: u64 = 65535;
 
-/// Entries a caster that the buffer starts with. It grows to what a scene demands.
+/// Entries per caster that the buffer starts with. It grows to what a scene demands.
 const FIRST_ENTRIES: u64 = 8;
 
 /// Bytes of entries of which each tile has the same number, at most: with more they are counted before, which takes the time of a

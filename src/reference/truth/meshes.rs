@@ -186,7 +186,7 @@ struct Way {
     origin: DVec3,
     direction: DVec3,
     inverse: DVec3,
-    /// In lengths of the direction. Who has found what is nearest may bring it nearer.
+    /// In lengths of the direction. A search that has found a hit may move it nearer.
     end: Cell<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What is shown of a picture of many samples a pixel: their mean in linear light, then a filmic curve. Twin:
+//! What is shown of a picture of many samples per pixel: their mean in linear light, then a filmic curve. Twin:
 //! glsl/consume/develop.comp.
 
 use crate::scene::{Picture, Show};

@@ -196,7 +196,7 @@ mod tests {
 
     const SIZE: u32 = 12;
 
-    /// Down the z axis; in a parallel view a texel is a unit wide, in perspective too where z is 10.
+    /// Down the z axis; in a parallel view, texels are a unit wide, in perspective too where z is 10.
     fn view(projection: Projection, size: u32) -> View {
         let half = 0.5 * SIZE as f32;
         let scale = if projection == Projection::Parallel { 1.0 / half } else { 10.0 / half };

@@ -83,7 +83,7 @@ mod tests {
             let moved = filter.weights(size, at + step);
             let of = |weights: &[(IVec2, f32)], t: IVec2| weights.iter().find(|w| w.0 == t).map_or(0.0, |w| w.1);
             for texel in weights.iter().chain(&moved).map(|w| w.0) {
-                // A weight is a product of two, each of which changes by at most 3 a texel.
+                // A weight is a product of two, each of which changes by at most 3 per texel.
                 let change = (of(&weights, texel) - of(&moved, texel)).abs();
                 prop_assert!(change <= 6.0 * step + 1e-5, "{texel} changes by {change} over {step}");
             }

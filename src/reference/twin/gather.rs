@@ -166,7 +166,7 @@ pub struct Vertices<'a> {
     pub stride: usize,
     /// That there are.
     pub count: usize,
-    /// Three a triangle; without, vertices stand in threes.
+    /// Three per triangle; without, vertices stand in threes.
     pub indices: Option<&'a [u32]>,
     /// Albedo of all triangles.
     pub albedo: [f32; 3],

@@ -10,10 +10,10 @@ use std::f32::consts::PI;
 /// Twin: DIRECTION_UNITS.
 const DIRECTION_UNITS: f32 = 4_194_304.0;
 
-/// A matrix a voxel: xx, yy, zz, xy, yz, zx.
+/// A matrix per voxel: xx, yy, zz, xy, yz, zx.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Directions {
-    /// In the order of [`Media::voxels`], six a voxel.
+    /// In the order of [`Media::voxels`], six per voxel.
     pub words: Vec<i32>,
 }
 

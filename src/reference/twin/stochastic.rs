@@ -138,7 +138,7 @@ impl Units {
         Some([low, high])
     }
 
-    /// How many may be rounded otherwise: one a caster, and a part of all.
+    /// How many may be rounded otherwise: one per caster, and a part of all.
     pub fn rounding(&self) -> u32 {
         self.segments.len() as u32 + (self.all as f32 * 2e-5) as u32
     }

@@ -392,7 +392,7 @@ mod tests {
         }
     }
 
-    /// Thinner than a voxel where the court has 256 a side: wires and bars.
+    /// Thinner than a voxel where the court has 256 per side: wires and bars.
     #[test]
     fn some_of_it_is_thinner_than_a_voxel() {
         let voxel = 2.0 * GROUND / 256.0;

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::SystemTime;
 
-/// Frames a second where a scene file says nothing: a film's.
+/// Frames per second where a scene file says nothing: a film's.
 pub(in crate::scene) const FRAMES_PER_SECOND: f64 = 24.0;
 
 /// The particles and volumes of a scene of which some come from sequences, in the order of the scene file.

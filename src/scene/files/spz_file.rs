@@ -1,6 +1,6 @@
 //! Splats from `.spz` files (Niantic's *spz*, versions 1 to 3): one gzip stream of a header and of an array for each property.
 //!
-//! | bytes a splat | what |
+//! | bytes per splat | what |
 //! |---|---|
 //! | 9, of version 1: 6 | position: 24-bit whole numbers of 2^-fraction world units, of version 1 half floats |
 //! | 1 | opacity |

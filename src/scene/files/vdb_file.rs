@@ -49,7 +49,7 @@ struct Packing {
 /// What a grid's tree has.
 #[derive(Default)]
 struct Tree {
-    /// Lowest sample, samples a side, value.
+    /// Lowest sample, samples per side, value.
     tiles: Vec<([i32; 3], i32, f32)>,
     /// 8³ samples of tiles.
     filled: u64,

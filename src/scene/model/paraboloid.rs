@@ -6,7 +6,7 @@ use crate::scene::{Projection, View};
 use glam::{DQuat, DVec3};
 
 impl View {
-    /// The axes and the texels of such a map, `size` a side, of a light at `position` that shines along `normal`. As a view it sees
+    /// The axes and the texels of such a map, `size` per side, of a light at `position` that shines along `normal`. As a view it sees
     /// the middle of the half space alone, as finely as the map; what the map is anywhere else says [`View::about`].
     pub fn paraboloid(position: DVec3, normal: DVec3, size: u32) -> Self {
         let forward = normal.as_vec3().as_dvec3();

@@ -15,7 +15,7 @@ pub struct Show {
 }
 
 impl Show {
-    /// With 1, 4, 8 or 16 samples a pixel.
+    /// With 1, 4, 8 or 16 samples per pixel.
     ///
     /// # Errors
     /// [`Error::Input`] for another number of them, or stops that are not from −20 to 20.

@@ -50,9 +50,9 @@ const FIT_SHARED_BYTES: u32 = (64 * 4 + 16 * 8) * 64;
 pub enum Cells {
     /// A workgroup per tile, casters in shared memory.
     Whole,
-    /// A workgroup half a tile, casters in the lanes of subgroups.
+    /// One workgroup per half tile, casters in the lanes of subgroups.
     Lanes,
-    /// A workgroup half a tile, casters in shared memory.
+    /// One workgroup per half tile, casters in shared memory.
     Half,
 }
 
@@ -181,7 +181,7 @@ impl Plan {
             }
             _ => groups(features),
         };
-        // Who looks ahead needs a thread for each caster of a batch (glsl/technique/avsm/cells_shared.glsl).
+        // To look ahead takes a thread for each caster of a batch (glsl/technique/avsm/cells_shared.glsl).
         let fits = |way: Cells| way != Cells::Lanes && way.batch(groups, settings.nodes) <= groups * way.texels();
         let ahead = if has_many && way_of_cells.is_some_and(fits) { MOST_AHEAD } else { 1 };
         settings.filter().check(world, settings.base_size())?;

@@ -45,7 +45,7 @@ pub struct Fused {
     kernel: Kernel<PartPush>,
 }
 
-/// Threads a workgroup that suit the device.
+/// Threads per workgroup that suit the device.
 pub fn threads(context: &Context) -> u32 {
     let [least, most] = LEAST_AND_MOST_THREADS;
     // The threads of a software device do not run at the same time, and each costs it something.

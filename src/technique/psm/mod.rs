@@ -66,12 +66,12 @@ map_settings! {
         path: Option<Way> = Setting::auto("auto: fused where the device can");
         /// Texels per side of a light's map, 8 to 512.
         size: u32 = Setting::number("256", 8, 512, "texels per side of a light's map");
-        /// Slices of the volume, four a texel: 4 to 256, a multiple of 4.
-        slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four a texel");
+        /// Slices of the volume, four per texel: 4 to 256, a multiple of 4.
+        slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four per texel");
         /// What the volume holds: transmittances in 8 bits in Bavoil and Jansen 2013.
         storage: Storage = Setting::word(
             "rgba8", "multiply transmittances in 8 bits (as published) or half floats, or add optical depths in half floats");
-        /// Which slices a caster goes to: that of its centre in Bavoil and Jansen 2013.
+        /// Which slices a caster goes to: the one of its centre in Bavoil and Jansen 2013.
         assign: Assign = Setting::word(
             "nearest", "a caster goes to its slice (as published), or is shared by the two about its centre");
         /// How rays without casters are known, which are not propagated.

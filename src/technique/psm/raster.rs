@@ -34,9 +34,9 @@ pub struct Raster {
     volume: Image,
     empty: f32,
     voxelize: Kernel<VoxelizePush>,
-    /// A draw a map: see glsl/technique/psm/push.glsl.
+    /// One draw per map: see glsl/technique/psm/push.glsl.
     map_pushed: bool,
-    /// Vertices a caster.
+    /// Vertices per caster.
     vertices: u32,
     /// Texels per side, of the slices and of the coverage.
     viewports: Vec<u32>,

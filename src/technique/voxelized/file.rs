@@ -51,7 +51,7 @@ pub struct Baked<'a> {
     pub scene: u64,
     /// As facts count them: `counters`.
     pub counts: [u64; COUNTS.len()],
-    /// One a light, and one a face of a light that shines all about.
+    /// One per light, and one per face of a light that shines all about.
     pub trees: Vec<TreeData>,
     /// Their nodes: words, little end first.
     pub words: &'a [u8],

@@ -267,7 +267,7 @@ impl Baked {
         walk
     }
 
-    /// Whether a voxel is shadowed, and how many words or nodes have said so, one a level. Twin: glsl/technique/voxelized/walk.glsl.
+    /// Whether a voxel is shadowed, and how many words or nodes have said so, one per level. Twin: glsl/technique/voxelized/walk.glsl.
     pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
         let (bits, level) = self.shortcut_bits_and_level();
         let cell = voxel.map(|v| v >> (level + 2));
