@@ -30,7 +30,7 @@ for scene in "$@"; do
         fi
         seconds+=("$(cat "$out/seconds")")
     done
-    # The answer is worked out again: the least product of time and error, of what is closer than no shadow.
+    # The answer is worked out again: the least product of time and error, among rows that are closer than no shadow.
     awk -F, -v scene="$scene" -v recommend="${seconds[0]}" -v thorough="${seconds[1]}" '
         # What stands in quotes is one field.
         { count = split($0, part, "\""); $0 = ""; line = ""

@@ -48,7 +48,8 @@ pub struct Binding {
     pub descriptor: vk::DescriptorType,
     /// What it is to GLSL: `gobo_avsm_Light[]`, `sampler2D`.
     pub glsl: &'static str,
-    /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 of what is no buffer.
+    /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 for bindings other than
+    /// buffers.
     pub stride: u32,
     /// What is in it.
     pub about: &'static str,

@@ -6,6 +6,8 @@ mod support;
 
 #[path = "docs/commands.rs"]
 mod commands;
+#[path = "docs/english.rs"]
+mod english;
 #[path = "docs/fronts.rs"]
 mod fronts;
 #[path = "docs/links.rs"]
@@ -16,5 +18,7 @@ mod list;
 mod prose;
 #[path = "docs/rows.rs"]
 mod rows;
+#[path = "docs/sources.rs"]
+mod sources;
 #[path = "docs/tables.rs"]
 mod tables;

@@ -6,9 +6,9 @@
 //!
 //! Hashes are of one driver on one processor: its vectors' width decides how floats are rounded.
 //!
-//! Prints, and writes sorted to the file that GOBO_HASHES names: scene, spec, hash of what was built, hash of the answers.
-//! `-`: not asked for or not the same twice; `refused`: the device lacks what the path needs. Lines of the spec `(scene)`
-//! hash the casters and the points asked at instead: where these differ, all others may.
+//! Prints, and writes sorted to the file that GOBO_HASHES names: scene, spec, hash of the bytes that were built, hash of the answers. `-`:
+//! not asked for or not the same twice; `refused`: the device lacks what the path needs. Lines of the spec `(scene)` hash the casters and
+//! the points asked at instead: where these differ, all others may.
 
 #![cfg(feature = "program")]
 
@@ -220,7 +220,7 @@ fn built(
     Ok([whole.then(|| hash.text()), Some(answers)])
 }
 
-/// The hash of what the lights' points get.
+/// The hash of the answers at the lights' points.
 fn answers(context: &Context, technique: &dyn Technique, points: &[Vec<[f32; 3]>]) -> Result<String, Error> {
     let mut hash = Fnv::new();
     for (light, points) in points.iter().enumerate() {

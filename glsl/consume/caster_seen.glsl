@@ -21,7 +21,7 @@ vec3 caster_color_of(Caster caster, uint index) {
     return uintBitsToFloat(uvec3(splats[at], splats[at + 1u], splats[at + 2u]));
 }
 
-// Premultiplied, of what is seen from z.x to z.y.
+// Premultiplied colour of a caster's part from z.x to z.y.
 vec4 caster_color(Ray ray, Caster caster, vec3 albedo, vec2 z, vec3 light) {
     vec3 opacity = 1.0 - exp(-caster_optical_depth(ray, caster, z) * extinction_ratio());
     return blended_color(shade_caster(albedo, light) * opacity, opacity);

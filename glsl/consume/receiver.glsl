@@ -30,8 +30,8 @@ bool looks_away(Light light, vec3 normal, bool closed) {
     return closed && light.kind == LIGHT_DIRECTIONAL && dot(normal, light.direction) > 0.0;
 }
 
-// How much of a light, the scene's `index`-th, reaches a surface. `normal` is the outside of what is closed; for what is open it
-// is either side, and the light's is asked for.
+// How much of a light, the scene's `index`-th, reaches a surface. `normal` points out of a closed mesh; on an open one it may be either
+// side's, and the side towards the light is asked for.
 float surface_visibility(uint index, Light light, vec3 position, vec3 normal, bool closed) {
     if (looks_away(light, normal, closed)) {
 #ifdef TECHNIQUE_COLORS

@@ -19,7 +19,7 @@ vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 // Single scattering with an isotropic phase function, normalised so that a fully lit dense medium has its albedo.
 vec3 shade_caster(vec3 albedo, vec3 light) { return albedo * light; }
 
-// The colour of what has none of its own.
+// The colour of casters without a colour of their own.
 vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO; }
 
 // Where to ask for the light that arrives at `position` of a caster: a strand takes its light in one step, on whose

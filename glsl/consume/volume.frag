@@ -30,7 +30,7 @@ layout(location = 0) out vec4 color;
 
 // Steps of a cell. Twin: STEPS.
 const uint STEPS = 2u;
-// Where so little is left of what is behind, nothing more is asked: a picture lacks as much of the light there, at most.
+// The march ends where so little of the background's light is left: the picture lacks that share of light, at most.
 const float HIDDEN = 1e-4;
 
 // The first sample of a block among those of all fields; false where it is empty.

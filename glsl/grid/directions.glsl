@@ -7,7 +7,7 @@
 
 const float DIRECTION_UNITS = 4194304.0;
 
-// What a strand takes across, of what it takes on average over all directions.
+// Extinction of a strand across its axis, over its mean over all directions: 4 / π.
 const float ACROSS = 1.27323954;
 
 // Between E[sin²] and its root, where the strands of a voxel do not run in one direction.

@@ -24,8 +24,8 @@ bool grid_has_voxel(uvec3 voxel) {
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Every voxel on the way, and no other: from each the way goes on into the one that it enters next, or out of all that is empty
-// about it at once. Where voxels have masks their cells are what is met, and a voxel is one level more of what may be empty.
+// Visits every voxel on the way, and no other: from each it goes on into the next one that the way enters, or out of the largest empty cube
+// about it at once. Where voxels have masks it is their cells that are visited, and a voxel is one more level that may be empty.
 bool march_exact(vec3 from, vec3 way) {
     const float cells = float(1u << CELL_SHIFT);
     March march;

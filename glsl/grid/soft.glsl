@@ -43,7 +43,7 @@ uint ratio_hash(uint bits) {
     return word >> 22 ^ word;
 }
 
-// An estimate of what is left of the light: the mean of many is e to the power of minus what the way takes. No voxel takes more than `most`.
+// A random estimate of the transmittance of a way: its mean over many seeds is exp(−optical depth). No voxel takes more than `most`.
 float media_ratio(vec3 from, vec3 way, float most, uint seed) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float per_voxel = 1.0 / length(way), majorant = min(most, RATIO_MOST), left = 1.0, at = range.x;

@@ -8,7 +8,7 @@
 const float EXACT_LEAST = 1e-36;
 const float EXACT_MOST = 1e36;
 
-// 1 / a of what is not negative.
+// 1 / a for an `a` that is not negative.
 float reciprocal(float a) {
     float of = clamp(a, EXACT_LEAST, EXACT_MOST);
     precise float guess = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(of));

@@ -17,7 +17,7 @@ const float OPAQUE_GUARD = 1.5;
 const uint OPAQUE_CORNERS = 8u;
 // The square of twice an area, world units: of less no device would know the normal.
 const float OPAQUE_NO_AREA = 1e-30;
-// Texels per side of what a workgroup draws at a time.
+// Texels per side of the square that a workgroup draws at a time.
 const int OPAQUE_TILE = 32;
 
 // A triangle as a map sees it: a polygon in front of the near plane.
@@ -38,7 +38,7 @@ vec3 in_view(View view, vec3 corner) {
 
 float w_of(View view, vec3 corner) { return view.projection == VIEW_PARALLEL ? 1.0 : corner.z; }
 
-// How far inside one of five planes a corner is.
+// How far a corner is inside of one of five planes.
 float inside(View view, vec3 corner, uint plane) {
     float guard = OPAQUE_GUARD * w_of(view, corner);
     precise float away = plane == 0u ? corner.z - view.near
@@ -84,7 +84,7 @@ ivec2 place_of(View view, vec3 corner) {
     return ivec2(floor(rounded));
 }
 
-// Whether all corners are on the far side of a plane that bounds what the map sees, or of what is asked about.
+// Whether all corners are on the far side of a plane that bounds the view, or the part of it that is asked about.
 bool unseen(View view, vec3 corners[OPAQUE_CORNERS]) {
     vec3 x = vec3(corners[0].x, corners[1].x, corners[2].x), y = vec3(corners[0].y, corners[1].y, corners[2].y);
     vec3 z = vec3(corners[0].z, corners[1].z, corners[2].z), w = view.projection == VIEW_PARALLEL ? vec3(1.0) : z;
@@ -173,8 +173,8 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
             all_z = all_z.xzy;
             area = wide_cross(b - a, c - a);
         }
-        // Edges, each opposite of a corner: its value at the first centre is twice the area of what it and the centre
-        // span.
+        // Edges, each opposite of a corner: its value at the first centre is twice the area of the triangle that edge
+        // and centre make.
         ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
         Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
         bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);

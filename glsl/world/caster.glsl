@@ -128,7 +128,7 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     return true;
 }
 
-// Optical depth of what the ray is inside from z.x to z.y.
+// Optical depth from z.x to z.y, all of it inside of the caster.
 float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
     if (caster_is_gaussian(caster)) {

@@ -92,7 +92,7 @@ struct GaussianRay {
     float square;
 };
 
-// The nearest point of the ray to the middle comes first, so that a far origin costs no digits of what is divided by small deviations.
+// The point of the ray nearest to the middle is found first: a far origin then costs no digits in the division by small deviations.
 GaussianRay gaussian_ray(Ray ray, vec3 position, float radius, vec3 packed) {
     GaussianShape shape = gaussian_shape(radius, packed);
     vec3 offset = position - ray.origin;

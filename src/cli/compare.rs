@@ -170,8 +170,8 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     Effort { frames, warm_up: 5, space_points: 65536, lookups: LOOKUPS, picture, turning, footprints, counts, truth }
 }
 
-/// What a scene is in each frame, and the times of these. Where no truth is wanted of what the device simulates, the host knows
-/// of one frame alone.
+/// The scene in each frame, and the times of these frames. Without a truth to compare with, a simulated scene is needed in one frame alone:
+/// the device moves it.
 fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
     let scene = load(name, &arguments.load)?;
     let times_s = arguments.moving.times(&scene, arguments.frames)?;

@@ -16,11 +16,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The key of what draws opaque maps.
+/// The key that says what draws opaque maps.
 const OPAQUE: &str = "opaque";
 
-/// Timed frames and those before them: of a first look, on a software device, which has no clock to reach, and on others; of what is left
-/// after it, and of all, as `compare` has them.
+/// Timed frames, and frames before them: of the first look on a software device, which has no clock rate to reach, and on other devices; of
+/// the second look at what is left; and of all specs, as `compare` has them.
 const COARSE_SOFTWARE: [usize; 2] = [2, 0];
 const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
@@ -266,9 +266,9 @@ fn lost(row: &Row) -> Error {
     }
 }
 
-/// What sees all that casts shadows in the scene, and no shadow: `specs`, what `compare` has, and of each technique that it leaves out one
-/// spec, or under meshes alone all ways to keep those. What `compare` has of one technique is under meshes alone one spec: the opaque
-/// maps of what also sees smoke do not differ by how it keeps smoke.
+/// Every spec whose technique sees all casters of the scene, and no shadow: `specs`, as `compare` has them, and one spec of each technique
+/// that is not among them; under meshes alone, every way to keep meshes. Under meshes alone each technique of `compare` has one spec: how
+/// it keeps smoke changes nothing in its opaque maps.
 fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     if !many_lights && !has_many_lights(scene) {

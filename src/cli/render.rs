@@ -16,7 +16,7 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The name of what is no technique.
+/// The name for the reference, which is no technique.
 const REFERENCE: &str = "reference";
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -125,7 +125,7 @@ impl Arguments {
         }
     }
 
-    /// How it is shown; none of what is measured.
+    /// How the picture is shown to people; none for pictures that are measured.
     pub(super) fn show(&self) -> Result<Option<Show>> {
         let show = Show::new(self.samples, self.exposure);
         if self.plain {
@@ -156,7 +156,7 @@ impl Arguments {
         air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))
     }
 
-    /// The one technique of what has no panels.
+    /// The one technique of a command that has no panels.
     pub(super) fn alone(&self, what: &str) -> Result<&str> {
         match &self.techniques[..] {
             [technique] => Ok(technique),

@@ -81,7 +81,7 @@ mod tests {
         assert!((count - wanted).abs() < 0.05 * wanted, "{count} pixels, not {wanted}");
         let (middle, _) = view.project(DVec3::ZERO);
         assert!(covered[middle.y as usize * 64 + middle.x as usize] && !covered[0]);
-        // Its rim is orange, and nothing else of what was white.
+        // The sphere's rim is orange, and no other white pixel is.
         let paper = shown(&scene, &view, 0.5, 64, vec![255; 3 * 64 * 64]);
         let orange = paper.rgb8.chunks_exact(3).filter(|p| **p == OUTLINE).count() as f64;
         let rim = 2.0 * std::f64::consts::PI / texel;

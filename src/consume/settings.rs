@@ -21,7 +21,7 @@ words! {
     pub enum ShadingKind {
         /// In the pass that draws them.
         Forward = "forward",
-        /// Once per pixel, from a buffer of what is seen.
+        /// Once per pixel, from a buffer with the surface that each pixel sees.
         Deferred = "deferred",
         /// The same tile by tile, from a bit per light that says whether it is shadowed.
         Tiled = "tiled",

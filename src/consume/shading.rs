@@ -15,7 +15,8 @@ pub enum Shading {
     /// Once per pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
     /// that see the same surface.
     Interleaved,
-    /// Once per pixel, by one light, drawn by what it would turn of it and of what it kept in the frames before.
+    /// Once per pixel, by one light, drawn by how much the pixel would reflect of it, from new lights and those it kept
+    /// in the frames before.
     Reservoir,
 }
 
@@ -56,7 +57,7 @@ impl Shading {
         }
     }
 
-    /// How often a picture of what stands still is drawn until it no longer changes, or no longer gets better.
+    /// In how many frames the picture of a still world stops to change, or to get better.
     pub fn frames_to_settle(self) -> usize {
         match self {
             Self::Tiled(Tiled { history: true, .. }) => 2,

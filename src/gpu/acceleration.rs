@@ -88,7 +88,7 @@ impl Over {
     }
 }
 
-/// A build of what `geometries` hold, made for quick rays.
+/// Builds `geometries` into a structure made for quick rays.
 fn build_info<'a>(
     over: &Over,
     geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],

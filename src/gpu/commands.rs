@@ -192,7 +192,7 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// New images' layouts and written data, in the middle of what is recorded for the caller.
+    /// New images' layouts and written data, in the middle of a caller's recording.
     fn record_pending(&mut self) {
         if self.whose == Whose::Theirs {
             let steps = self.context.shared().pending.take();

@@ -209,7 +209,7 @@ impl Context {
         &self.0.tools
     }
 
-    /// The messages of the validation layer, and of what was never freed.
+    /// The validation layer's messages, those about objects that were never freed included.
     pub fn messages(&self) -> &Messages {
         self.0.device.messages()
     }
@@ -235,14 +235,14 @@ impl Context {
         self.device().pipelines().count()
     }
 
-    /// Whether each pass of what is recorded from now on is timed, as it is at first, or all passes of a submission together,
-    /// as one: a timestamp waits for all work before it, which takes a GPU some microseconds per pass.
+    /// Whether each pass that is recorded from now on is timed, as at first, or a submission as a whole: a timestamp waits for all work
+    /// before it, which takes a GPU some microseconds per pass.
     pub fn time_passes(&self, each: bool) {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
-    /// Whether each pass of what is submitted from now on says what it did ([`super::PassTime::counts`]), where the device can
-    /// tell ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
+    /// Whether each pass that is submitted from now on says what it did ([`super::PassTime::counts`]), where the device can tell
+    /// ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
     pub fn count_passes(&self, each: bool) {
         self.0.counts_passes.store(each, Ordering::Relaxed);
     }

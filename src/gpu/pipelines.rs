@@ -14,7 +14,7 @@ pub(super) struct Pipeline {
     pub(super) layout: vk::PipelineLayout,
 }
 
-/// Shaders, by their names, and the state of what is fixed about them.
+/// Shaders, by their names, and the pipeline's fixed state.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) enum State {
     Compute {

@@ -40,7 +40,7 @@ impl ReadBack {
         self.0.copies[place].read(count).map(Some)
     }
 
-    /// What was recorded so far is not read any more: it says nothing of what has changed since.
+    /// Copies that were recorded so far are not read any more: they are older than the last change.
     pub fn forget(&self) {
         self.0.frames.lock().unwrap_or_else(PoisonError::into_inner).fill(None);
     }

@@ -78,7 +78,7 @@ impl Context {
             return Err(error);
         }
         self.note_wait();
-        // SAFETY: the fence is that of what was handed over.
+        // SAFETY: the fence is the one that was handed over with these commands.
         let waited = fault::wait(|| unsafe { self.device().wait_for_fences(&[recorder.fence], true, u64::MAX) });
         if waited.is_err() {
             // The host may be out of memory while the device runs on with what it was given. SAFETY: the queue is the

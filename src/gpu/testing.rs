@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 pub struct Testing {
     /// Limits as low as Vulkan 1.3 allows.
     pub lowest_limits: bool,
-    /// None of what is optional.
+    /// No optional features.
     pub no_features: bool,
     /// The validation layer puts checks into shaders too, so that what they read or write beyond a buffer is a message.
     pub checks_in_shaders: bool,

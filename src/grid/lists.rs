@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 /// Values that a workgroup adds up. Twin: SCANNED in glsl/grid/lists/scan.glsl.
 const SCANNED: u32 = 1024;
 
-/// Words of a used voxel, and of what is listed. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
+/// Words of a used voxel, and of an entry of a list. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
 const LIST_WORDS: u64 = 2;
 
 /// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box there.
@@ -79,7 +79,7 @@ pub fn caster_share(context: &Context, casters: u32) -> u32 {
 /// The lists and the passes that make them. Pairs and lists grow to what there is of them.
 pub(super) struct Lists {
     context: Context,
-    /// The grid's, and that of what is listed for all voxels.
+    /// The grid's bricks, and one more for the list that all voxels share.
     bricks: u32,
     pairs: Buffer,
     /// As glsl/grid/lists/place.glsl has them.
@@ -123,8 +123,8 @@ impl Lists {
         Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
     }
 
-    /// Lists of what the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. There is room for `first`
-    /// pairs at first.
+    /// Lists of all pairs that the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. There is room for
+    /// `first` pairs at first.
     fn noted(
         context: &Context,
         size: u32,

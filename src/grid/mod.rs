@@ -80,7 +80,7 @@ push_struct! {
     }
 }
 
-/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (which voxels a triangle meets); levels and clearing are
+/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (voxels that meet a triangle); levels and clearing are
 /// ours.
 pub struct Grid {
     size: u32,
@@ -413,7 +413,7 @@ impl Grid {
         self.deposited.forget();
     }
 
-    /// Nothing is occupied, and nothing is known of what casts: zeros where there was something.
+    /// Nothing is occupied, and the casters' bounds are unknown: zeros where there was something.
     fn clear(&self, commands: &mut Commands) {
         let unknown = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
         let start = self.stands.unwrap_or(unknown);

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 /// Texels per side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
 
-/// [`OpaqueMaps::normal_bias`] of bilinear weights, of what is two texels wide. Twin: NORMAL_BIAS.
+/// [`OpaqueMaps::normal_bias`] of bilinear weights, which are two texels wide. Twin: NORMAL_BIAS.
 const NORMAL_BIAS: f32 = 0.3;
 
 /// A step of the coarsest rasterizer's grid, texels.

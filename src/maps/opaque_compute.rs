@@ -66,7 +66,7 @@ push_struct! {
     }
 }
 
-/// The passes that draw opaque maps, and the list of what is left to whole workgroups.
+/// The passes that draw opaque maps, and the list of triangles that are left to whole workgroups.
 pub(super) struct OpaqueCompute {
     context: Context,
     totals: Buffer,

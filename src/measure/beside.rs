@@ -167,7 +167,7 @@ impl Beside {
         ratio([row, other], |row| self.time(row))
     }
 
-    /// Whether two columns say the same of a scene, and of what happens in it. What one of them does not say is taken for the same.
+    /// Whether two columns are about the same scene, moving the same way. A condition that one of them does not name is taken for the same.
     pub fn is_same_world(&self, scene: &str, one: usize, other: usize) -> bool {
         let moves = |column: usize| {
             let is = |key: &str| self.columns[column].results.conditions.get(key).is_some_and(|value| value != "none");
@@ -361,7 +361,7 @@ fn lines(columns: &[Column]) -> Vec<Line> {
 
 /// The device where that tells them apart, else the driver, else the file too.
 fn name(columns: &mut [Column]) {
-    // What stands in brackets are versions of what they are made of, behind a dash that of a distribution's package.
+    // In brackets stand versions of the parts; behind a dash stands that of a distribution's package.
     let whole = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
     let short = |text: &str| {
         let words = whole(text);

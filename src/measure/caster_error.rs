@@ -23,7 +23,7 @@ pub struct CasterClass {
     pub from: f64,
     /// How many points.
     pub points: u64,
-    /// Mean of what the answer says: none of it is true. Absent without points.
+    /// Mean of the answers, all of which should be 0. Absent without points.
     pub mean_abs: Option<f64>,
     /// Points at which the answer says more than half.
     pub leaks: u64,

@@ -11,7 +11,7 @@ const UNSTEADY: f64 = 2.0;
 /// An error below this is rounding of 32-bit visibility.
 const ROUNDING: f64 = 1e-7;
 
-/// From where on a row has changed, as shares of what it was: 0.05 is 5 %.
+/// From where on a row has changed, as a share of the earlier figure: 0.05 is 5 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// Tolerated change of times.
@@ -53,7 +53,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// How much more it is now, as a share of what it was; nothing where it was 0.
+    /// How much more it is now, as a share of the earlier figure; nothing where that was 0.
     pub fn share(&self) -> Option<f64> {
         (self.before != 0.0).then(|| self.now / self.before - 1.0)
     }

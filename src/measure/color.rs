@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Colors of light, as the channels of a picture.
 pub const COLORS: [&str; 3] = ["red", "green", "blue"];
 
-/// Errors of what is left of one color.
+/// Errors of the light that is left, in one color.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColorError {
     /// One of [`COLORS`].

@@ -281,8 +281,8 @@ impl Case<'_> {
         timed.built.draws_clock = self.context.calibrate();
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
-            // A frame of what the device simulates draws its particles as they stand there. The picture that is compared with the
-            // truth blends them in an order that the host makes, which is no part of a frame.
+            // A frame of a simulated scene draws particles as they come from the device. The picture that is compared with the truth blends
+            // them in an order that the host makes, which is no part of a frame.
             drawn = timed.draws;
         }
         row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());

@@ -31,7 +31,7 @@ impl Flicker {
         self.before = Some((answers, shines));
     }
 
-    /// The root mean square of what the changes differ by; none without changes.
+    /// The root mean square of the differences between changes; none without changes.
     pub fn rms(&self) -> Option<f64> {
         (self.changes > 0).then(|| (self.squares / self.changes as f64).sqrt())
     }

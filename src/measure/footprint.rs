@@ -91,7 +91,7 @@ fn mean(casters: &Casters, light: usize, centre: DVec3, sides: [DVec3; 2], seed:
     sum / f64::from(STRATA * STRATA)
 }
 
-/// Errors of what is answered for squares of each size at the points of all lights; none without points.
+/// Errors of the answers for squares of each size at the points of all lights; none without points.
 pub(crate) fn footprint_errors(answers: &[Vec<f32>], footprints: &Footprints) -> Vec<FootprintError> {
     let of = |(i, texels): (usize, f64)| footprint_error(answers.get(i)?, texels, &footprints.means[i]);
     FOOTPRINTS.into_iter().enumerate().filter_map(of).collect()

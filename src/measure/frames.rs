@@ -24,7 +24,7 @@ pub struct Frames<'a> {
 pub struct Traced<'a> {
     /// The scene in the last frame, under the lights that virtual ones stand for.
     pub scene: &'a Scene,
-    /// Directions per pixel on either side of what it sees.
+    /// Directions per pixel, on each side of the surface that it sees.
     pub samples: u32,
 }
 

@@ -41,9 +41,9 @@ pub fn scenes() -> Result<Vec<Scene>> {
     SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
 }
 
-/// The rows of a scene, as small as on a software device: of smoke what `compare` has of each technique, else what `stress` has, and of
-/// hair one of these; of meshes what `stress` has, and of what casts from meshes alone what is usual. So a technique that is new in the
-/// registry has rows here.
+/// The specs of a scene, as small as on a software device. Under smoke: the specs of `compare`, or for techniques without one those of
+/// `stress`. Under hair: one of these per technique. Under meshes: those of `stress`, and for techniques that see meshes alone the usual
+/// one. So a technique that is new in the registry has rows here.
 ///
 /// # Errors
 /// [`crate::Error::Input`] where an entry names what is no setting.
@@ -58,7 +58,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
             let specs: Vec<Spec> = list.iter().filter(|spec| spec.entry.name == entry.name).cloned().collect();
             (!specs.is_empty()).then_some(specs)
         };
-        // The opaque maps of what also sees smoke are the same, and one stands for them.
+        // Techniques that also see smoke have the same opaque maps, and one stands for them.
         let is_usual = if only_meshes { !entry.casts.particles && !entry.casts.strands } else { entry.casts.particles };
         let sees = entry.casts == Casts::NONE || entry.casts.are_in(scene.kinds());
         let mut specs = match lists.iter().find_map(of_list) {

@@ -144,8 +144,8 @@ impl Case<'_> {
         Ok(best)
     }
 
-    /// The device's time of each build. A build without passes, of a world in which nothing moved that the technique is made of or of what
-    /// makes nothing, took none; what was baked before is not built.
+    /// The device's time of each build. A build without passes took none: in a world in which nothing moved that the technique depends on,
+    /// or of a technique that builds nothing. A technique that was baked before is not built.
     pub(super) fn device_ns(&self, timed: &Timed, lifetime: Lifetime) -> Vec<f64> {
         let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
         let has_times = is_built && self.context.features().timestamp_valid_bits > 0;

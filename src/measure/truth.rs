@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 pub enum Extent {
     /// None: times alone.
     None,
-    /// At points in space and on surfaces, for a first look: no maps, no picture and nothing of what a technique resolves.
+    /// At points in space and on surfaces, for a first look: no maps, no picture, no tests of a technique's resolution.
     Glance,
     /// What is chosen by: the same and a picture.
     Choice,

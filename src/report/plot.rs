@@ -212,7 +212,7 @@ fn limits_and_floor(
     text(root, &label, (left + 6, y + 10), 13, &COLOURS[1], (HPos::Left, VPos::Center), false)
 }
 
-/// The border of what the front beats: steps, for nothing between two points of it has been measured.
+/// The border of all that the front beats: steps, since nothing between two of its points has been measured.
 fn front(area: &Logarithmic, panel: &Panel) -> Drawn {
     let mut corners: Vec<(f64, f64)> = panel
         .series

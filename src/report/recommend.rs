@@ -206,8 +206,9 @@ const ALIKE: f64 = 1.05;
 const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;
 
-/// Whether it has failed, or another row is no worse in time and error and better by far in one, with no more of what is limited. To be
-/// closer than is worth time, or than was asked for, does not count. No shadow is what others are held against, and never hopeless.
+/// Whether it has failed, or another row is no worse in time and error, much better in one of them, and takes no more of any resource that
+/// has a limit. An error below the limit, or below CLOSE_ENOUGH, is no advantage. `none` is what others are compared with, and never
+/// hopeless.
 pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     if row.technique == "none" {
@@ -241,7 +242,8 @@ fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) ->
         .min_by(|a, b| worst(&a.1).total_cmp(&worst(&b.1)))
 }
 
-/// The quickest of what is closer than row `best` by a tenth or more, as far as that is worth time; it is on the front.
+/// The quickest row on the front whose error is less than that of row `best` by a tenth or more, as far as that is
+/// worth time.
 fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?));
     let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();

@@ -67,7 +67,7 @@ impl Store {
         self.write_bytes(name, bytes)
     }
 
-    /// Whether a file of that name may take the place of what is there now, which is asked for again when it is written.
+    /// Whether a file of that name may replace what stands there now; it is checked again on writing.
     ///
     /// # Errors
     /// [`Error::Output`] where a folder or a device would have to go.

@@ -166,7 +166,7 @@ struct PageVerdict<'a> {
     cells: [String; COLUMNS.len()],
 }
 
-/// The page: a table a case, in one file without network.
+/// The page: one table per case, in one file without network.
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.

@@ -152,8 +152,8 @@ pub struct Scene {
     pub camera: Camera,
     /// What moves by itself.
     pub motion: Motion,
-    /// Extinction of red, green and blue light, each a multiple of what translucent casters have: finite, ≥ 0, not all 0. What red keeps of
-    /// its light is the power of that number of what casters leave. Meshes end all light alike.
+    /// Extinction of red, green and blue light, each a multiple of the casters' own: finite, ≥ 0, not all 0. A color's transmittance is the
+    /// casters' to the power of its number. Meshes end all light alike.
     pub extinction_ratio: [f32; 3],
 }
 
@@ -209,7 +209,7 @@ impl Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 impl Scene {
-    /// The extinction ratio of what takes of all light alike.
+    /// The extinction ratio of casters that take all colors alike.
     pub const GREY: [f32; 3] = [1.0; 3];
 
     /// Casters that there are at once, at any time.

@@ -189,7 +189,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// A part of what there is at most, somewhere else, of another size.
+    /// A part of the casters of `most`, moved and of another size.
     fn frame(&mut self, most: &Scene) -> Scene {
         let mut scene = most.clone();
         let mut part = |count: usize| match self.below(5) {

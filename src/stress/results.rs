@@ -22,7 +22,7 @@ pub struct Results {
     pub limit_s: f64,
     /// How far each technique holds in each case.
     pub verdicts: Vec<Verdict>,
-    /// One a case, value and technique, in the order they were asked.
+    /// One per case, value and technique, in the order they were asked.
     pub rows: Vec<Stressed>,
 }
 
@@ -45,7 +45,7 @@ pub enum Outcome {
 pub struct Stressed {
     /// [`super::Case::name`].
     pub case: String,
-    /// The value of what is swept.
+    /// The value of the setting that is swept.
     pub value: f64,
     /// Its spec, without what is the default.
     pub technique: String,

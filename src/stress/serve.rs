@@ -18,13 +18,13 @@ use std::io::Write;
 /// What a worker is to do.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
-    /// A value of what is swept, and which techniques are asked.
+    /// A value of the sweep, and which techniques are asked.
     Value {
         /// [`Sweep::name`].
         sweep: String,
         /// [`Sweep::given`].
         given: Option<String>,
-        /// The value of what is swept.
+        /// The value of the setting that is swept.
         value: f64,
         /// Specs.
         techniques: Vec<String>,

@@ -78,7 +78,7 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     }
 }
 
-/// Which promises the figures break, and which of what holds for all.
+/// Which promises the figures break, those that hold for all techniques included.
 fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
     // A figure that is not a number is no small one.
     let above =
@@ -183,7 +183,7 @@ pub(crate) fn number(value: f64) -> String {
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// One a case and technique, in the order of the rows.
+/// One per case and technique, in the order of the rows.
 pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
     let mut pairs: Vec<(&str, &str)> = Vec::new();
     for row in rows {

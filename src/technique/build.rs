@@ -51,8 +51,8 @@ impl<T: Technique + ?Sized> Opened<T> {
         Self { context: context.clone(), technique, skip, built: None, broken: false, burden: None }
     }
 
-    /// Builds for the world as it is now what has changed since the last build: no pass where none of what it is made of has. With
-    /// `skip=off` all of it. Records and submits again for as long as something did not fit.
+    /// Builds for the world as it is now, and only what has changed since the last build: a pass whose inputs have not changed is left out.
+    /// With `skip=off` all passes run. Records and submits again for as long as something did not fit.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: open it anew then.
@@ -107,7 +107,7 @@ impl<T: Technique + ?Sized> Opened<T> {
             follow(&mut passes, submitted);
             match self.technique.settle(frame)? {
                 Settled::More => {}
-                // What had too little room is no part of what a build takes.
+                // Passes of a try for which a buffer was too small do not count as part of the build.
                 Settled::Grew => passes.clear(),
                 Settled::Done => {
                     (self.built, self.broken) = (Some(world.generations().clone()), false);

@@ -48,7 +48,7 @@ map_settings! {
         size: u32 = SIZE;
         /// Voxels per side of the density grid that is marched: 64, 128 or 256.
         grid: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the density grid that is marched");
-        /// By how many ten-thousandths of what is left of the light a sample has to be off what the last one says, 0 to 10,000.
+        /// A sample is kept once it differs from the last one by so many ten-thousandths of the light that is left, 0 to 10,000.
         relative: u32 = Setting::number(
             "500", 0, 10000, "a sample is kept once it is off by so many ten-thousandths of the light that is left");
         /// And by how many of all of the light.

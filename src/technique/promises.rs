@@ -2,7 +2,7 @@
 //!
 //! That answers are finite and in [0, 1] is not listed: it holds for all techniques.
 
-/// Rounding of a few thousand sums of floats: a fortieth of what eight bits tell apart.
+/// Rounding of a few thousand sums of floats: a fortieth of a step of eight bits.
 pub const ROUNDING: f64 = 1e-4;
 
 /// Eight bits, rounded once or twice.

@@ -11,12 +11,12 @@ use std::fmt;
 /// The most variants that a sweep may be: each more key multiplies them, and a line of text has room for many keys.
 const MOST_VARIANTS: usize = 4096;
 
-/// A technique with every setting spelt out, and those of what asks it.
+/// A technique with every setting spelt out, and with the settings of the command that uses it.
 #[derive(Clone)]
 pub struct Spec {
     /// The technique.
     pub entry: &'static Entry,
-    /// Keys of what asks it.
+    /// Keys of the command that uses it.
     more: &'static [Key],
     values: BTreeMap<&'static str, String>,
 }
@@ -139,8 +139,8 @@ impl fmt::Debug for Spec {
     }
 }
 
-/// Reads a spec, which may have `more` keys besides the technique's: those of what asks it. Several values with `|` make a sweep: every
-/// combination, the last key varying fastest.
+/// Reads a spec, which may have `more` keys besides the technique's: those of the command that uses it. Several values with `|` make a
+/// sweep: every combination, the last key varying fastest.
 ///
 /// # Errors
 /// [`Error::Input`] that lists the known techniques, keys or values.

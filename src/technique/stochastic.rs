@@ -38,7 +38,7 @@ words! {
     pub enum Sampling {
         /// Each by itself: Enderton et al. 2010.
         Plain = "plain",
-        /// Even quantiles of what is left of the light: as many end before a depth as should, to one.
+        /// Even quantiles of the transmittance: the number of samples that end before a depth is right to within one.
         Stratified = "stratified",
         /// By a noise that all casters of a texel share, as engines do it.
         Hash = "hash",

@@ -113,7 +113,8 @@ mod tests {
         assert!((state.eye.expect("moved") - CAMERA.position).dot(forward.cross(CAMERA.up)) > 0.0);
     }
 
-    /// It is seen where it was let go, as far away as before; and of what is not simulated nothing is pulled.
+    /// The attractor is seen where it was let go, as far away as before; nothing is pulled in a scene that is not
+    /// simulated.
     #[test]
     fn the_attractor_follows_the_pointer() {
         let scene = Scene::load("fountain:particles=10", 1.0).expect("built in");

@@ -1,4 +1,4 @@
-//! Files of what is seen: pictures, the curve under the pointer, and an animation of the whole window.
+//! Files that the window writes: pictures, the curve under the pointer, and an animation of the whole window.
 
 use super::host::{Frame, Host};
 use super::rays::Rays;
@@ -61,7 +61,7 @@ impl Files {
         self.filmed = Some((film, ms, 0));
     }
 
-    /// Whether anything is still to come of what the window shows.
+    /// Whether a file is still to be written.
     pub fn are_due(&self) -> bool {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }

@@ -242,7 +242,7 @@ fn side(ui: &mut Ui, side: &mut Side) {
     }
 }
 
-/// A control of what a key may be.
+/// A control for the values of a key.
 fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
     let is = spec.text(key).to_owned();
     let mut value = is.clone();

@@ -19,7 +19,7 @@ pub enum Step {
     Wait(Duration),
     /// Draws so many frames.
     Frames(u64),
-    /// A PNG of what is seen once that is whole.
+    /// A PNG of the window's picture, once that is whole.
     Screenshot(PathBuf),
     /// The window, once it is whole, as the next picture of a GIF, which shows it so many milliseconds.
     Gif(PathBuf, u32),

@@ -113,7 +113,7 @@ impl Stage {
         self.size
     }
 
-    /// Pixels of a file of what is seen: of a slice those of its square.
+    /// Size of a picture's file: that of the square where a slice is shown.
     pub fn pictured(&self, state: &State) -> [u32; 2] {
         if state.show == Show::Slice { [self.size[0].min(self.size[1]); 2] } else { self.size }
     }

@@ -177,7 +177,7 @@ impl State {
         scene.pulled(self.attractor, self.gravity, self.time_s)
     }
 
-    /// What is not as usual of what moves simulated particles: attractor and gravity.
+    /// Attractor and gravity of simulated particles, where they are not as usual.
     pub fn pull(&self) -> (Option<DVec3>, f64) {
         (self.attractor, self.gravity)
     }

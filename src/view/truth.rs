@@ -45,7 +45,7 @@ impl Drop for Job {
     }
 }
 
-/// The reference of what was seen last.
+/// The reference of the last view.
 pub struct Truth {
     job: Option<Job>,
 }

@@ -102,7 +102,7 @@ impl Rows {
     fn passes(&self, row: &BTreeMap<String, String>, prefix: &str) -> Result<f64, String> {
         let texts = ["pass_median_ns", "draw_pass_median_ns"].map(|name| row.get(name).map_or("", String::as_str));
         let pairs = texts.iter().flat_map(|text| text.split(' ')).filter_map(|pair| pair.split_once('='));
-        // Older rows of what is simulated have what draws it in both.
+        // Older rows of simulated scenes have the draw's passes in both.
         let mut seen = BTreeSet::new();
         let of = pairs.filter(|(name, _)| name.starts_with(prefix) && seen.insert(name.to_owned()));
         let times: Vec<f64> = of.filter_map(|(_, ns)| ns.parse().ok()).collect();

@@ -69,7 +69,7 @@ fn holds(curve: &Curve, build: Build, segments: &[Segment], off: f64) {
     }
 }
 
-/// Behind all segments the light is the product of what all of them leave.
+/// Behind all segments the light is the product of all their transmittances.
 fn assert_tail(curve: &Curve, segments: &[Segment], off: f64) {
     let (light, product) = (f64::from(curve.transmittance(2.0)), (-total(segments)).exp());
     assert!((light - product).abs() <= off, "the tail is {light}, not {product}: {:?}", curve.nodes());

@@ -9,7 +9,7 @@ pub fn fails(arguments: &[&str], words: &[&str]) {
     one_line(arguments, run(arguments), words);
 }
 
-/// As [`fails`], of what has run.
+/// As [`fails`], for a command that has run.
 #[track_caller]
 pub fn one_line(arguments: &[&str], output: Output, words: &[&str]) {
     let error = String::from_utf8(output.stderr).expect("UTF-8");

@@ -242,7 +242,7 @@ fn volumes_of_files_are_frames() {
             ok(&[&[command, text(&scene)][..], size, &technique, &[text(&out)]].concat());
             let of_all = path(&format!("{command}-{number}.png"));
             let [of_all, alone] = [of_all, out].map(|p| std::fs::read(p).expect("written"));
-            // The depth of a slice is a share of what the light sees of all that casts: of each frame's.
+            // The depth of a slice is a share of the light's range over all casters of that frame.
             assert!(of_all == alone, "{command}, frame {number}");
             pictures.push(alone);
         }

@@ -184,8 +184,8 @@ struct Counted {
     within: usize,
 }
 
-/// Asks about points in space and on surfaces; no answer beyond is wrong. Surfaces that the light just grazes have none of it, and are left
-/// out of what is counted.
+/// Asks about points in space and on surfaces; no answer beyond is wrong. Surfaces that the light just grazes have none of it, and do not
+/// count.
 fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usize, points: &[[f32; 3]]) -> Counted {
     let casters = Casters::new(scene);
     let (resolution, kind) = (technique.resolution()[0], scene.lights[light].kind);

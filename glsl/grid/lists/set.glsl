@@ -29,7 +29,7 @@ layout(set = 1, binding = 4, scalar) buffer ListsUnsorted { uint unsorted[]; }; 
 // Triangles of a list up to which each looks for its own place. Any number gives the same lists.
 const uint RANKED = 512u;
 
-// The grid's, and that of what is listed for all voxels.
+// The grid's bricks, and one more for the list that all voxels share.
 uint brick_count() { return lists_of_all(grid.size) + 1u; }
 
 uvec2 brick_bits(uint brick) {

@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 shared uint long_count;
 shared uvec2 longs[64];
 
-// Places of what is listed, and not of words.
+// Numbers of entries, not of words.
 void exchange(uint begin, uint low, uint high) {
     low = begin + LIST_WORDS * low;
     high = begin + LIST_WORDS * high;

@@ -26,7 +26,7 @@ layout(set = 0, binding = 5, scalar) writeonly buffer Draws { uint draws[]; };
 
 uint mark_blocks() { return (caster_count + 32u * BLOCK_WORDS - 1u) / (32u * BLOCK_WORDS); }
 
-// Whatever the number of workgroups a dimension.
+// The block's number, however the workgroups are shared out over two dimensions.
 uint mark_block() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
 
 // The place of word `word` of block `block` of a map.

@@ -5,7 +5,7 @@
 // totals (both cleared before; of the totals how full a tile is that has too little room), met (not cleared: a caster in no
 // tile keeps an older mark).
 
-// As in count.comp. With TALLY 1 a workgroup reserves the places of all its entries of a tile at once.
+// As in count.comp. With TALLY 1, a workgroup reserves the places of all its entries of a tile at once.
 // variants: TALLY 0 1
 #include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"

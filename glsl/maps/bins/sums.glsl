@@ -7,7 +7,7 @@
 // The bound of a texel's optical depth is added up in 256ths.
 const float BOUND_UNITS = 256.0;
 
-// An upper bound of what an entry takes, `dark` at most; rounded up. The entry has what its caster takes at most
+// An upper bound of an entry's optical depth, `dark` at most; rounded up. The entry holds its caster's greatest
 // (maps/bins/tiles.glsl).
 uint entry_bound(uvec2 entry, float dark) {
     return uint(min(uintBitsToFloat(entry.x), dark) * BOUND_UNITS) + 1u;

@@ -22,7 +22,7 @@ CONSTANT(bool, HIDE, false)
 // Threads of a workgroup of the passes that bin.
 const uint BIN_THREADS = 64u;
 
-// Place of a pass's thread among all of its map, whatever the number of workgroups a dimension.
+// Place of a pass's thread among all of its map, however the workgroups are shared out over two dimensions.
 uint map_thread() {
     return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * BIN_THREADS + gl_LocalInvocationIndex;
 }

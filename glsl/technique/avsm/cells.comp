@@ -38,7 +38,8 @@ CONSTANT(uint, BATCH, 128u)
 
 const int CELLS = 64;
 // A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
-// hundredth of what NODES nodes lose on smoke; where too many ends would stay, COARSER times as much, and again.
+// hundredth of the area that curves of NODES nodes lose on smoke; where too many ends would stay, COARSER times as
+// much, and again.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
@@ -164,8 +165,8 @@ bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out fl
     return !range.ends_dark || depth.x < range.high;
 }
 
-// Both have, of all of a tile's casters: find_range, what low_bits and the others say, and a bound of what they take of any ray;
-// add_casters, to the cells.
+// Both files define, over all of a tile's casters: find_range, which finds the range, what low_bits and the like return, and a bound of the
+// optical depth on any ray; add_casters, which adds them up in the cells.
 #if LANES == 1
 #include "technique/avsm/cells_lanes.glsl"
 #else

@@ -1,8 +1,8 @@
 #version 460
-// The nearest entry, the farthest exit and the optical depth of each texel's casters, each texel written once. Source: ours.
-// Inputs: maps, casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect.
-// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
-// WEIGHTED_FRONT: the medium begins at the mean depth of what takes light, not at the first caster. Twin: weighted.
+// The nearest entry, the farthest exit and the optical depth of each texel's casters, each texel written once. Source: ours. Inputs: maps,
+// casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect. Invariant: sums are of whole numbers, so the
+// result depends only on the casters, not on the order they come in. WEIGHTED_FRONT: the medium begins at the casters' mean depth, not at
+// the first caster. Twin: weighted.
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;
 #include "technique/beer_shadow_map/texel.glsl"

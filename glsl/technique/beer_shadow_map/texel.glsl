@@ -14,7 +14,7 @@ float beer_optical_depth(vec4 texel, float depth) {
     float front = 1.0 - texel.r, extent = texel.g - front;
     // Compared first, so that a texel of no extent is a step and not 0/0; nothing is in front of its own depth.
     float share = depth >= texel.g ? 1.0 : depth <= front ? 0.0 : min((depth - front) / extent, 1.0);
-    // Nothing of what is no number would be none either.
+    // Infinity times 0 would be NaN: beer_most bounds the factor.
     return beer_most(texel) * share;
 }
 #endif

@@ -42,12 +42,12 @@ const uint LOWEST_RANK = 951u;
 const uint LOWEST_RATE = 936u;
 const uint RATES = 97u;
 
-// What a slanted cluster counts for, at least, of what it would if it faced the light.
+// The least weight of a slanted cluster, of its weight if it faced the light.
 const float LEAST_FACING = 0.25;
 // What the farthest cluster from the eye counts for, of the nearest.
 const float LEAST_NEAR = 0.25;
 
-// The rank of what a cluster is worth to a light.
+// A cluster's rank, by its weight for a light.
 uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     precise vec3 offset = cluster.middle - origin;
     precise float square = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;

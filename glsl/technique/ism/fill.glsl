@@ -38,8 +38,8 @@ void wide_down(uint thread, uint threads) {
 // no hole.
 const float SURROUNDED = 13.0;
 
-// The mean of what belongs together of four, if that is of weight `least`: what is farther than the nearest by at most a point's width
-// and a texel's, twice, as a surface is that the light sees at a slant. `wide`: texel_wide.
+// The mean of those of four distances that belong to one surface, if their weight is at least `least`: they are farther than the nearest by
+// at most twice a point's width and a texel's, as on a surface that the light sees at a slant. `wide`: texel_wide.
 float mean_of(vec4 distances, vec4 weights, float least, float wide, float radius) {
     float nearest = min(min(distances.x, distances.y), min(distances.z, distances.w));
     precise float last = nearest + 2.0 * (radius + wide * nearest);

@@ -26,7 +26,7 @@ layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
-// By how much of the light, and by what share of what is left, a transmittance may be off before a sample is kept.
+// Errors of a transmittance before a sample is kept: as a share of all light, and of the light that is left.
 CONSTANT(float, ABSOLUTE_ERROR, 0.0)
 CONSTANT(float, RELATIVE_ERROR, 0.05)
 

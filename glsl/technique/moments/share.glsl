@@ -6,7 +6,7 @@
 #include "technique/moments/parts.glsl"
 #include "technique/moments/roots.glsl"
 
-CONSTANT(float, OVERESTIMATION, 0.45)  // of what the upper bound has more than the lower, how much is taken
+CONSTANT(float, OVERESTIMATION, 0.45)  // 0: the lower bound, 1: the upper
 
 // How many roots.
 const uint DEGREE = MOMENTS / 2u;

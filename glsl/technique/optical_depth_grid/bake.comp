@@ -23,7 +23,7 @@ layout(set = 0, binding = 5, scalar) writeonly buffer BakeDepths { float depths[
 CONSTANT(uint, GRID_SIZE, 64u)
 CONSTANT(uint, CELLS, 64u)
 
-// Threads that share a cell's way, each an equal part of what of it is in the grid: 1, 2, 4 or 8.
+// Threads that share a cell's way through the grid, each an equal part: 1, 2, 4 or 8.
 CONSTANT(uint, WAY_PARTS, 1u)
 
 // What each thread's part has taken.

@@ -37,7 +37,8 @@ void main() {
             for (uint b = gl_LocalInvocationIndex; b < met; b += 64u) {
                 uvec2 at_bin = uvec2(first) + uvec2(b % columns_met, b / columns_met);
                 Facet facet;
-                // The box of what is long and slanted is nearly empty. A bin is a block.
+                // The bounding box of a long, slanted triangle is nearly empty, so the triangle itself is tested. A bin
+                // is a block.
                 if (facet_at(i, uvec2(tile_x, tile_y) + BIN_COLUMNS * at_bin, CONSERVATIVE, facet)) {
                     meet(i, at_bin.y * across + at_bin.x);
                 }

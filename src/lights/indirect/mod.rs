@@ -139,7 +139,7 @@ impl Vpls {
     }
 }
 
-/// A virtual light as the host has it, of what [`Vpls::lights`] was read back as.
+/// A virtual light as the host has it, from an element of [`Vpls::lights`] that was read back.
 pub fn light_of(data: &LightData) -> Light {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let kind = LightKind::Virtual {
@@ -205,7 +205,7 @@ impl Vpls {
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn draw_from(&self, fluxes: &[f32]) -> Result<()> {
         self.fluxes.write(fluxes)?;
-        // The greatest of what is not negative, as the pass before finds it.
+        // The greatest flux, as the pass before finds it: none is negative.
         self.greatest.write(&[fluxes.iter().map(|f| f.to_bits()).max().unwrap_or(0)])?;
         self.context.submit(|commands| {
             self.sums(commands);

@@ -21,8 +21,8 @@ pub struct Bounce {
     pub halves: [Picture; 2],
 }
 
-/// What `camera` sees of the meshes, lit by a bounce of the scene's lights, by `samples` directions on either side of what a pixel
-/// sees, an even number. The same for the same scene.
+/// The picture of the meshes from `camera`, lit by a bounce of the scene's lights, by `samples` directions on each side of the surface that
+/// a pixel sees, an even number. The same for the same scene.
 pub fn bounce(casters: &Casters, scene: &Scene, camera: &View, samples: u32) -> Bounce {
     let half = samples.div_ceil(2).max(1);
     let pixel = |i: u32| {

@@ -84,8 +84,9 @@ pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
-/// A ray per pixel through casters and volumes in this order; what arrives at a caster is `light` of the pixel, the caster's index and
-/// the middle of what the ray sees of it; in a volume, which has no index, it is that of the middle of a step. A mesh looks as `surface` says of where the ray meets it.
+/// A ray per pixel through casters and volumes in this order. Light that arrives at a caster is `light` of the pixel, the caster's index
+/// and the middle of the ray's stretch in it; in a volume, which has no index, of the middle of a step. A mesh looks as `surface` says for
+/// the place where the ray meets it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,

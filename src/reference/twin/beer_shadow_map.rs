@@ -58,7 +58,7 @@ pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> 
     Texel { optical_depth: units as f32 / scale, ..kept }
 }
 
-/// The same with the medium from the mean depth of what takes light on. Twin: WEIGHTED_FRONT of collect.comp.
+/// The same, but the medium begins at the casters' mean depth. Twin: WEIGHTED_FRONT of collect.comp.
 pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let plain = collect(view, texel, casters, bound);
     let (front, scale) = (1.0 - plain.one_minus_front, scale(bound));

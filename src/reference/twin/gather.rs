@@ -228,7 +228,7 @@ pub struct GatheredLight {
     pub cos_cone: f32,
     /// Linear RGB.
     pub radiance: [f32; 3],
-    /// 1 / radius², 0 of what does not end.
+    /// 1 / radius², 0 for lights without an end.
     pub falloff: f32,
 }
 

@@ -104,8 +104,8 @@ pub struct Patch {
     pub cosine: f64,
 }
 
-/// The patch of a facet that a texel of `view` shows; the view is that of face number `face` of the light. None where another face
-/// is asked for what lies there, or the light is inside of what is closed. Twin: patch_of.
+/// The patch of a facet that a texel of `view` shows; the view is that of face number `face` of the light. None where the place belongs to
+/// another face, or the light is inside of a closed mesh. Twin: patch_of.
 pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2]) -> Option<Patch> {
     let ray = view.ray(DVec2::from(at.map(f64::from)) + 0.5);
     let [a, b, c] = facet.corners;

@@ -20,8 +20,8 @@ pub fn part(lights: u32, place: u32) -> impl Iterator<Item = u32> {
     (place % parts..lights).step_by(parts as usize)
 }
 
-/// What each pixel turns of its part, of what `light` says that it turns of one; nothing of it where `seen` says that there is
-/// sky. Twin: glsl/consume/interleaved/ask.comp.
+/// How much light each pixel reflects from its part of the lights, where `light` says how much from one; nothing where `seen` says that
+/// there is sky. Twin: glsl/consume/interleaved/ask.comp.
 pub fn ask(
     [width, height]: [u32; 2],
     lights: u32,

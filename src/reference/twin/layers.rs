@@ -98,7 +98,7 @@ mod tests {
     ];
 
     fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
-        // Densities of nothing, of smoke and of what is opaque.
+        // Densities of nothing, of smoke and of opaque casters.
         let density = prop_oneof![Just(0.0f32), 0.0..3.0f32, Just(1e6f32)];
         prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)
     }

@@ -258,7 +258,7 @@ impl Media {
         self.march_by(from, way, |voxel| self.of(voxel))
     }
 
-    /// The same of what `of` says that each voxel takes.
+    /// The same, where `of` says what each voxel takes.
     pub(super) fn march_by(&self, from: [f32; 3], way: [f32; 3], of: impl Fn([u32; 3]) -> f32) -> f32 {
         let voxels = length(way);
         let mut sum = 0.0;

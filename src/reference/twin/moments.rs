@@ -237,8 +237,8 @@ pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
     sums
 }
 
-/// The share of the optical depth that lies before a place of the range: `overestimation` of what the sharpest bound gives the place
-/// itself, all of what it puts before it. `means` are the sums over the first. Twin: moments_share.
+/// The share of the optical depth that lies before a place of the range: all that the sharpest bound puts before the place, and
+/// `overestimation` times its weight at the place itself. `means` are the sums over the first. Twin: moments_share.
 fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     let problem = Problem { basis, means, degree: (means.len() - 1) / 2 };
     let n = problem.degree;

@@ -53,7 +53,7 @@ pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices
     local
 }
 
-/// What is left behind each slice, of what each leaves. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
+/// The light behind each slice, from each slice's own transmittance. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
 pub fn propagate(leaves: &[f32]) -> Vec<f32> {
     let product = |before: &mut f32, leaves: &f32| {
         *before *= leaves;

@@ -31,7 +31,7 @@ pub struct Receiver {
     pub depth: f32,
     along: f32,
     across: Vec2,
-    /// So much of what a texel holds is above the surface's plane, world units.
+    /// A texel shadows the point if it lies more than this above the surface's plane, world units.
     pub least: f32,
 }
 

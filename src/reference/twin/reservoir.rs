@@ -52,7 +52,7 @@ pub struct Asked {
     pub kept: Kept,
     /// How much of that light arrives.
     pub visible: f32,
-    /// How near the nearest decision was, of what it was held against: less than rounding may fall the other way.
+    /// How near the nearest decision was, as a share of the value compared with: below this, rounding may turn it.
     pub margin: f32,
 }
 

@@ -151,7 +151,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// What strands that run in these directions take of a way along z, of what they take across it: by their matrix, and in truth.
+    /// Extinction along z of strands that run in these directions, as a share of that across them: by their matrix, and in truth.
     fn taken(directions: &[[f64; 3]]) -> [f64; 2] {
         let n = directions.len() as f64;
         let mean = |of: &dyn Fn(&[f64; 3]) -> f64| directions.iter().map(of).sum::<f64>() / n;

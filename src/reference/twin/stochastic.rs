@@ -10,7 +10,7 @@ pub const NO_END: u32 = u32::MAX;
 /// How often depths are halved. Twin: HALVINGS.
 pub const HALVINGS: u32 = 16;
 
-/// A decision of a draw that is nearer to the other one than this, of what it is held against, may fall otherwise on a device.
+/// A decision of a draw that is closer than this share of the value compared with may fall the other way on a device.
 const CLOSE: f32 = 2e-4;
 
 fn hashed(bits: u32) -> u32 {
@@ -150,7 +150,7 @@ impl Units {
     }
 }
 
-/// So many samples of a texel, even quantiles of what its casters leave. Twin: quantiles.comp.
+/// So many samples of a texel, even quantiles of its transmittance. Twin: quantiles.comp.
 pub fn quantiles(units: &Units, texel: [u32; 2], count: u32) -> Vec<u32> {
     let [low, high] = units.range().unwrap_or_default();
     let of = |i| {

@@ -26,7 +26,8 @@ fn header(cells: Vec<String>) -> String {
     row(cells) + &row(rule)
 }
 
-/// The sentences, then a table per scene, of what two devices or more have; what interlock buys; errors that differ.
+/// The sentences; then one table per scene, with rows that two devices or more have; what interlock buys; errors that
+/// differ.
 pub fn devices_markdown(beside: &Beside) -> String {
     let names = Names::of(beside);
     let mut text = format!("{}\n", answer::devices_answer(beside));

@@ -253,7 +253,7 @@ impl Frame {
     }
 }
 
-/// A scene's fingerprint is made of it: of what is the same while files do not change. What stands still is in the scene itself.
+/// A scene's fingerprint is made from this text, which stays the same while files do not change. Still content is in the scene itself.
 impl fmt::Debug for Animation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         for part in &self.parts {

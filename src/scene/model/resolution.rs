@@ -7,7 +7,8 @@ use glam::DVec3;
 /// glsl/technique/voxel_grid/visibility.glsl.
 const GRID_MARGIN: f64 = 1e-3;
 
-/// The resolution of one of a technique's maps, or of what stands for a map: the size of what it cannot tell apart.
+/// The resolution of one of a technique's maps, or of a grid in a map's place: the size of details that it cannot tell
+/// apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Whose texels count, and whose range.
@@ -62,7 +63,7 @@ impl Resolution {
         Self { paraboloid: true, reach_texels, pushed_texels, nearer_texels, ..Self::exact(view) }
     }
 
-    /// The resolution of what knows all exactly.
+    /// The resolution of exact techniques.
     pub fn exact(view: View) -> Self {
         Self {
             view,

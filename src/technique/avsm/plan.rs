@@ -13,8 +13,8 @@ use crate::technique::keys::word_of;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of what
-/// 112 give, which hold almost every curve exactly; what does go on the way is what changes the area least.
+/// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of that
+/// with 112, which hold almost every curve exactly: nodes are removed on the way, but those that change the area least.
 const WHOLE_NODES: u32 = 16;
 
 /// WORK − NODES of the binned path, whose curves stay in registers. They make up for sorting by tile and not by texel.
@@ -33,7 +33,7 @@ const WIDE_GROUPS: u32 = 8;
 /// With very many casters, which are small, so many are looked at before those that are hit are added.
 const MOST_AHEAD: u32 = 32;
 
-/// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three
+/// With fit=refined: how often odd and even nodes take turns in being moved. Two turns gain four fifths of the gain of eight turns, three
 /// nine tenths.
 const FIT_TURNS: u32 = 3;
 

@@ -144,8 +144,8 @@ impl Psm {
         Self::with_threads(context, world, settings, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
-    /// As [`Psm::new`], with so many threads per workgroup of path=fused, a multiple of 16, instead of what suits the device, and
-    /// whether they fetch casters ahead, instead of what suits the scene.
+    /// As [`Psm::new`], with so many threads per workgroup of path=fused, a multiple of 16, instead of the number that suits the device,
+    /// and with or without fetching casters ahead, instead of as suits the scene.
     ///
     /// # Errors
     /// As [`Psm::new`].

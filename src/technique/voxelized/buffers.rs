@@ -209,7 +209,7 @@ impl Shape {
         self.tile.div_ceil(BIN_COLUMNS)
     }
 
-    /// Where the counts of bins begin in the values, and where those of what has been placed do.
+    /// Where the entries' counts per bin begin in the values, and where the counts of entries that have been placed do.
     pub fn bins_at(self) -> [u32; 2] {
         [0, aligned(self.bins().pow(2))]
     }

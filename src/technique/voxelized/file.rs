@@ -47,7 +47,7 @@ struct Header {
 pub struct Baked<'a> {
     /// Those that a file has: size, structure, closed, free and coverage.
     pub plan: Plan,
-    /// Hash of what was baked.
+    /// Hash of the scene that was baked.
     pub scene: u64,
     /// As facts count them: `counters`.
     pub counts: [u64; COUNTS.len()],

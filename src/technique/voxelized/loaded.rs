@@ -15,7 +15,7 @@ use crate::world::{Parts, World};
 use crate::{Error, Result, WayOut};
 use std::path::Path;
 
-/// The path of what is not built.
+/// The path of a technique that is read and not built.
 const PATH: &str = "file";
 
 /// A bake from a file, opened for the world that it was made of.
@@ -23,7 +23,7 @@ pub struct Loaded {
     file: String,
     bytes_on_disk: u64,
     plan: Plan,
-    /// Hash of what was baked.
+    /// Hash of the scene that was baked.
     scene: u64,
     counts: [u64; COUNTS.len()],
     cubes: Cubes,

@@ -138,7 +138,7 @@ struct Moves {
     mixed: bool,
 }
 
-/// Names of what is counted.
+/// Names of the counts.
 const COUNTS: [&str; 4] = ["leaves", "nodes", "tree_leaves", "tree_nodes"];
 
 fn counters(counts: [u64; COUNTS.len()]) -> BTreeMap<String, u64> {

@@ -64,10 +64,10 @@ settings! {
             IN_FILE, "what gobo bake wrote, in place of a bake; size, structure, closed, free and coverage are its own");
         /// Columns per side of the square that a look-up averages: 1, 3, 5, 7 or 9.
         filter: u32 = PCF;
-        /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what keeps a flat surface out
-        /// of its own shadow, 0 to 400.
+        /// How far a point of a surface is moved along its normal before it is looked up, in hundredths of the distance that keeps a flat
+        /// surface out of its own shadow, 0 to 400.
         bias: u32 = Setting::number(
-            "100", 0, 400, "offset along a surface's normal, hundredths of what keeps a flat one out of its own shadow");
+            "100", 0, 400, "offset along a surface's normal, in hundredths of the distance that keeps a flat one out of its own shadow");
     }
 }
 
@@ -86,7 +86,8 @@ pub struct Plan {
     pub coverage: Coverage,
     /// Columns per side of the square that a look-up averages; odd.
     pub filter: u32,
-    /// Hundredths of what keeps a flat surface out of its own shadow that its points are moved by.
+    /// How far a surface's points are moved along its normal, in hundredths of the distance that keeps a flat surface
+    /// out of its own shadow.
     pub bias: u32,
     /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
     pub tile: u32,

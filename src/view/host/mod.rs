@@ -24,7 +24,7 @@ fn error(operation: &'static str, name: &str, cause: impl ToString) -> Error {
     Error::Gpu { operation, name: name.into(), cause: cause.to_string(), way_out }
 }
 
-/// Makes one of what Vulkan says.
+/// An error from Vulkan's result.
 fn failed(operation: &'static str, name: &'static str) -> impl Fn(vk::Result) -> Error {
     move |result| error(operation, name, format!("{result:?}"))
 }
@@ -86,8 +86,8 @@ impl Host {
             frames_in_flight: FRAMES_IN_FLIGHT,
             messages: messages.clone(),
         };
-        // SAFETY: all of these belong together, the device was opened with `enabled`, and it goes after the context and all that was
-        // made on it: `Host` is dropped last of what the window has.
+        // SAFETY: all of these belong together, the device was opened with `enabled`, and it goes after the context and everything made on
+        // it: `Host` is the last field of the window to be dropped.
         let context = unsafe { Context::adopt(adopt) }?;
         let frames = Frames::new(&device)?;
         let size = window.inner_size().into();

@@ -121,7 +121,8 @@ pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: b
         let nearest: Vec<_> =
             met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
         let mut touched = vec![f32::INFINITY; met.len()];
-        // With all of it a voxel in front of what the middle meets: no part of the same surface.
+        // Triangles that touch the column and lie more than a voxel in front of all that meet its middle: no part of
+        // the same surface.
         for facet in &facets {
             facet.columns(size, true, |column, z| {
                 if facet.range[1] + 1.0 < nearest[column] {
