@@ -11,8 +11,8 @@ use std::path::PathBuf;
 /// What a run is held against, and what other tools are told of it.
 #[derive(Args)]
 pub struct BaselineArguments {
-    /// Say what has changed since an earlier run of the same command: its results.json. With several --baseline a time's noise is
-    /// also that between the runs
+    /// Compare with an earlier run of the same command, by its results.json, and list the changes. With several --baseline a time's noise
+    /// includes the differences between these runs
     #[arg(long, value_name = "RESULTS.JSON")]
     baseline: Vec<PathBuf>,
     /// Fail where a time is longer than in the baseline, beyond its noise and by more than this [5% where none is given]

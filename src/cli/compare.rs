@@ -57,31 +57,32 @@ pub struct Arguments {
     /// timed look-ups
     #[arg(long)]
     quick: bool,
-    /// Build everything, also what no look-up misses and where nothing has changed: skip=off for every technique
+    /// Build everything, also parts that no look-up reads or that have not changed: skip=off for every technique
     #[arg(long)]
     no_skip: bool,
-    /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
+    /// Also print the time of each pass of a build, and a build's time over that of copying as many bytes as it leaves
+    /// behind
     #[arg(long)]
     passes: bool,
-    /// Print what each pass did too, of one more build and picture: vertices and primitives that it took, fragments and threads
-    /// that it ran
+    /// Also print what each pass did, in one more build and picture: vertices and primitives read, fragments and threads run
     #[arg(long)]
     pipeline_statistics: bool,
     /// Write all timed builds, look-ups and pictures, pass by pass, as trace events, which Perfetto and Chrome open
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Print errors on surfaces in the shadow of meshes too, by how far these are from the light and from the surface
+    /// Also print errors on surfaces in the shadow of meshes, by the mesh's distance from the light and from the
+    /// surface
     #[arg(long, conflicts_with = "no_truth")]
     casters: bool,
-    /// Print errors against the mean of the truth over squares too, of 1/4 to 16 texels of a 256² map: what a pixel sees of
-    /// hair that is thinner than it
+    /// Also print errors against the mean of the truth over squares of 1/4 to 16 texels of a 256² map: a pixel sees such a mean of hair
+    /// that is thinner than it
     #[arg(long, conflicts_with = "no_truth")]
     footprints: bool,
     /// Size of the pictures, pixels, up to 16384 per side [default: 640x360, or 320x180 of a quick look]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     picture: Option<[u32; 2]>,
-    /// Let the camera go round what it looks at, by so many degrees over the frames, and hold 16 pictures, one after the
-    /// other, against the truth
+    /// Let the camera go round its target, by so many degrees over the frames, and compare 16 pictures, one after the
+    /// other, with the truth
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, conflicts_with = "no_truth", value_parser = degrees)]
     turn: Option<f64>,
     /// Map points: a fixed sample of the covered texels, whose standard error is stated, or all of them
@@ -96,7 +97,7 @@ pub struct Arguments {
     load: LoadArguments,
     #[command(flatten)]
     vpls: VplArgument,
-    /// With --vpls: compare pictures also with one bounce of the scene's lights, path traced by so many directions per pixel
+    /// With --vpls: also compare pictures with one bounce of the scene's lights, path traced with so many directions per pixel
     #[arg(long, value_name = "SAMPLES", requires = "vpls", conflicts_with = "no_truth", value_parser = clap::value_parser!(u32).range(2..=65536))]
     bounce: Option<u32>,
     #[command(flatten)]

@@ -90,21 +90,21 @@ enum Command {
     Map(map::Arguments),
     /// Draw the voxels that a scene's meshes occupy, or the nodes of its shadow's tree
     Voxels(voxels::Arguments),
-    /// Bake a technique of a scene that stands still, once, into a file: --technique voxelized:file=FILE reads it
+    /// Bake a technique for a still scene into a file, which --technique voxelized:file=FILE reads
     #[command(after_long_help = help::techniques())]
     Bake(bake::Arguments),
-    /// Sweep what breaks shadow techniques, one number of a scene at a time, and say how far each holds
+    /// Test techniques to their limits: vary one number of a scene at a time, and say how far each technique holds
     #[command(after_long_help = stress::help())]
     Stress(stress::Arguments),
     /// Measure the standard run, small rows of every technique, and write one file to share: nothing is sent
     Submit(submit::Arguments),
-    /// Hand out the look-up of techniques for shaders of other programs: one GLSL file each, which says all that it is given
+    /// Write look-ups for shaders of other programs: one GLSL file per technique, which lists its bindings and constants
     Glsl(glsl::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
-    /// Print what completes commands in a shell: `source <(gobo completions bash)`
+    /// Print a completion script for a shell: `source <(gobo completions bash)`
     Completions(shell::Completions),
-    /// Write the manual, a page per command
+    /// Write the manual, one page per command
     Man(shell::Man),
 }
 
@@ -129,7 +129,7 @@ impl DeviceArguments {
 /// What a scene is loaded with.
 #[derive(Args)]
 struct LoadArguments {
-    /// How long what moves in three-emitters, lantern, courtyard, fountain and sequences of files has been running, seconds
+    /// The time in scenes that move (three-emitters, lantern, courtyard, fountain, sequences of files), seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
     /// How many lights courtyard has, 1 to 1024 [default: 32]
@@ -146,7 +146,7 @@ struct LoadArguments {
 /// Lights in the place of the scene's.
 #[derive(Args)]
 struct VplArgument {
-    /// Put N virtual lights in the place of the scene's lights, 64 to 4096: what its meshes send back of their light
+    /// Replace the scene's lights by N virtual lights, 64 to 4096: the light that its meshes reflect
     #[arg(long, value_name = "N")]
     vpls: Option<u32>,
 }

@@ -46,7 +46,7 @@ pub struct Arguments {
     /// The most bytes of the look-up: 67108864 or 64MiB
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
     max_bytes: Option<String>,
-    /// Measure what is for many lights, however few the scene has
+    /// Measure the techniques for many lights, however few lights the scene has
     #[arg(long)]
     many_lights: bool,
     /// Folder for the measured rows: results.json and results.csv, and those of the first look in a folder of their own
@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Go on where an earlier run of the same command ended: keep the rows in the folder
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Measure all that would be looked at properly, in half and twice the size too: takes many times as long
+    /// Measure every candidate in full, at half and twice the size too, without a first look: takes many times as long
     #[arg(long)]
     thorough: bool,
     /// Print JSON in place of tables: the same figures, not rounded

@@ -42,8 +42,8 @@ pub(super) enum ColoursArgument {
 pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
-    /// Technique spec, or "reference" for the f64 reference on the CPU; several in one picture of panels, with their errors below
-    /// where the reference is one of them
+    /// Technique spec, or "reference" for the f64 reference on the CPU; several make one picture of panels, with their errors below if the
+    /// reference is one of them
     #[arg(long = "technique", default_value = usual::PICTURE, value_name = "SPEC")]
     pub(super) techniques: Vec<String>,
     /// The PNG to write
@@ -82,10 +82,10 @@ pub struct Arguments {
     /// With --fog: equal steps along each camera ray
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     fog_steps: u32,
-    /// Instead of the picture, paint how many steps the look-ups of all lights take at what each pixel shows of the meshes
+    /// Instead of the picture, paint how many steps the look-ups of all lights take on the surface that each pixel sees
     #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
     steps: bool,
-    /// Draw simulated particles (of fountain) as the simulation left them: nothing of them leaves the device
+    /// Draw simulated particles (of fountain) straight from the simulation: none is copied from the device
     #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls", "eye", "target", "direction", "extinction"])]
     particles: Option<ColoursArgument>,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif

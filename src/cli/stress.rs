@@ -24,13 +24,13 @@ pub struct Arguments {
     /// Folder for stress.json, stress.csv and stress.html, or soak.json and soak.html
     #[arg(long, default_value = "gobo-stress", value_name = "DIR")]
     out: PathBuf,
-    /// How long a technique may take for one value, 8 orders and 3 steps of it included, or for one round, seconds
+    /// The longest that a technique may take for one value, with its 8 orders and 3 steps, or for one round, seconds
     #[arg(long, default_value_t = 30.0, value_name = "SECONDS", value_parser = seconds)]
     limit: f64,
-    /// Build random scenes with random techniques for so long, one round at least, and watch what they answer and hold
+    /// Soak: build random scenes with random techniques for so long, one round at least, and check answers and memory
     #[arg(long, value_name = "MINUTES", value_parser = minutes, conflicts_with_all = ["asked", "techniques"])]
     soak: Option<f64>,
-    /// What the first round of a soak follows from; the next has the next [default: 0]
+    /// Seed of a soak's first round; each round takes the next number [default: 0]
     #[arg(long, value_name = "N", requires = "soak")]
     seed: Option<u32>,
     /// Print JSON in place of tables: the same figures, not rounded

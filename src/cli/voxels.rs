@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Voxels per side: 64, 128, 192 or 256; for a tree a power of two
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=256))]
     size: u32,
-    /// Instead of the grid of voxel-grid, the nodes of voxelized that are all in shadow, coloured by their size: red is one voxel
+    /// Instead of voxel-grid's voxels, draw the nodes of voxelized's tree that lie in shadow, coloured by size: red is one voxel
     #[arg(long)]
     tree: bool,
     /// With --tree: the light, from 0, which is directional

@@ -27,7 +27,7 @@ const NUMBERS: &str = "a an another one two three four five six seven eight nine
 const NOT_COUNTED: &str = "is are was in of for to as at with by from on and or nor than that where when if then but so gives give has have \
     takes take makes make holds such what per not which be like until after before behind over within without into \
     up off through under between beside along across because while since only each about draws lights reaches reach \
-    meets meet enters sees share measure covers cover around near half whether shows";
+    meets meet enters sees share measure covers cover around near inside outside lack half whether shows";
 
 /// Words that readers had to look up, and `of what`, whose noun a reader has to guess.
 const RARE: [&str; 7] = ["whereof", "thereof", "otherwise than", "dear to", "of what", "of that which", "with what of"];
@@ -77,7 +77,8 @@ fn is_rate(words: &[&str], at: usize) -> bool {
             && is_number(&bare(words[at - back]))
             && !is_verb(&bare(words[at - back]).to_lowercase())
     };
-    is_noun(&counted) && (has_number(2) || has_number(3) && is_noun(&bare(words[at - 2])))
+    let all_nouns = |back: usize| words[at + 1 - back..at].iter().all(|word| is_noun(&bare(word)));
+    (2..=4).any(|back| has_number(back) && all_nouns(back))
 }
 
 /// A line without the words in backticks, which are code or quoted.

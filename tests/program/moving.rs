@@ -298,7 +298,7 @@ fn what_cannot_move_says_so() {
         (["compare", "three-emitters", "--moving", "1..5000"], "not in [0, 3600]"),
         (["compare", "fountain", "--moving", "1..5000"], "not in [0, 3600]"),
         (["compare", "big-8k", "--turn", "361"], "at most 360"),
-        (["compare", "big-8k", "--picture", "0x720"], "1 to 16384 a side"),
+        (["compare", "big-8k", "--picture", "0x720"], "1 to 16384 per side"),
         (["render", "lantern", "--particles", "speed"], "nothing of lantern is simulated on the device"),
     ] {
         let output = run(&arguments);

@@ -56,7 +56,7 @@ use std::ops::Range;
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "avsm",
-    about: "adaptive volumetric shadow maps: a compressed transmittance curve a texel (Salvi et al. 2010)",
+    about: "adaptive volumetric shadow maps: a compressed transmittance curve per texel (Salvi et al. 2010)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
