@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform BackdropPush {
     float thick;  // how far above and below the middle the ground reaches
 };
 
-// Cosines of angles from the sun's middle: where its disc begins to end, and where it has.
+// Cosines of angles from the sun's middle: its disc fades from the first to the second.
 const float SUN_WHOLE = 0.99985;
 const float SUN_NONE = 0.99965;
 

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What a run is held against, and what other tools are told of it.
+/// An earlier run to compare with, and files for other tools.
 #[derive(Args)]
 pub struct BaselineArguments {
     /// Compare with an earlier run of the same command, by its results.json, and list the changes. With several --baseline a time's noise

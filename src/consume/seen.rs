@@ -15,7 +15,7 @@ impl Renderer {
         self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
     }
 
-    /// Bytes that `shading=tiled` has between G-buffer and picture; none where no such kernels were made.
+    /// Bytes of the buffers of `shading=tiled`; none where no such kernels were made.
     pub fn tiles_bytes(&self) -> Option<u64> {
         self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }

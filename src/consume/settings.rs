@@ -80,7 +80,7 @@ settings! {
     }
 }
 
-/// The key and its word with which those of tiles stand.
+/// The keys of tiled shading are allowed only together with this key and word.
 const TILED: (&str, &str) = ("shading", "tiled");
 
 /// Keys of pictures, which specs of every technique have.

@@ -45,7 +45,7 @@ impl BackdropPush {
     }
 }
 
-/// What shown pictures have between their meshes and their casters.
+/// Kernel and buffers for pictures that people are shown: what is drawn between the meshes and the casters.
 pub(super) struct Shown {
     backdrop: Kernel<BackdropPush>,
     push: BackdropPush,

@@ -93,7 +93,7 @@ impl Context {
         self.device().executables().is_wanted.store(is_wanted, Ordering::Relaxed);
     }
 
-    /// What the driver has told, in the order in which the pipelines were made.
+    /// The driver's reports, in the order in which the pipelines were made.
     pub fn executables(&self) -> Vec<Executable> {
         self.device().executables().told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }

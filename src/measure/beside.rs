@@ -37,7 +37,7 @@ pub struct Line {
     pub rows: Vec<Option<usize>>,
 }
 
-/// What frames take, or builds alone where columns have no frame in common.
+/// Which times are compared: of frames, or of builds alone where the columns have no frame in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
     /// A build and a picture.
@@ -46,7 +46,7 @@ pub enum Times {
     Build,
 }
 
-/// An error that is not the same in all columns: it must be.
+/// An error that differs between columns, though it should be the same on every device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
     /// Place of the line.
@@ -284,7 +284,8 @@ pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Opt
     (other.median > 0.0).then(|| (time.median / other.median, time_verdict(other, time, 0.0, steady && enough)))
 }
 
-/// Build and picture. They are timed apart: the band's ends are sums of theirs, which is no narrower than the band of the sums.
+/// The timing of build and picture together. They are timed apart: the band's ends are the sums of both bands' ends, which makes it no
+/// narrower than the band of the true sums.
 fn frame(row: &Row) -> Option<Timing> {
     let (median, build, draw) = (row.frame_ns?, row.build_ns?, row.draw_ns?);
     let (p05, p95) = (build.p05 + draw.p05, build.p95 + draw.p95);

@@ -30,7 +30,7 @@ pub struct FootprintError {
     /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two means that share
     /// no ray, and may come out below 0 where there is no error: 0 then.
     pub rms: f64,
-    /// The error that the standard error of that square comes to: what is less than this cannot be told from none.
+    /// The square root of that estimate's standard error: an error below this cannot be told from none.
     pub noise: f64,
     /// Mean of (answer − mean of the truth).
     pub bias: f64,

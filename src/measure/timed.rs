@@ -43,7 +43,7 @@ pub(super) struct Timed {
 pub struct TimedBuilds {
     /// In the order in which they ran.
     pub builds: Vec<BuildTimes>,
-    /// The device's clock by the host's, read behind the last of them; none where it cannot be read.
+    /// Relates the device's clock to the host's, read after the last build; none where it cannot be read.
     pub clock: Option<Calibration>,
     /// The look-ups that were timed, behind the builds, in their order.
     pub lookups: Vec<LookupTimes>,

@@ -148,9 +148,9 @@ fn default(technique: &str, key: &str) -> Option<&'static str> {
 }
 
 impl Specs {
-    /// A key is shared when every row that has it agrees, or every row of a technique has its default: a value in which two
-    /// techniques differ tells no rows of either apart. A single row has nobody to share with, and says what is not the
-    /// default.
+    /// A key is shared, and so left out of the rows' specs, when every row that has it agrees, or every row of a technique has its default:
+    /// if two techniques differ in it, that tells none of their rows apart. A single row shares with no other, and its spec has what is not
+    /// the default.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
         // Each value in the row's words and in those of now: a default that was called otherwise is it, unless both stand beside each other.

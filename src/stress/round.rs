@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 /// What broke, and what repeats it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// `gobo stress --soak 0 --seed` of it is the same round.
+    /// `gobo stress --soak 0 --seed SEED` repeats the round.
     pub seed: u64,
     /// The technique that was asked; empty where the answer was no technique's.
     pub technique: String,

@@ -94,7 +94,8 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Whole numbers have no order. Every voxel more on the way takes light; steps and chance fall elsewhere for each point.
+/// Sums of whole numbers do not depend on order. On an exact march light never rises along a ray; the places of steps
+/// and of random samples differ from point to point, so that other marches promise no such thing.
 fn promises(spec: &Spec) -> Promises {
     let exact = spec.settings::<Settings>().march == March::Exact;
     Promises { order: Some(0.0), rise: exact.then_some(ROUNDING), ..Promises::NONE }

@@ -37,7 +37,7 @@ words! {
     pub enum Bake {
         /// All of it.
         Whole = "whole",
-        /// A part, so that all of it is as old as so many builds.
+        /// One of several parts in turn, so that the whole grid is as old as that many builds.
         RoundRobin = "round-robin",
     }
 }

@@ -18,7 +18,7 @@ const HEADINGS: [&str; 6] =
     ["## What a ", "## How it is built", "## Keys", "## Good and bad at", "## Cost", "## Sources"];
 
 /// A page without code, comments and targets of links: paragraphs, rows and items, each a line.
-fn prose(text: &str) -> Vec<String> {
+pub fn prose(text: &str) -> Vec<String> {
     let mut text = text.to_owned();
     while let Some((start, end)) = text.find("<!--").and_then(|at| Some((at, at + text[at..].find("-->")? + 3))) {
         text.replace_range(start..end, "");
@@ -43,7 +43,7 @@ fn prose(text: &str) -> Vec<String> {
     all.iter().map(|line| without_targets(line)).filter(|line| !line.is_empty()).collect()
 }
 
-fn without_targets(line: &str) -> String {
+pub fn without_targets(line: &str) -> String {
     let mut line = line.trim().to_owned();
     while let Some((start, end)) = line.find("](").and_then(|at| Some((at, at + line[at..].find(')')?))) {
         line.replace_range(start..=end, "");
@@ -268,6 +268,30 @@ fn sources_are_read() {
     assert_eq!(said("a.toml", "# one\n# two\nthree = 4 # five\n"), ["1 one two", "3 five"]);
     let source = "f(\"one \\\n   two\", 'a', '\"', \"three\"); // \"four five\"\ng(\"six\\nseven\")";
     assert_eq!(texts(source), [(1, "one two".to_owned()), (3, "six seven".to_owned())]);
+}
+
+/// A hundred comments of `src` and `glsl` of ten words or more, drawn by `GOBO_SEED`, to be read by a person (docs/notebook/words.md).
+/// `--nocapture` prints them.
+#[test]
+fn a_sample_of_comments() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let seed: u64 = std::env::var("GOBO_SEED").map_or(1, |seed| seed.parse().expect("a number"));
+    let (mut all, mut drawn) = (Vec::new(), Vec::new());
+    for file in ["src", "glsl"].iter().flat_map(|place| sources(&root.join(place))) {
+        let found = comments(&file, &std::fs::read_to_string(&file).expect("a source"));
+        let long = found.into_iter().filter(|(_, said)| said.split_whitespace().count() >= 10);
+        all.extend(long.map(|(line, said)| format!("{}:{line}: {said}", name(root, &file))));
+    }
+    let mut state = seed;
+    while drawn.len() < 100 {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let one = &all[(state >> 33) as usize % all.len()];
+        if !drawn.contains(&one) {
+            println!("{} {one}", drawn.len() + 1);
+            drawn.push(one);
+        }
+    }
+    assert!(all.len() > 4_000, "{} comments: where are the others?", all.len());
 }
 
 /// Thirty bad sentences of docs/notebook/words.md: no page has them any more, and some page has what stands in their place.

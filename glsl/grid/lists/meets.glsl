@@ -42,7 +42,7 @@ ivec2 column_range(Facet facet, float error, uint axis, ivec3 voxel) {
     int first = facet.first[axis], last = facet.last[axis];
     vec3 normal = facet.normal, corner = facet.corners[0];
     float along = abs(normal[axis]);
-    // A plane that is less certain than its triangle is long says nothing after a division.
+    // If the plane is less certain than the triangle is long, the division below means nothing.
     if (!(along * float(last - first + 1) > error)) {
         return ivec2(first, last);
     }

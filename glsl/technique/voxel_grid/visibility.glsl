@@ -87,7 +87,8 @@ vec3 light_end(Light l) {
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = visibility_lights[light];
     vec3 end = light_end(l), towards = l.kind == LIGHT_DIRECTIONAL ? -l.direction : end - position;
-    // What looks away from the light is closed, and dark: its own voxel says so, and what is beside it does not. Triangles know their own.
+    // A point of a closed mesh that faces away from the light is dark. It is looked up in its own voxel, which says so; the voxel beside it
+    // may be empty. Lists of triangles need no such care.
     if (CELL == CELL_TRIANGLES || !CONE && dot(normal, towards) <= 0.0) {
         return position;
     }

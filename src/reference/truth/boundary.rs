@@ -368,7 +368,7 @@ mod tests {
                     is_near
                 };
                 counted[usize::from(check(casters.in_boundary(0, &resolution, point), point))] += 1;
-                // On a surface that looks up, whose texels are as seen from the point: at a slant a little wider beside it.
+                // On a surface that faces up the boundary is a little wider, since texels are seen at a slant from the point.
                 let (away, steep) = (away(point), (point - light).normalize().z < -0.5);
                 if steep && !(0.4..=2.0).contains(&away) {
                     let near = casters.in_surface_boundary(0, &resolution, point, DVec3::Z);

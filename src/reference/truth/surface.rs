@@ -19,7 +19,7 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// The normal on the side that light from `towards` is asked for: that of the light, and of a closed thing the outside.
+    /// The surface's normal, turned towards `towards`; on a closed mesh always its outside.
     pub fn facing(&self, towards: DVec3) -> DVec3 {
         if self.closed || self.normal.dot(towards) >= 0.0 { self.normal } else { -self.normal }
     }

@@ -66,7 +66,7 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     let (mut weights, mut places) = (0u32, 0u32);
     for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {
         let share = (DARK / segment.optical_depth).min(1.0);
-        // In a thin medium rounding would be a weight beyond all others.
+        // max(…, 0): in a thin medium a place may be rounded to just before the front, whose weight would be huge.
         let place = (segment.entry + 0.5 * (segment.exit - segment.entry) * share - front).max(0.0);
         let weight = segment.optical_depth.min(DARK) * (-extinction * place).exp() * scale;
         weights += (weight + 0.5) as u32;

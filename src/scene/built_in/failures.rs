@@ -14,7 +14,7 @@ const ROW_WORLD: [f64; 2] = [0.85, 0.6];
 /// The lowest row's bottom.
 const BOTTOM_WORLD: f64 = 0.35;
 
-/// Where the wall stands, and how far all goes on behind it: a ray to a place on the wall has casters before the place and behind it.
+/// Where the wall stands, and how far the smoke goes on behind it: a ray to a place on the wall has casters before the place and behind it.
 const WALL_WORLD: f64 = 2.2;
 const DEEP_WORLD: f64 = 4.8;
 

@@ -163,7 +163,7 @@ impl<'a> HairFile<'a> {
     }
 }
 
-/// Four bytes, all 0 past the end, which the checks of [`HairFile::new`] leave no one to ask for.
+/// Four bytes at a place. Past the end they would be 0, but [`HairFile::new`] has checked that there are enough.
 fn four(bytes: &[u8], at: usize) -> [u8; 4] {
     bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).unwrap_or_default()
 }

@@ -31,7 +31,8 @@ pub enum LightKind {
         position: DVec3,
         /// The surface's normal, unit length, on the side that shines.
         normal: DVec3,
-        /// World units; nearer it shines as it does there, since 1/d² of a point has no bound where a patch has.
+        /// A distance, world units. Nearer points get the light of this distance, since 1/d² of a point grows without
+        /// bound where that of a patch does not.
         nearest: f64,
     },
 }
@@ -108,7 +109,8 @@ impl Light {
         }
     }
 
-    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual
+    /// Attenuation of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual light, by distance and
+    /// cosine. Twin: light_falloff.
     /// light, what distance and the cosine leave. Twin: light_falloff.
     pub fn falloff(&self, position: DVec3) -> f64 {
         match self.kind {

@@ -1,4 +1,4 @@
-//! The lists of segments, drawn or made tile by tile, and of their ends.
+//! The lists of segments, drawn or captured tile by tile, and the lists of their ends.
 
 use super::DeepPush;
 use super::settings::{Settings, Way};

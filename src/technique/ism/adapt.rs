@@ -33,7 +33,7 @@ pub struct ClusterData {
     pub closed: u32,
 }
 
-/// From an eye to what it looks at where no camera was set: nothing is taken for farther.
+/// The distance from the eye to its target where no camera was set: no point is farther.
 const FAR: f32 = 1e18;
 
 push_struct! {

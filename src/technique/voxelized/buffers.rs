@@ -374,7 +374,7 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// Room for `room`; entries and exits of all columns of a tile only where they are kept. `shared`: what stays when the
+    /// Buffers with room for `room`; entries and exits of all columns of a tile only with `keep`. `shared`: the buffers that stay when the
     /// room grows, [`Shared`].
     pub fn new(context: &Context, shape: Shape, room: &Room, merge: bool, keep: bool, shared: &Shared) -> Result<Self> {
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);

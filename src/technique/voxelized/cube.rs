@@ -64,8 +64,8 @@ impl Cubes {
 
 /// How finely columns know where shadows begin and end.
 pub fn resolution(cubes: &Cubes, plan: &Plan) -> Vec<Resolution> {
-    // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
-    // What touches a column is up to a voxel away from a place in it.
+    // A column's middle is half a voxel away from its edge; the filter's outermost column is as many more columns away
+    // as its radius. A triangle that touches a column is up to a voxel away from a place in it.
     let across = f64::from(plan.filter) / 2.0 + if plan.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
     let depth = 1.0 / f64::from(plan.size);

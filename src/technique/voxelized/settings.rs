@@ -110,7 +110,7 @@ impl Plan {
         self.structure == Structure::Dag
     }
 
-    /// Whether a column is met by what touches its square.
+    /// Whether a triangle that touches a column's square, and not its middle, counts for the column.
     pub fn is_conservative(self) -> bool {
         self.coverage == Coverage::Conservative
     }

@@ -205,8 +205,8 @@ mod tests {
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
         }
 
-        /// Roundings of many segments that take as little in each cell, a few units, are not all the same: what is off grows as the
-        /// root of their number.
+        /// Many segments that take a few units in each cell are not all rounded the same way: the error of their sum grows as the root of
+        /// their number.
         #[test]
         fn roundings_new_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
             const MANY: usize = 4096;
