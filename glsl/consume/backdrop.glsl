@@ -1,5 +1,5 @@
-// A sky with a sun, into which the ground fades: what a person is shown, and nothing that is measured.
-// Twins: scene::Backdrop, reference::truth::backdrop.
+// A sky with a sun, into which the ground fades: for pictures that people are shown, never for measured ones. Twins:
+// scene::Backdrop, reference::truth::backdrop.
 #ifndef CONSUME_BACKDROP_GLSL
 #define CONSUME_BACKDROP_GLSL
 #extension GL_EXT_scalar_block_layout : require

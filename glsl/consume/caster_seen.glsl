@@ -1,4 +1,4 @@
-// What a camera ray sees of a caster, and its colour there.
+// A camera ray's stretch in a caster, and the colour of that.
 #ifndef CONSUME_CASTER_SEEN_GLSL
 #define CONSUME_CASTER_SEEN_GLSL
 #include "consume/colored.glsl"

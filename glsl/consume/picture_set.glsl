@@ -1,4 +1,4 @@
-// The sets of a picture; a shader names what it reads. Bound by consume::Renderer.
+// The descriptor sets of a picture; a shader names the resources that it reads. Bound by consume::Renderer.
 // set 0: picture_scene
 // set 2: picture_surfaces
 #ifndef CONSUME_PICTURE_SET_GLSL

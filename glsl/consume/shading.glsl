@@ -1,4 +1,4 @@
-// How light that arrives is turned into colour. Twin: reference::truth::picture.
+// Colour from arriving light and albedo. Twin: reference::truth::picture.
 #ifndef CONSUME_SHADING_GLSL
 #define CONSUME_SHADING_GLSL
 #include "world/caster.glsl"

@@ -1,8 +1,7 @@
 #version 460
-// Marches a volume before what is behind it, front to back: in each cell of its field two steps of as much of the ray. What a step takes
-// is the integral of the trilinear densities, by two points of Gauss and Legendre; it is lit at its middle.
-// Inputs: lights, camera, fields, z of the meshes, the technique. Output: premultiplied colour, blended over.
-// Twin: reference::truth::picture.
+// Marches a volume and blends it over the picture, front to back: in each cell of its field two steps of equal length. A step's optical
+// depth is the integral of the trilinear densities, by Gauss-Legendre quadrature with two points; it is lit at its middle. Inputs: lights,
+// camera, fields, z of the meshes, the technique. Output: premultiplied colour, blended over. Twin: reference::truth::picture.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/shading.glsl"
 #include "visibility.glsl"

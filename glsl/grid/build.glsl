@@ -1,4 +1,4 @@
-// What the passes share that fill a grid. Twin: grid::GridPush.
+// Shared by the passes that fill a grid. Twin: grid::GridPush.
 #ifndef GRID_BUILD_GLSL
 #define GRID_BUILD_GLSL
 #include "grid/grid.glsl"

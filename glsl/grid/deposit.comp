@@ -1,8 +1,8 @@
 #version 460
-// Puts smoke and hair into the voxels that they are in. One thread per caster; those of many voxels are listed, and in the variants
-// behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media,
-// their bits, the lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum
-// that goes past 32 bits does so whichever comes last, and sets its voxel's bit.
+// Adds smoke and hair to the voxels that they lie in. One thread per caster; those of many voxels are listed, and in the variants behind it
+// a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media, their bits, the
+// lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum that overflows 32 bits
+// does so in any order, and sets its voxel's bit.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"

@@ -1,7 +1,7 @@
-// What a way through a grid meets: whether a voxel on it is occupied, or a cell of its mask (march_exact), or a voxel at even steps
-// (march_steps). Needs visibility_bits, visibility_masks and the constants GRID_SIZE and CELL.
-// Source: after Amanatides and Woo 1987; skipping what is empty on the levels above is ours. Twins: reference::twin::grid::Bits,
-// march_exact and march_steps; of masks reference::twin::masks::Masks.
+// Whether a way through a grid meets an occupied voxel, or an occupied cell of its mask (march_exact), or an occupied voxel at even steps
+// (march_steps). Needs visibility_bits, visibility_masks and the constants GRID_SIZE and CELL. Source: after Amanatides and Woo 1987;
+// skipping empty space on the levels above is ours. Twins: reference::twin::grid::Bits, march_exact and march_steps; of masks
+// reference::twin::masks::Masks.
 #ifndef GRID_MARCH_GLSL
 #define GRID_MARCH_GLSL
 #include "grid/masks.glsl"

@@ -1,7 +1,8 @@
-// What smoke and hair take of a way through a grid that lists them: every voxel on the way that has any, and in it its casters. One that
-// is listed in many counts in the voxel in which the way enters it, or begins: places along the way are floats that all voxels see alike,
-// and each voxel ends where the next begins, so that it counts once. Those that are listed for all voxels are asked first. Needs visibility_cast_bits, visibility_cast_lists
-// (glsl/grid/lists/place.glsl), visibility_casters and GRID_SIZE. Source: ours. Twin: the truth, in f64.
+// Optical depth of smoke and hair along a way through a grid that lists them: goes through every voxel on the way with a list, and through
+// the list's casters. A caster that is listed in many voxels counts in the voxel in which the way enters the caster, or begins: places
+// along the way are floats that all voxels see alike, and each voxel ends where the next begins, so that it counts once. Those that are
+// listed for all voxels are asked first. Needs visibility_cast_bits, visibility_cast_lists (glsl/grid/lists/place.glsl), visibility_casters
+// and GRID_SIZE. Source: ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_CASTERS_GLSL
 #define GRID_MARCH_CASTERS_GLSL
 #include "grid/lists/place.glsl"

@@ -1,6 +1,6 @@
-// How much light a cone through a grid leaves: cells as wide as the cone, each by how much of it is occupied. Needs visibility_bits,
-// visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; that a wall is a wall on every level is ours.
-// Twin: reference::twin::cone::Cells::march_cone.
+// Transmittance of a cone through a grid: it meets cells as wide as itself, each of which ends light by its occupied share. Needs
+// visibility_bits, visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; that a wall is opaque on every
+// level is ours. Twin: reference::twin::cone::Cells::march_cone.
 #ifndef GRID_MARCH_CONE_GLSL
 #define GRID_MARCH_CONE_GLSL
 #include "grid/cells.glsl"

@@ -1,7 +1,7 @@
-// Whether a ray meets a triangle of a grid that lists them: every voxel on the way as march_exact goes (glsl/grid/march.glsl), and in
-// an occupied one the triangles whose boxes it passes. A hit counts wherever on the ray it is. Needs visibility_triangles, and
-// visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle intersection; boxes
-// and bounds are ours. Twin: the truth, in f64.
+// Whether a ray meets a triangle of a grid that lists them: goes through every voxel on the way, as march_exact does
+// (glsl/grid/march.glsl), and in an occupied one tests the triangles whose boxes it passes. A hit counts also beyond the voxel. Needs
+// visibility_triangles, and visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle
+// intersection; boxes and bounds are ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_TRIANGLES_GLSL
 #define GRID_MARCH_TRIANGLES_GLSL
 #include "grid/lists/box.glsl"

@@ -1,4 +1,5 @@
-// The way from a point to a light through a grid that receivers do not leave: of smoke and hair alone. Source: ours.
+// The way from a point to a light through a grid of smoke and hair alone, from which receivers need not be moved away.
+// Source: ours.
 #ifndef GRID_WAY_GLSL
 #define GRID_WAY_GLSL
 #include "grid/grid.glsl"

@@ -1,5 +1,5 @@
-// Inverses by Newton's steps from a guess in whole numbers: products and sums alone, which every device
-// rounds alike, where Vulkan lets a quotient be off by 2.5 units in the last place. These are off by two. Twin:
+// Reciprocals by Newton's method from a guess in whole numbers: by products and sums alone, which every device rounds
+// alike, while Vulkan lets a quotient be wrong by 2.5 units in the last place. These are wrong by at most two. Twin:
 // reference::twin::exact.
 #ifndef MAPS_EXACT_GLSL
 #define MAPS_EXACT_GLSL

@@ -1,8 +1,8 @@
 #version 460
-// The views of all maps, fitted to what they see. Twin: reference::twin::fit; scene::View in f64 is the truth of it.
-// A thread per map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins,
-// and `far` the range over what the casters need. Output: maps.
-// Invariant: a view holds all that it was fitted to; the margin is more than the rounding of the extents.
+// Fits the views of all maps to their casters and meshes. Twin: reference::twin::fit; scene::View in f64 is the truth of it. A thread per
+// map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins, and `far` the view's range,
+// as a multiple of the casters' range. Output: maps. Invariant: a view contains all casters that it was fitted to; its margin is more than
+// the rounding of the extents.
 #include "maps/extents.glsl"
 #include "world/light.glsl"
 

@@ -1,5 +1,5 @@
-// Circles, and what segments of a ray are in them. Sines by products and sums: what a device's own round to is its own. Twin:
-// reference::twin::harmonics.
+// Sines and cosines of a range's harmonics, and their means over segments. Computed by products and sums, since devices round their own
+// sines differently. Twin: reference::twin::harmonics.
 #ifndef MAPS_HARMONICS_GLSL
 #define MAPS_HARMONICS_GLSL
 

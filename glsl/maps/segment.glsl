@@ -1,4 +1,5 @@
-// The segment that a caster cuts out of a light ray; a strand's has no length. Twin: reference::twin::segment.
+// The part of a light ray inside a caster, as depths and optical depth; a strand's has no length. Twin:
+// reference::twin::segment.
 #ifndef MAPS_SEGMENT_GLSL
 #define MAPS_SEGMENT_GLSL
 #include "world/caster.glsl"

@@ -1,6 +1,6 @@
-// What is stored of a surface where the ray through a texel's centre meets it: its depth, and as much more as numbers may be
-// off, so that rounding alone puts nothing into shadow. All that draws opaque maps includes this. With EXACT to the same bits on
-// every device, else as fast as the device divides. Twin: reference::twin::opaque::stored.
+// The depth that an opaque map stores where the ray through a texel's centre meets a surface: a little more than the true one, so that
+// rounding alone puts nothing into shadow. Included by all passes that draw opaque maps. With EXACT to the same bits on every device, else
+// as fast as the device divides. Twin: reference::twin::opaque::stored.
 #ifndef MAPS_STORED_GLSL
 #define MAPS_STORED_GLSL
 #include "world/view.glsl"

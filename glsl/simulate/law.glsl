@@ -1,4 +1,4 @@
-// What moves the particles of a fountain, in world units and steps. Twins: scene::Law, scene::Jet.
+// Constants of a fountain's motion, in world units and steps. Twins: scene::Law, scene::Jet.
 #ifndef SIMULATE_LAW_GLSL
 #define SIMULATE_LAW_GLSL
 #extension GL_EXT_scalar_block_layout : require

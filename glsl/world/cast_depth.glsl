@@ -1,4 +1,4 @@
-// What a caster takes of a ray between its origin and an end. Twin: the truth, in f64.
+// Optical depth of a caster on a ray between its origin and an end. Twin: the truth, in f64.
 #ifndef WORLD_CAST_DEPTH_GLSL
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"

@@ -1,6 +1,6 @@
-// What lets some light pass: a sphere of constant extinction, a Gaussian of it, a cell of a volume, or a strand, a line segment drawn
-// as a ribbon that faces every ray. Their overlap with a ray and the quad that covers them. Twin: scene::Caster, reference::twin::segment,
-// reference::truth.
+// Translucent casters: a sphere of constant extinction, a Gaussian splat, a cell of a volume, or a strand, which is a line segment with the
+// width of a ribbon that faces every ray. Their overlap with a ray, and the quad that covers them. Twin: scene::Caster,
+// reference::twin::segment, reference::truth.
 #ifndef WORLD_CASTER_GLSL
 #define WORLD_CASTER_GLSL
 #include "world/cell.glsl"

@@ -1,4 +1,4 @@
-// What of the caller's buffers becomes casters and triangles: what the passes that gather share. Twin: reference::twin::gather.
+// Shared by the passes that gather casters, triangles and lights from the caller's buffers. Twin: reference::twin::gather.
 #ifndef WORLD_GATHER_GLSL
 #define WORLD_GATHER_GLSL
 #extension GL_EXT_scalar_block_layout : require

@@ -1,5 +1,5 @@
-// Splats: anisotropic Gaussians of extinction, what a ray has of one. Along a ray it is a Gaussian again, of a middle and a deviation,
-// whose optical depth up to a place is an erf. Source: docs/notebook/splats.md. Twins: scene::Gaussian, reference::twin::gaussian,
+// Splats: anisotropic Gaussians of extinction. Along a ray the extinction is a Gaussian again, with a middle and a deviation, so its
+// optical depth up to a place is an error function. Source: docs/notebook/splats.md. Twins: scene::Gaussian, reference::twin::gaussian,
 // reference::truth::gaussian.
 #ifndef WORLD_GAUSSIAN_GLSL
 #define WORLD_GAUSSIAN_GLSL

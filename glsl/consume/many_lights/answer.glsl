@@ -1,4 +1,4 @@
-// What a pixel sees, and whether a light is kept from it: the one bit of an answer. To be included behind visibility.glsl.
+// A pixel's surface, and whether it is shadowed from a light: an answer of one bit. To be included behind visibility.glsl.
 #ifndef CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #define CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #include "consume/picture_set.glsl"

@@ -1,11 +1,10 @@
 #version 460
-// Shades what a tile shows with all of its lights. With blur=on, how much of a light reaches a pixel is the mean over the 5 × 5
-// pixels about it, of those that see the same surface, and with history=on of where they were in the frame before. Weights are
-// found once a pair of pixels and not a light: words of 32 lights are added up bit by bit, all lights at once. Sources: Pestana
-// 2015; Valient 2014 (dither, then blur); adding up bit by bit and the weights are ours. Twin: reference::twin::many_lights::shade.
-// Inputs: lights, a tile's words, shadows, what pixels see, sources, albedo, normal. Output: colour.
-// Invariant: weights along a side, 1 2 2 2 1, give each four pixels in a row the same in all, so that a dither of 4 × 4 pixels
-// leaves no pattern behind.
+// Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility is the mean over those of the 5 × 5 pixels about
+// that see the same surface, and with history=on also over their places in the frame before. Weights are found once per pair of pixels, not
+// once per light: words of 32 lights are added up bit by bit, all lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur);
+// adding up bit by bit and the weights are ours. Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows,
+// pixels' surfaces, sources, albedo, normal. Output: colour. Invariant: weights along a side, 1 2 2 2 1, give each four pixels in a row the
+// same in all, so that a dither of 4 × 4 pixels leaves no pattern behind.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,10 +1,9 @@
 #version 460
-// Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread per caster; those of larger boxes are listed,
-// and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more voxels than
-// their share are noted for all voxels at once. Source: ours; segments against boxes
-// after Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of
-// large casters. Twin: reference::twin::lists. Invariants: the same pairs in some order; those that have no room are counted; there are no more than
-// `share` a caster.
+// Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread per caster; those of larger boxes are
+// listed, and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more
+// voxels than their share are noted for all voxels at once. Source: ours; segments against boxes after Ericson 2005, 5.3.3. Inputs:
+// casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of large casters. Twin: reference::twin::lists.
+// Invariants: the same pairs in some order; those that have no room are counted; no caster has more than `share`.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/note.glsl"

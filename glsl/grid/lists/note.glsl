@@ -1,4 +1,5 @@
-// How a pass notes what it lists in which voxels. Workgroups take their places among all pairs at once. Source: ours.
+// How a pass notes pairs of a voxel and what it lists there. A workgroup reserves room for all of its pairs at once.
+// Source: ours.
 #ifndef GRID_LISTS_NOTE_GLSL
 #define GRID_LISTS_NOTE_GLSL
 #include "grid/occupy.glsl"

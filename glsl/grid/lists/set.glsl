@@ -1,4 +1,4 @@
-// What the passes share that list each voxel's triangles. Twin: grid::lists.
+// Shared by the passes that list each voxel's triangles. Twin: grid::lists.
 #ifndef GRID_LISTS_SET_GLSL
 #define GRID_LISTS_SET_GLSL
 #include "grid/build.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// The long lists in the order of the triangles, those of 64 voxels by a workgroup, one after the other; then the box about each list,
-// a list per thread. Source: Batcher 1968 (a bitonic network, all of whose pairs look the same way). Input and output: lists.
-// Twin: reference::twin::lists, which sorts.
+// Sorts the long lists by the triangles' numbers: a workgroup sorts those of 64 voxels, one after the other. Then finds the box about each
+// list, one list per thread. Source: Batcher 1968 (a bitonic network in which all comparisons have the same direction). Input and output:
+// lists. Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #define LISTS_ACCESS coherent
 #include "grid/lists/box.glsl"

@@ -1,4 +1,4 @@
-// What virtual lights are drawn from, and what is drawn. Bound by lights::indirect::Vpls.
+// Buffers from which virtual lights are chosen, and the choice. Bound by lights::indirect::Vpls.
 #ifndef LIGHTS_INDIRECT_DRAWN_GLSL
 #define LIGHTS_INDIRECT_DRAWN_GLSL
 #extension GL_EXT_scalar_block_layout : require

@@ -1,6 +1,6 @@
 #version 460
-// Virtual lights of the texels that were drawn: each has an equal share of all flux, in its texel's colour. Inputs: picks, maps,
-// triangles, lights. Output: virtual lights. Twin: reference::twin::indirect::light.
+// Makes virtual lights from the chosen texels: each has an equal share of all flux, in its texel's colour. Inputs: picks, maps, triangles,
+// lights. Output: virtual lights. Twin: reference::twin::indirect::light.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"
 

@@ -1,4 +1,4 @@
-// What a workgroup builds, for passes with one workgroup a listed part: the bins as such a pass reads them.
+// The bins, as passes with one workgroup per listed part read them: which part a workgroup builds.
 #ifndef MAPS_BINS_PART_GLSL
 #define MAPS_BINS_PART_GLSL
 #include "maps/bins/set.glsl"

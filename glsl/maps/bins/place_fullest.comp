@@ -1,9 +1,8 @@
 #version 460
-// As place.comp, by one workgroup, and parts of tiles with the most casters come first: workgroups begin in that order, and a full
-// tile that is begun last is what all the device waits for.
-// Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before).
-// Invariant: a tile stands before all that have less than four fifths of its casters.
-// LISTED 0: of all tiles. LISTED 1: of the blocks that maps/detail/choose.comp has listed.
+// As place.comp, by one workgroup, and parts of tiles with the most casters come first: workgroups begin in that order, and if a full tile
+// began last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before). Invariant: a
+// tile stands before all that have less than four fifths of its casters. LISTED 0: of all tiles. LISTED 1: of the blocks that
+// maps/detail/choose.comp has listed.
 // variants: LISTED 0 1
 #include "maps/bins/place.glsl"
 #include "maps/detail/set.glsl"

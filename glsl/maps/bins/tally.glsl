@@ -1,4 +1,4 @@
-// Which casters each thread of count and scatter has, and what its workgroup counts in shared memory. TALLY, declared before,
+// Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, declared before,
 // says whether it does.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL

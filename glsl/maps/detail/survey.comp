@@ -1,9 +1,8 @@
 #version 460
-// What casters there are in each tile: which of its cells they meet, and how long and strong their edges are. A caster's share
-// of a tile is the most that it can be, which is enough to tell tiles apart.
-// Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey.
-// Invariants: sums are whole numbers, so that the order of the casters is no matter; a cell that any ray through the tile meets
-// a caster in is marked.
+// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts with the
+// greatest share of the tile that it may have, which is enough to tell tiles apart. Inputs: maps, casters, horizon. Outputs: surveys
+// (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole numbers, so that the order of the casters is no
+// matter; a cell that any ray through the tile meets a caster in is marked.
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/set.glsl"
 #include "maps/detail/casters.glsl"

@@ -1,4 +1,4 @@
-// What is known of a tile before its resolution is chosen. Twin: maps::Survey.
+// The survey of a tile, by which its resolution is chosen. Twin: maps::Survey.
 #ifndef MAPS_DETAIL_SURVEY_GLSL
 #define MAPS_DETAIL_SURVEY_GLSL
 #extension GL_EXT_scalar_block_layout : require

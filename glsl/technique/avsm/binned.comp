@@ -1,9 +1,8 @@
 #version 460
 // Builds the curves of one tile of 8×8 texels: sorts the tile's casters, then each thread inserts their segments into
-// its texel's curve and writes it once. No lists, no blending, no interlock.
-// Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
-// Invariant: the result depends only on the casters, not on the order in which they were binned.
-// Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
+// its texel's curve, which it writes once. No lists, no blending, no interlock. Inputs: maps, casters, parts, entries.
+// Outputs: nodes of tiles that have casters. Invariant: the result depends only on the casters, not on the order in
+// which they were binned. Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
 
 // LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (maps/bins/batch.glsl);
 // each subgroup leaves out casters that cannot meet its texels.

@@ -1,5 +1,5 @@
-// Optical depths of a texel's segments, added up in even cells as changes: by how much more is taken in a cell than in the one before.
-// Needs, declared before: LANES, CELLS and TEXELS, and cells[], one more than CELLS per texel. Twin: reference::twin::avsm::cells.
+// Optical depths of a texel's segments, added up in even cells as changes: a cell's optical depth less that of the cell before. Needs,
+// declared before: LANES, CELLS and TEXELS, and cells[], one more than CELLS per texel. Twin: reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CHANGES_GLSL
 #define TECHNIQUE_AVSM_CHANGES_GLSL
 

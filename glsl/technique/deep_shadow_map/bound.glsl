@@ -1,9 +1,9 @@
-// The fewest nodes that stay within an error of a texel's curve, greedily: a line goes on from a node for as long as some slope is in
-// the windows of all points that it passes. A window is what optical depths let through as much as the curve's, within the
-// error. Source: Lokovic and Veach 2000; windows in optical depth, and those on the way of long rises, are ours.
-// Needs, declared before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound.
-// Invariants: transmittance is within the error of the curve's at every depth, between points as at them; depths never fall, nor do
-// optical depths; behind the last node it is within TAIL of the product of all.
+// The fewest nodes that stay within an error of a texel's curve, greedily: a line is prolonged from a node for as long as some slope passes
+// the windows of all points on the way. A window holds the optical depths at a point whose transmittance is within the error of the
+// curve's. Source: Lokovic and Veach 2000; windows in optical depth, and those between the ends of long rises, are ours. Needs, declared
+// before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: transmittance
+// is within the error of the curve's at every depth, between points as at them; depths never fall, nor do optical depths; behind the last
+// node it is within TAIL of the product of all.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"

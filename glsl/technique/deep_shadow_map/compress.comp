@@ -1,8 +1,7 @@
 #version 460
-// Goes along each texel's curve, in the order of its events, and leaves as few nodes as stay within the error. A workgroup has a tile.
-// Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map.
-// Invariants: optical depth is added up in whole numbers, so that nothing is left of a slope that has ended, and casters may come in any
-// order; a texel without casters has no nodes.
+// Goes along each texel's curve, in the order of its events, and keeps the fewest nodes that stay within the error. One workgroup per tile.
+// Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map. Invariants: optical depth is added up in whole numbers, so that
+// a slope that has ended leaves no rounding error behind, and casters may come in any order; a texel without casters has no nodes.
 
 // First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, told so by what is pushed, it writes. Input:
 // tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does both: drivers that compile on the processor

@@ -1,4 +1,4 @@
-// What the passes share that make deep shadow maps. Twins: technique::deep_shadow_map, DeepPush and DeepState.
+// Shared by the passes that make deep shadow maps. Twins: technique::deep_shadow_map, DeepPush and DeepState.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_MAPS_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_MAPS_GLSL
 #include "maps/list/segments.glsl"

@@ -1,5 +1,6 @@
-// Density grid look-up: what smoke and hair in the voxels between `position` and light `light` leave of it, and meshes in its opaque map. Sources: Amanatides and Woo 1987 (every
-// voxel); Novák et al. 2014 (ratio tracking); mean directions of strands are ours. Twins: reference::twin::media, reference::twin::soft.
+// Density grid look-up: how much of light `light` reaches `position`, past smoke and hair in the voxels between and past meshes in the
+// light's opaque map. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); mean directions of strands are
+// ours. Twins: reference::twin::media, reference::twin::soft.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)

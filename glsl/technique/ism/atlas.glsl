@@ -1,4 +1,4 @@
-// What the passes share that fill maps. Twin: technique::ism::AtlasPush.
+// Shared by the passes that fill maps. Twin: technique::ism::AtlasPush.
 #ifndef TECHNIQUE_ISM_ATLAS_GLSL
 #define TECHNIQUE_ISM_ATLAS_GLSL
 #include "technique/ism/adaptive.glsl"

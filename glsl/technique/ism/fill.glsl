@@ -1,7 +1,7 @@
-// What is done to a map once all points are in it: wide points come down to the finest level, and holes between points are filled by
-// pull-push, within the map. Threads of a workgroup do it together, on texels that the includer has: texel_get, texel_set and
-// texel_barrier. Sources: Ritschel et al. 2008, section 4.3 (pull-push); tested by the size of points, so that what is empty stays
-// empty. Twin: reference::twin::ism::fill.
+// Finishes a map once all points are in it: wide points come down to the finest level, and holes between points are filled by pull-push,
+// within the map. Threads of a workgroup do it together, on texels behind three functions of the includer: texel_get, texel_set and
+// texel_barrier. Sources: Ritschel et al. 2008, section 4.3 (pull-push); limited by the size of points, so that real gaps stay empty. Twin:
+// reference::twin::ism::fill.
 #ifndef TECHNIQUE_ISM_FILL_GLSL
 #define TECHNIQUE_ISM_FILL_GLSL
 #include "technique/ism/map.glsl"

@@ -1,6 +1,6 @@
 #version 460
-// The area of all triangles, and the power of two that makes a weight below 2^30 of it: from here on sums are of whole numbers.
-// Source: none. Inputs: areas of blocks. Output: head. Twin: reference::twin::ism::points.
+// The area of all triangles, and the power of two that scales it to a weight below 2^30: from here on sums are of whole numbers. Source:
+// none. Inputs: areas of blocks. Output: head. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 

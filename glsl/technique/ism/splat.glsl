@@ -1,5 +1,5 @@
-// What a point leaves in a light's map: a disc, at the level on which it is at most 7 texels wide. Sources: Ritschel et al. 2008;
-// Tokuyoshi 2014 (which points are left out). Twin: reference::twin::ism::splat.
+// Splats a point into a light's map: as a disc, at the level on which it is at most 7 texels wide. Sources: Ritschel et al. 2008; Tokuyoshi
+// 2014 (which points are left out). Twin: reference::twin::ism::splat.
 #ifndef TECHNIQUE_ISM_SPLAT_GLSL
 #define TECHNIQUE_ISM_SPLAT_GLSL
 #include "technique/ism/map.glsl"

@@ -23,8 +23,8 @@ const MOST_SIDE_BITS: u32 = 8;
 /// And at least so many: for the 6,144 maps of 1,024 point lights.
 const LEAST_SIDE_BITS: u32 = 4;
 
-/// At most so many texels in all maps together, as far as the least side allows: 64 maps may have the largest size. With more texels a
-/// light would move by no more than a part of its own patch.
+/// At most so many texels in all maps together, as far as the least side allows: 64 maps may have the largest size. With more texels,
+/// lights would move by no more than a part of its own patch.
 const MOST_TEXELS: u64 = 1 << 22;
 
 /// Texels per side of each of so many maps, as a power of 2.
