@@ -1,12 +1,11 @@
 #version 460
-// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it. It keeps a sample where the transmittance departs, by
-// both thresholds, from what the extinction at the last sample predicts. Where there are more than WORK samples it removes the cheapest, in the end all
-// but NODES. A workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (what is kept); Salvi et al. 2010 (what
-// goes); Amanatides and Woo 1987 (the march); that it ends at voxels' sides, and not at even steps, is ours.
-// Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many rays meet any. Twin:
-// reference::twin::marched.
-// Invariants: samples stand on what the grid takes; the last has all that it takes, up to an optical depth of DARK; a tile of which
-// no ray meets any has no nodes where TILED is true.
+// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it. It keeps a sample where the transmittance
+// differs, by both thresholds, from a prediction by the extinction at the last sample. Where there are more than WORK samples it removes
+// those that change the curve least, in the end all but NODES. One workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine
+// 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are removed); Amanatides and Woo 1987 (the march); that it
+// ends at voxels' sides, and not at even steps, is ours. Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many
+// rays meet any. Twin: reference::twin::marched. Invariants: samples stand on what the grid takes; the last has all that it takes, up to an
+// optical depth of DARK; a tile of which no ray meets any has no nodes where TILED is true.
 #include "maps/scene.glsl"
 #include "grid/media.glsl"
 #include "maps/curve/tiled.glsl"

@@ -1,4 +1,4 @@
-// Reads a texel's moments: what is left of the light is between the sharpest bounds that they have.
+// Reads a texel's moments: the transmittance is taken between the sharpest bounds that follow from them.
 #ifndef TECHNIQUE_MOMENTS_READ_GLSL
 #define TECHNIQUE_MOMENTS_READ_GLSL
 #include "maps/sums/read.glsl"

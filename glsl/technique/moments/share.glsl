@@ -1,6 +1,6 @@
-// How much of a ray's optical depth lies before a place, from its moments: among all distributions that have them, the one on fewest
-// places with one at that place gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial; what each
-// weighs is one over a sum of squares, so that no bound leaves 0 to 1 however it is rounded. Twin: reference::twin::moments.
+// How much of a ray's optical depth lies before a place, from its moments: among all distributions that have them, the one on fewest places
+// with one at that place gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial; the weight of each is
+// one over a sum of squares, so that bounds stay within 0 to 1 whatever rounding does. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_SHARE_GLSL
 #define TECHNIQUE_MOMENTS_SHARE_GLSL
 #include "technique/moments/parts.glsl"

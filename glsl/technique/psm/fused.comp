@@ -1,11 +1,8 @@
 #version 460
-// Builds the rays of half a tile, ROWS rows of 8 texels after the other, in any order of the casters: adds up their optical depth
-// in the slices and writes what is left of the light behind each slice once. No clear, no blending, no propagation. For a tile
-// without casters, one workgroup writes all.
-// Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel
-// of it.
-// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
-// Source: ours. Twin: reference::twin::psm::fused.
+// Builds the rays of half a tile, ROWS rows of 8 texels at a time, with casters in any order: adds up their optical depth in the slices and
+// writes the transmittance behind each slice once. No clear, no blending, no propagation. For a tile without casters, one workgroup writes
+// all. Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it. Invariant: sums are of whole numbers, so
+// the result depends only on the casters, not on the order they come in. Source: ours. Twin: reference::twin::psm::fused.
 
 // variants: BITS 8 16
 #include "maps/bins/part.glsl"

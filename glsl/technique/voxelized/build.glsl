@@ -1,4 +1,4 @@
-// What the passes of a bake share: buffers, what is pushed, counts. Twins: technique::voxelized::buffers, reference::twin::voxelized.
+// Shared by the passes of a bake: buffers, push constants, counts. Twins: technique::voxelized::buffers, reference::twin::voxelized.
 //
 // Blocks are squares of columns, `side` voxels wide; for each, `ranges` has the least exit and the greatest entry of its
 // columns: a voxel in front of every exit may be lit, one behind every entry may be shadowed. So a block's nodes that need

@@ -1,12 +1,11 @@
 #version 460
-// Where each column of voxels enters the first thing and leaves it, the least exit and the greatest entry of each block of 8 × 8
-// columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of something
-// closed, it leaves where as many faces have been left as entered, so that closed things that overlap are one; between the two
-// voxels are free. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an open
-// surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
-// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values
-// (nodes of each block), columns.
-// Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
+// Finds where each column of voxels enters the first mesh and leaves it, the least exit and the greatest entry of each block of 8 × 8
+// columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of a closed mesh, the
+// column leaves it where as many faces have been left as entered, so that closed meshes that overlap are one; voxels between the two are
+// free to count as lit or shadowed. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an
+// open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
+// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values (nodes of
+// each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"

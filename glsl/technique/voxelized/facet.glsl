@@ -1,5 +1,5 @@
-// A triangle as an 8 × 8 block of columns sees it: three edges in whole numbers, and the plane of its depths. Source: ours, after
-// Pineda 1988. Twin: reference::twin::voxelized::Facet.
+// A triangle over an 8 × 8 block of columns: three edges in whole numbers, and the plane of its depths. Source: ours, after Pineda 1988.
+// Twin: reference::twin::voxelized::Facet.
 #ifndef TECHNIQUE_VOXELIZED_FACET_GLSL
 #define TECHNIQUE_VOXELIZED_FACET_GLSL
 

@@ -1,6 +1,6 @@
 #version 460
-// Least exit and greatest entry of blocks of 2 × 2, 4 × 4 and 8 × 8 blocks, and how many nodes with children each has.
-// Source: ours. Inputs: ranges of one level. Outputs: ranges and values of the next three. Twin: reference::twin::voxelized::Ranges.
+// Least exit and greatest entry of blocks of 2 × 2, 4 × 4 and 8 × 8 blocks, and the number of nodes with children in each. Source: ours.
+// Inputs: ranges of one level. Outputs: ranges and values of the next three. Twin: reference::twin::voxelized::Ranges.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 

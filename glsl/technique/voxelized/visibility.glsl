@@ -1,6 +1,6 @@
-// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose
-// voxel at the position's depth is lit. Whole leaves are counted at once: at most four, below what the columns have in shared_way.
-// Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
+// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose voxel at
+// the position's depth is lit. Leaves are counted whole, at most four, below the nodes that all columns share (shared_way). Source: Sintorn
+// et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
 //   binding 0  the trees of all lights (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
 // flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF NORMAL_BIAS
