@@ -1,5 +1,5 @@
-// Voxel grid look-up: 0 where an occupied voxel lies between `position` and light `light`, or with masks an occupied cell, or with lists a
-// triangle; else 1. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins: reference::twin::grid::Bits,
+// Voxel grid look-up: 0 where an occupied voxel lies between `position` and light `light` (with masks an occupied cell, with lists a
+// triangle), else 1. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins: reference::twin::grid::Bits,
 // reference::twin::masks::Masks.
 //
 //   binding 0  lights (world/light.glsl)
