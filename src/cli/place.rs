@@ -1,4 +1,4 @@
-//! Whether a file can go where it is to go, which is found before anything is measured or drawn.
+//! Checks that a file can be written where it should go, before anything is measured or drawn.
 
 use crate::{Error, Result};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! `gobo slice`: what stands below and over the visibility of one depth.
+//! `gobo slice`: the picture below the visibility of one depth, and the casters' outline over it.
 
 use crate::report::{Paper, with_scale};
 use crate::scene::{Caster, Scene, View};

@@ -1,4 +1,4 @@
-//! `gobo submit`: the standard run as one file, and what speaks against such files.
+//! `gobo submit`: the standard run as one file, and checks of such files.
 
 use super::progress::Progress;
 use super::{DeviceArguments, MESSAGES, complain, little, say, say_json};

@@ -1,4 +1,4 @@
-//! What draws a picture, by how meshes are shaded and where casters are lit.
+//! The kernels that draw a picture, by how meshes are shaded and where casters are lit.
 
 use super::colored::colored;
 use super::gbuffer::GBuffer;

@@ -1,4 +1,4 @@
-//! Pictures of a scene as a person is shown them, or as they are measured: one way for every program that has either.
+//! Pictures of a scene, as people are shown them or as they are measured: shared by all commands that draw.
 
 use super::{Developed, Renderer};
 use crate::gpu::Context;

@@ -1,4 +1,4 @@
-//! What passes left on the device, for whoever holds it against its twin.
+//! Buffers that passes wrote, read back for tests that compare them with the twins'.
 
 use super::Renderer;
 use super::interleaved::PartsSeen;

@@ -1,5 +1,5 @@
-//! What a person is shown: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic curve.
-//! Passes of their own: measured pictures have none of them. Twin: reference::truth::shown.
+//! Pictures for people: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic curve. Passes of
+//! their own: measured pictures have none of them. Twin: reference::truth::shown.
 
 use super::Renderer;
 use super::gbuffer::CameraPush;

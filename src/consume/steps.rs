@@ -1,4 +1,4 @@
-//! How many steps look-ups take, pixel by pixel: what a look-up costs, and where.
+//! How many steps look-ups take, pixel by pixel: where look-ups cost most.
 
 use super::Renderer;
 use crate::gpu::{Blend, Commands, Format, Graphics, Image, ImageUse, Kernel, Target};

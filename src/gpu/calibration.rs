@@ -1,4 +1,4 @@
-//! The device's clock beside the host's.
+//! Relates the device's clock to the host's.
 
 use super::{Context, Features};
 use ash::{ext, vk};

@@ -1,4 +1,4 @@
-//! What passes did: one query of pipeline statistics per pass.
+//! Counts of a pass's work: one query of pipeline statistics per pass.
 
 use super::times::MAX_PASSES;
 use super::{Commands, device::Device, fault};

@@ -1,5 +1,4 @@
-//! What a driver reports of the programs that it compiled from shaders: registers, spills, memory, lanes. The occupancy follows from
-//! these.
+//! A driver's reports about the programs that it compiled from shaders: registers, spills, memory, lanes. The occupancy follows from these.
 
 use super::{Context, Features};
 use ash::{khr, vk};

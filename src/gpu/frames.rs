@@ -1,4 +1,4 @@
-//! Frames of the caller, some of which run while the next is recorded: what they use is kept until they are over.
+//! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
 
 use super::commands::{Kept, Recorded, Whose};
 use super::times::{PassTime, Queries};

@@ -1,4 +1,4 @@
-//! For tests: a device seen as a lesser one, so that what the code does on such devices runs on those that there are.
+//! For tests: a device that reports less than it has, so that the code for lesser devices is tested on any.
 
 use super::Features;
 use super::features::STORAGE_BUFFERS;

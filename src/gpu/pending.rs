@@ -1,5 +1,5 @@
-//! What is on its way to the device: layouts of new images, and data that the host has written. It is recorded with what uses
-//! it.
+//! Work that waits to be recorded: layouts of new images, and copies of data that the host has written. It is recorded before the commands
+//! that use it.
 
 use super::commands::Kept;
 use super::device::Device;

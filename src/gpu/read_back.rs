@@ -1,4 +1,4 @@
-//! What the host reads of a frame: a copy for each frame that may run, so that nothing waits for it.
+//! Results that the host reads after a frame: one copy per frame in flight, so that nothing waits.
 
 use super::{Buffer, Context, Memory};
 use crate::Result;

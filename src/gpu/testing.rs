@@ -1,4 +1,4 @@
-//! For tests of this library: a device seen as a lesser one, checks in shaders, calls that fail. Nothing of it happens unless a
+//! For tests of this library: a device that reports less than it has, checks in shaders, calls that fail. None of this happens unless a
 //! program asks for it by [`Testing::begin`]; the library reads no variable of the environment.
 
 use super::fault::Fault;

@@ -1,5 +1,5 @@
-//! What techniques share in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, rebuilt where
-//! the world moves. It belongs to the world, not to a light: it costs the same for one light and for a thousand.
+//! Shared by techniques in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, rebuilt where the world moves.
+//! It belongs to the world, not to a light: it costs the same for one light and for a thousand.
 
 mod cells;
 mod lists;

@@ -1,4 +1,4 @@
-//! What techniques share in a light's view: the maps of all lights, the depth maps of meshes, bins of casters, casters
+//! Shared by techniques in a light's view: the maps of all lights, the depth maps of meshes, bins of casters, casters
 //! drawn as quads, per-texel lists, filters.
 //!
 //! A light is looked up through one map, a point light through the six faces of a cube, a directional light with cascades

@@ -1,4 +1,4 @@
-//! How far answers are from the truth in each color, where smoke takes some of them more than others.
+//! How far answers are from the truth in each color, where smoke absorbs some colors more than others.
 
 use super::points::at_once;
 use super::truth::{Points, Truth};

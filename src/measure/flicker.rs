@@ -1,4 +1,4 @@
-//! Flicker: what answers change from frame to frame that the truth does not.
+//! Flicker: changes of answers from frame to frame that the truth does not have.
 
 use super::Answers;
 use super::truth::Points;

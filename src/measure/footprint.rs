@@ -1,5 +1,5 @@
-//! How far answers are from what an area sees. Hair thinner than a pixel is judged as a pixel sees it: by the mean of the truth over
-//! a square across the light about each point.
+//! Errors of answers against the mean over an area. Hair thinner than a pixel is judged as a pixel sees it: by the mean of the truth over a
+//! square across the light about each point.
 
 use super::truth::{Points, Truth};
 use crate::reference::truth::Casters;

@@ -1,4 +1,4 @@
-//! The transmittance along one light ray: what is true, and what techniques say.
+//! The transmittance along one light ray: the truth and techniques' answers.
 
 use crate::consume::Query;
 use crate::gpu::Context;

@@ -1,4 +1,4 @@
-//! At how many points a case is asked, and how many at a time.
+//! How many points are asked per case, and how many at a time.
 
 use super::compare::LOOKUPS;
 use super::truth::Points;

@@ -1,4 +1,4 @@
-//! Techniques that stand as they were built for a scene, to be asked along rays of light.
+//! Techniques that are built for a scene once and then asked along rays of light.
 
 use crate::Result;
 use crate::gpu::Context;

@@ -1,4 +1,4 @@
-//! A standard run as one file, for `results/community/`: what it was made with, and what speaks against counting it.
+//! A standard run as one file, for `results/community/`: how it was made, and reasons not to count it.
 
 use super::{PointError, Results, Row, Status, standard};
 use crate::gpu::Tool;

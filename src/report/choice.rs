@@ -1,4 +1,4 @@
-//! What the page begins with: the answer in a sentence, and the plots that it is read from.
+//! The head of the page: the answer in a sentence, and the plots that show it.
 
 use crate::measure::{Results, Row};
 use crate::report::answer::{FLIP, answer, measure, point};

@@ -1,4 +1,4 @@
-//! What passes did, for the terminal.
+//! Counts of passes' work, for the terminal.
 
 use crate::gpu::Executable;
 use crate::measure::{PassCount, Results, Row};

@@ -1,4 +1,4 @@
-//! Errors by the width of the area that asks, as an SVG.
+//! Errors against means over areas, by the area's width, as an SVG.
 
 use crate::measure::{FOOTPRINTS, Results, Row};
 use crate::report::colours::COLOURS;

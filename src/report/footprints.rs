@@ -1,4 +1,4 @@
-//! Errors against what areas see, for the terminal.
+//! Errors against means over areas, for the terminal.
 
 use crate::measure::{FOOTPRINTS, FootprintError, Results, Row};
 use crate::report::casters::lines;

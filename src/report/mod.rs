@@ -1,4 +1,4 @@
-//! What a person sees of [`Results`](crate::measure::Results), and how it reaches the disk.
+//! [`Results`](crate::measure::Results) as tables, plots and pages for people, and as files.
 //!
 //! | what | where it goes |
 //! |---|---|

@@ -1,5 +1,5 @@
-//! Which technique for a scene: among the measured rows within limits, the best balanced, the extremes, and what is
-//! closer.
+//! Which technique for a scene: among the measured rows within limits, the best balanced one, the extremes, and one
+//! with less error.
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};

@@ -1,4 +1,4 @@
-//! What a seed of a soak stands for: a scene, how it moves, and which techniques are asked.
+//! Everything that follows from a soak's seed: a scene, how it moves, and which techniques are asked.
 
 use super::meshes::{block, plate, triangles};
 use super::strewn::{sphere, step};

@@ -1,4 +1,4 @@
-//! The worker's end: a process that asks for another.
+//! The worker's side: a process that asks techniques on behalf of another process.
 //!
 //! Both ends speak lines of JSON. A [`Job::Value`] is answered by its [`Reply::Ready`], then a row for each of its techniques; a
 //! [`Job::Round`] by each technique that is asked, one after the other, then the round.

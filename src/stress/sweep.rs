@@ -1,4 +1,4 @@
-//! What is swept: a number of a case's own scene, or of a scene that is given.
+//! The number that a sweep varies: one of a case's own scene, or of a scene that is given.
 
 use super::changes::CHANGES;
 use super::{Case, cases};

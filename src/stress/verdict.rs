@@ -1,4 +1,4 @@
-//! How far a technique holds in a case: what its answers must be, and where they first are not.
+//! How far a technique holds in a case: the promises that its answers must keep, and where they first break one.
 
 use super::results::{Figures, Outcome, Stressed};
 use crate::consume::parse;

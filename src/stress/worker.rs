@@ -1,5 +1,4 @@
-//! Runs the process that asks: one that hangs is ended, one that dies becomes a row, and the run goes on with a new
-//! one.
+//! Runs the worker process: one that hangs is ended, one that dies becomes a row, and the run goes on with a new one.
 
 use super::Sweep;
 use super::results::{Outcome, Stressed};

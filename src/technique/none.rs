@@ -1,4 +1,4 @@
-//! No shadow at all: what shadows cost in time, and what leaving them out costs in error.
+//! No shadow at all: shows the cost of shadows in time, and the error of leaving them out.
 //!
 //! Nothing is built, and every point is lit: the row that others are compared with.
 //!

@@ -1,6 +1,6 @@
-//! For a technique that paints casters into the picture and has no answer for a point among them: slices along the half vector of light and
-//! camera, and the light's buffer, which has the slices so far. The renderer draws a slice, lit by the buffer, then has it drawn into the
-//! buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
+//! For techniques that light casters while the picture is painted, and cannot answer for a point in space: slices along the half vector of
+//! light and camera, and the light's buffer, which has the slices so far. The renderer draws a slice, lit by the buffer, then has it drawn
+//! into the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
 
 use super::Technique;
 use crate::gpu::{

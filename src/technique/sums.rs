@@ -1,4 +1,4 @@
-//! What techniques that keep sums of a ray's optical depth share: the range of depths, and how many bits a sum has.
+//! Shared by techniques with sums of a ray's optical depth: the range of depths, and how many bits a sum has.
 
 use super::keys::words;
 use super::settings::Setting;

@@ -1,5 +1,5 @@
-//! What techniques that keep one texel per ray share, built by blending or by one workgroup per tile: they differ only in
-//! their shaders and in the texel's format.
+//! Shared by techniques with one texel per ray, built by blending or by one workgroup per tile: they differ only in their shaders and in
+//! the texel's format.
 
 use super::keys::word;
 use super::settings::Setting;

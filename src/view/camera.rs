@@ -1,4 +1,4 @@
-//! A camera that goes round what it looks at, and flies.
+//! A camera that goes round its target, and flies.
 
 use super::state::State;
 use crate::scene::{Camera, Motion, Scene, View};

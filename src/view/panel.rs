@@ -1,4 +1,4 @@
-//! The panel: a control for all that a state has.
+//! The panel: controls for everything in the window's state.
 
 use super::chart::Chart;
 use super::curve;

@@ -1,5 +1,5 @@
-//! The curve under the pointer: what is true along light 0's ray through what is seen there, and what A and B say. It is what `gobo curve`
-//! has, made on a thread of its own with a device of its own, so that the window waits for none of it.
+//! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers of A and B. It is
+//! the plot of `gobo curve`, made on a thread of its own with a device of its own, so that the window waits for none of it.
 
 use super::state::{Side, State};
 use crate::gpu::{Context, Options};

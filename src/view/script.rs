@@ -1,4 +1,4 @@
-//! What a file says in place of keys and mouse: a line after the other, each once what it waits for is so.
+//! Scripts in place of keys and mouse: one line after the other, each once the condition that it waits for holds.
 
 use crate::{Error, Result};
 use std::collections::VecDeque;

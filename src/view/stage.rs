@@ -1,4 +1,4 @@
-//! What is drawn: a scene, the techniques that light it, their pictures. What has not changed is not built and not drawn again.
+//! The stage: a scene, the techniques that light it, their pictures. Parts that have not changed are neither built nor drawn again.
 
 use super::host::Host;
 use super::lit::Lit;

@@ -1,4 +1,4 @@
-//! What the window shows: all that a control, a key or a line of a script sets. It knows of no device.
+//! The window's state: everything that a control, a key or a line of a script sets. It knows of no device.
 
 use crate::consume::parse;
 use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look, number_of, with_number};

@@ -1,4 +1,4 @@
-//! The window: what keys, mouse and lines of a script do, and its frames.
+//! The window: its frames, and the actions of keys, mouse and script lines.
 
 use super::chart::Chart;
 use super::files::Files;

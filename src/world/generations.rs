@@ -1,4 +1,4 @@
-//! Which part of a world has changed since something was made of it.
+//! Counters that say which part of a world has changed since something was built from it.
 
 use super::World;
 

@@ -1,5 +1,5 @@
-//! What casts and what shines, on the device as it is now: casters, triangles, lights, and generations that say what of it has
-//! changed. A [`Scene`] of the host fills it ([`World::new`]), or buffers of the caller's do ([`World::of`]).
+//! Casters and lights on the device, as they are now: casters, triangles, lights, and generations that say what of it has changed. A
+//! [`Scene`] of the host fills it ([`World::new`]), or buffers of the caller's do ([`World::of`]).
 
 mod bounds;
 mod gather;

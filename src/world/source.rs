@@ -1,4 +1,4 @@
-//! Where things of the caller's stand on the device: buffers of theirs, and how these are laid out.
+//! The caller's buffers on the device, and their layouts.
 
 use crate::gpu::Buffer;
 use crate::scene::{Light, LightKind};

@@ -1,4 +1,4 @@
-//! A world that a scene of the host's fills: uploaded, moved, and read back where the device moves it.
+//! A world made from a scene of the host's: uploaded, moved, and read back where the device moves it.
 
 use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};

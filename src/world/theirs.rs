@@ -1,4 +1,4 @@
-//! A world that buffers of the caller's fill, on the device.
+//! A world made on the device from buffers of the caller's.
 
 use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};

@@ -1,6 +1,6 @@
-// Voxel grid look-up: 0 where an occupied voxel lies between `position` and light `light` (with masks an occupied cell, with lists a
-// triangle), else 1. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins: reference::twin::grid::Bits,
-// reference::twin::masks::Masks.
+// Voxel grid look-up: 0 where an occupied voxel lies between `position` and light `light` (with CELL an occupied cell of its mask, or a
+// triangle of its list), else 1. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins:
+// reference::twin::grid::Bits, reference::twin::masks::Masks.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)

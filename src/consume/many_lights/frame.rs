@@ -1,4 +1,4 @@
-//! How a frame sees the world, for passes that tell surfaces apart.
+//! The camera of a frame and of the one before, for passes that tell surfaces apart.
 
 use crate::scene::View;
 use bytemuck::{Pod, Zeroable};

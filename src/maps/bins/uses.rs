@@ -1,4 +1,4 @@
-//! What a technique uses bins for.
+//! Uses of bins by techniques.
 
 /// The entries of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

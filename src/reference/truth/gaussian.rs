@@ -1,5 +1,5 @@
-//! What a ray has of an anisotropic Gaussian, in f64, with all of its tails: a Gaussian's optical depth up to a place is the error function.
-//! Source: the integral of a Gaussian along a line, which is a Gaussian in its place.
+//! Optical depth of an anisotropic Gaussian along a ray, in f64, with all of its tails: up to a place it is an error function, since along
+//! a line the Gaussian is one-dimensional again.
 
 use crate::scene::{Caster, REACH, Ray, Shape};
 use std::f64::consts::PI;

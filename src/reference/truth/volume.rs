@@ -1,5 +1,5 @@
-//! What a ray has of a volume, in f64: exactly the integral of its trilinear densities, cell by cell. Along a ray a cell's density is a
-//! cubic, which two points of Gauss integrate exactly. Cells that are empty are gone past eight at once.
+//! Optical depth of a volume along a ray, in f64: the exact integral of its trilinear densities, cell by cell. Along a ray a cell's density
+//! is a cubic, which Gauss quadrature with two points integrates exactly. Empty cells are skipped, eight at once along each axis.
 
 use crate::scene::{Field, Placed, Ray, SIDE, Volume, trilinear};
 use glam::DVec3;

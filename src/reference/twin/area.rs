@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment of a caster that lets as much light through as the mean of all rays
-//! through a texel, and what the casters of a texel take one after the other.
+//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment of a caster that lets as much light through as the mean of all rays through a
+//! texel, and the optical depths of a texel's casters, one after the other.
 
 use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};

@@ -1,4 +1,4 @@
-//! CPU twins of glsl/technique/beer_shadow_map/: where a texel's medium begins and ends and what it takes in all, in f32.
+//! CPU twins of glsl/technique/beer_shadow_map/: where a texel's medium begins and ends, and its optical depth, in f32.
 
 use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};

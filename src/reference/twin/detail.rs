@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/detail: what is known of each tile, and how fine it is made.
+//! CPU twin of glsl/maps/detail: the survey of each tile, and the choice of its resolution.
 
 use super::bins::{TILE_TEXELS, tile_distance};
 use super::gaussian::strand_axis;

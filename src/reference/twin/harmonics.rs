@@ -1,4 +1,5 @@
-//! CPU twin of glsl/maps/harmonics.glsl: circles, and what segments of a ray are in them, in f32.
+//! CPU twin of glsl/maps/harmonics.glsl: sines and cosines of harmonics, and their means over segments of a ray, in
+//! f32.
 
 use std::f32::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/lights/indirect: virtual lights, drawn from reflective shadow maps. Units of flux and what is drawn by them are the same
+//! CPU twin of glsl/lights/indirect: virtual lights, drawn from reflective shadow maps. Units of flux and the choice by them are the same
 //! numbers as on the device; patches and lights are in f64, from the same rays.
 
 use crate::scene::{Light, LightKind, Projection, View};

@@ -1,5 +1,5 @@
-//! What smoke and hair take in the voxels of a grid, and ways through it. Twin of glsl/grid/blob.glsl, deposit.comp, media.glsl
-//! and march.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
+//! Smoke and hair in the voxels of a grid, and their optical depth along ways through it. Twin of glsl/grid/blob.glsl, deposit.comp,
+//! media.glsl and march.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
 
 use super::cell;
 use super::grid::{Bits, Place};

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/moments/: what moments of a ray's optical depth say of it, in f32.
+//! CPU twin of glsl/technique/moments/: bounds of a ray's optical depth from its moments, in f32.
 
 use super::harmonics::{cis, harmonics, turned};
 use super::roots::real_roots;

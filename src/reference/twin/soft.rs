@@ -1,5 +1,5 @@
-//! How strands run in the voxels of a grid, and ways through one that is linear between voxels' middles. Twin of
-//! glsl/grid/directions.comp and directions.glsl, to the bit, and of soft.glsl.
+//! Directions of strands in the voxels of a grid, and ways through a grid that is linear between voxels' middles. Twin
+//! of glsl/grid/directions.comp and directions.glsl, to the bit, and of soft.glsl.
 
 use super::grid::Place;
 use super::media::{DARK, Media, Motes, UNITS, inverse_root, length};

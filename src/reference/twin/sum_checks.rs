@@ -1,4 +1,4 @@
-//! What holds of every technique of sums over a texel's casters, whatever is summed.
+//! Properties that hold for every technique with sums over a texel's casters.
 
 use super::segment::texel_segment;
 use super::sums::{DARK, bound};

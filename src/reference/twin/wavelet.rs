@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, as the means that these make, in f32.
+//! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, stored as means over intervals, in f32.
 
 /// What a segment between two places of the range adds to each sum: the mean of its optical depth up to each place of each interval, then
 /// all of it. Twin: segment_parts.

@@ -1,4 +1,4 @@
-//! What stands above all else: which device is fastest and by how much, which technique is best there, what interlock buys.
+//! The head of the report: which device is fastest and by how much, which technique is best there, what interlock buys.
 
 use super::Names;
 use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Status, Times, Verdict};

@@ -1,4 +1,4 @@
-//! How a picture is shown to a person, whatever it shows. What is measured knows none of it.
+//! How pictures are shown to people: samples, exposure, filmic curve. Measured pictures have none of it.
 
 use crate::{Error, Result};
 

@@ -1,4 +1,4 @@
-//! Which triangles of a mesh belong to closed things, and so have an inside that no light reaches.
+//! Which triangles of a mesh belong to closed surfaces, whose inside no light reaches.
 
 use crate::scene::Mesh;
 use glam::DVec3;

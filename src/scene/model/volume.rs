@@ -1,4 +1,4 @@
-//! Volumes: a field of densities that is placed in the world, and the cells by which it casts on the device.
+//! Volumes: a field of densities that is placed in the world, and the cells that cast in its place on the device.
 
 use crate::scene::model::gaussian::{EXPONENT, OCTAVES, packed};
 use crate::scene::{Caster, Field};

@@ -1,5 +1,5 @@
-//! Voxels that triangles meet, to the bit as the device finds them: what particles of `fountain` bounce off, and what its twin is held
-//! against. Twin of glsl/grid/overlap.glsl and voxelize.comp: nothing in either is divided, fused or put in another order.
+//! Voxels that triangles meet, to the bit as the device finds them: particles of `fountain` bounce off them, and tests compare the device's
+//! with them. Twin of glsl/grid/overlap.glsl and voxelize.comp: nothing in either is divided, fused or put in another order.
 
 use super::fountain_law::Place;
 use std::array::from_fn;

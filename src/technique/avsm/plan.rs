@@ -1,4 +1,4 @@
-//! What a spec means for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
+//! Plans a spec for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
 //! refused.
 
 use super::ENTRY;

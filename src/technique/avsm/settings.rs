@@ -1,4 +1,4 @@
-//! What there is to set of AVSM.
+//! Settings of AVSM.
 
 use crate::maps::DrawingOrder;
 use crate::technique::keys::{word_of, words};

@@ -1,4 +1,4 @@
-//! What there is to set of deep shadow maps.
+//! Settings of deep shadow maps.
 
 use crate::technique::keys::{word_of, words};
 use crate::technique::map_settings::map_settings;

@@ -1,5 +1,5 @@
-//! Which points each light takes, by what it and the viewer see. Source: Ritschel et al. 2011, Making imperfect shadow maps
-//! view-adaptive.
+//! Chooses the points that each light takes, by the light's and the viewer's views. Source: Ritschel et al. 2011, Making imperfect shadow
+//! maps view-adaptive.
 
 use super::Settings;
 use super::sample::{SUBSETS, Sample};

@@ -1,4 +1,4 @@
-//! What there is to set.
+//! Settings of imperfect shadow maps.
 
 use super::super::Path;
 use super::super::keys::words;
@@ -49,7 +49,7 @@ pub(super) const PATHS: &[Path] = &[
 ];
 
 settings! {
-    /// What there is to set.
+    /// Settings of imperfect shadow maps.
     #[derive(Copy)]
     pub struct Settings {
         /// What splats the points; none: a workgroup per light where it has room for a map, else atomic operations.

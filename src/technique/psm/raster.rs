@@ -1,5 +1,5 @@
-//! path=raster: clear the volume, draw each caster into its slice and blend, run down each ray and multiply what the
-//! slices leave. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
+//! path=raster: clear the volume, draw each caster into its slice and blend, go along each ray and multiply the slices'
+//! transmittances. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
 
 use super::volume::{Coverage, Volume};
 use crate::Result;

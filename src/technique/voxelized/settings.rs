@@ -1,4 +1,4 @@
-//! What there is to set of voxelized shadows.
+//! Settings of voxelized shadows.
 
 use super::super::keys::{OneOf, words};
 use super::super::settings::{Keyed, PCF, Setting, settings};

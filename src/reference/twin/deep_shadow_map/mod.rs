@@ -1,5 +1,5 @@
-//! CPU twin of glsl/technique/deep_shadow_map/: a texel's whole curve, in whole numbers, and what is left of it.
-//! Source: Lokovic and Veach 2000; the sums are ours.
+//! CPU twin of glsl/technique/deep_shadow_map/: a texel's whole curve, in whole numbers, and its compression. Source:
+//! Lokovic and Veach 2000; the sums are ours.
 
 mod area;
 mod bound;

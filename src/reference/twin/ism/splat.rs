@@ -1,4 +1,4 @@
-//! Twin of glsl/technique/ism/splat.glsl: what a point leaves in a light's map.
+//! Twin of glsl/technique/ism/splat.glsl: the disc of a point in a light's map.
 
 use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
 
