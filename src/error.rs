@@ -11,7 +11,7 @@ pub enum Error {
     Input {
         /// The file, option or scene.
         name: String,
-        /// What is wrong with it.
+        /// The fault that was found.
         cause: String,
         /// What may help.
         way_out: WayOut,

@@ -31,9 +31,9 @@ pub struct File {
     pub first_binding: u32,
     /// The id of its first specialization constant, where GOBO_AVSM_CONSTANT is not defined. No two files share one.
     pub first_constant: u32,
-    /// What it is given, by number.
+    /// Its bindings, by number.
     pub bindings: &'static [Binding],
-    /// What it is specialized by, by id: that of `constants[i]` is the first and i more.
+    /// Its specialization constants, in the order of their ids: `constants[i]` has the first id plus i.
     pub constants: &'static [Constant],
 }
 
@@ -42,16 +42,16 @@ pub struct File {
 pub struct Binding {
     /// Counted from the file's first.
     pub number: u32,
-    /// What the file calls it.
+    /// Its name in the file.
     pub name: &'static str,
-    /// What it is to Vulkan.
+    /// Its descriptor type.
     pub descriptor: vk::DescriptorType,
-    /// What it is to GLSL: `gobo_avsm_Light[]`, `sampler2D`.
+    /// Its GLSL type: `gobo_avsm_Light[]`, `sampler2D`.
     pub glsl: &'static str,
     /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 for bindings other than
     /// buffers.
     pub stride: u32,
-    /// What is in it.
+    /// Its content.
     pub about: &'static str,
 }
 
@@ -64,7 +64,7 @@ pub struct Constant {
     pub glsl: &'static str,
     /// The value where it is not set, as GLSL writes it.
     pub default: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub about: &'static str,
     /// Its id in the program's own shaders.
     inside: u32,

@@ -12,7 +12,7 @@ bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z
     return hit && z.y >= z.x;
 }
 
-// What a caster sends back of the light; splats and volumes have colours of their own. Needs PICTURE_SPLATS.
+// A caster's albedo; splats and volumes have colours of their own. Needs PICTURE_SPLATS.
 vec3 caster_color_of(Caster caster, uint index) {
     if (!caster_is_packed(caster)) {
         return caster_albedo(caster);

@@ -13,7 +13,7 @@ CONSTANT(uint, CHANNEL, 0u)
 
 vec3 extinction_ratio() { return vec3(EXTINCTION_RED, EXTINCTION_GREEN, EXTINCTION_BLUE); }
 
-// What is left of each color, by the look-up that was just asked.
+// Visibility of each color, from the last look-up.
 vec3 colored(float visibility) {
 #ifdef TECHNIQUE_COLORS
     return light_colors(visibility, extinction_ratio());

@@ -7,7 +7,7 @@
 const vec3 PARTICLE_ALBEDO = vec3(0.92, 0.92, 0.95);
 const vec3 STRAND_ALBEDO = vec3(0.70, 0.42, 0.20);
 
-// What a surface turns of one light, as much of each color as is visible. Lambert, two-sided.
+// Light that a surface reflects from one light, by the visibility of each color. Lambert, two-sided.
 vec3 light_on_surface(Light light, vec3 position, vec3 normal, vec3 visibility) {
     float cosine = abs(dot(normal, light_direction(light, position)));
     return light_radiance(light, position) * cosine * visibility;

@@ -51,7 +51,7 @@ bool field_block(FieldPlace place, ivec3 block, out uint first) {
     return false;
 }
 
-// What is gathered on the way.
+// Sums along the march.
 vec3 scattered = vec3(0.0);
 vec3 transmittance = vec3(1.0);
 

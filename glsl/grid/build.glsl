@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform GridPush {
     uint share;       // of grid.casters: voxels of a box up to which a caster is listed in each
 };
 
-// What only reads says so first (`readonly`): a device need not let vertices write.
+// A shader that only reads defines it first (`readonly`): a device need not let vertices write.
 #ifndef GRID_ACCESS
 #define GRID_ACCESS
 #endif

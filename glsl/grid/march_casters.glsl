@@ -26,7 +26,7 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
     uint first = 0u, side = grid_side(GRID_SIZE, 0u);
     float begin = -FARTHEST, ray_length = length(ray.direction), entry, sum = 0.0;
-    // What is listed for all voxels: every ray asks.
+    // The list that all voxels share: every ray goes through it.
     uint all = visibility_cast_lists[lists_of_all(GRID_SIZE)], behind = visibility_cast_lists[all + LIST_WORDS];
     for (uint i = visibility_cast_lists[all]; i < behind && sum < MAX_OPTICAL_DEPTH; i += LIST_WORDS) {
         sum += cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i + 1u]], 1.0, entry);

@@ -17,7 +17,7 @@ uvec2 media_bits(uint level, uvec3 word) {
     return uvec2(visibility_media_bits[at], visibility_media_bits[at + 1u]);
 }
 
-// What a way of one voxel's length takes through a voxel; `full` is its brick's word of level 0.
+// Optical depth of a way of one voxel's length through a voxel; `full` is its brick's word of level 0.
 float media_of(uvec3 voxel, uvec2 full) {
     float sum = float(visibility_media[media_at(GRID_SIZE, voxel)]) * (1.0 / MEDIA_UNITS);
     return grid_has(full, voxel) ? MEDIA_FULL : media_towards(sum, voxel);

@@ -5,7 +5,7 @@
 #define GRID_SOFT_GLSL
 #include "grid/march_media.glsl"
 
-// What a way of one voxel's length takes.
+// Optical depth of a way of one voxel's length.
 float media_soft(vec3 place) {
     vec3 at = clamp(place - 0.5, vec3(0.0), vec3(GRID_SIZE - 1u));
     uvec3 corner = min(uvec3(at), uvec3(GRID_SIZE - 2u));
@@ -34,7 +34,7 @@ float media_soft_steps(vec3 from, vec3 way, uint steps, float offset) {
     return min(sum, MEDIA_DARK);
 }
 
-// What a voxel takes at most with ratio tracking: e⁻⁸ is left behind it.
+// A voxel's greatest optical depth with ratio tracking: e⁻⁸ is left behind it.
 const float RATIO_MOST = 8.0;
 
 uint ratio_hash(uint bits) {

@@ -4,7 +4,7 @@
 #ifndef MAPS_EXACT_GLSL
 #define MAPS_EXACT_GLSL
 
-// What is nearer to 0 or farther from it is taken for this.
+// Values nearer to 0 or farther from it are clamped to this.
 const float EXACT_LEAST = 1e-36;
 const float EXACT_MOST = 1e36;
 

@@ -22,7 +22,7 @@ layout(push_constant, scalar) uniform FitPush {
 
 // Widens a range by a hundredth of a texel of the largest map.
 const float MARGIN = 1.00001;
-// What rounding may take away, as a share of the distance from the origin.
+// A margin for rounding, as a share of the distance from the origin.
 const float ROUNDING = 5e-7;
 // The least range of a parallel view, as a share of its width: floats resolve no less for level ground straight under the
 // light.

@@ -5,7 +5,7 @@
 
 const float PI = 3.14159265;
 
-// What is shorter is a step.
+// A shorter segment is a step.
 const float LEAST_LENGTH = 1e-20;
 
 // cos and sin of so many full circles.

@@ -35,7 +35,7 @@ LookUp look_up(uint light, vec3 position, vec3 normal) {
 // The first row of a map in an image in which the maps stand one above the other.
 ivec2 stacked(LookUp l, ivec2 texel) { return texel + ivec2(0, l.map * l.view.height); }
 
-// What is left of the light at a depth of one texel's ray: a technique with texels defines it.
+// Transmittance up to a depth of one texel's ray: a technique with texels defines it.
 float texel_transmittance(LookUp l, ivec2 texel);
 
 // The mean over the filter's texels.

@@ -43,7 +43,7 @@ CONSTANT(float, NORMAL_BIAS, 0.3)
 // light_visibility forgets it.
 vec3 look_up_normal = vec3(0.0);
 
-// What texels about a point are compared with.
+// The receiver that texels about a point are compared with.
 struct Receiver {
     float point_z;
     float depth;     // no more than that of nothing

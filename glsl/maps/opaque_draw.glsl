@@ -57,7 +57,7 @@ vec3 cut(vec3 a, float here, vec3 b, float there) {
     return place;
 }
 
-// What of a polygon is inside all planes.
+// Clips a polygon by all planes.
 uint cut_off(View view, inout vec3 corners[OPAQUE_CORNERS], uint count) {
     for (uint plane = 0u; plane < 5u && count > 0u; ++plane) {
         vec3 before[OPAQUE_CORNERS] = corners;
@@ -121,7 +121,7 @@ Seen see(View view, uint i) {
     precise vec3 first_side = triangle.corners[1] - triangle.corners[0], side = triangle.corners[2] - triangle.corners[0];
     vec3 normal = cross3(first_side, side);
     float square = dot3(normal, normal);
-    // What has no area casts nothing, though rounding may give it some.
+    // A triangle without area casts nothing, though rounding may give it some.
     if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
         seen.count = count;
     }

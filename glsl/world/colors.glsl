@@ -10,7 +10,7 @@
 // Said by the look-up: what meshes leave of the light that was asked for last.
 float look_up_meshes = 1.0;
 
-// What of one color is left, where `visibility` was answered. Nothing of extinction 0 is lost but to meshes, however dark it is.
+// Visibility in one color, from the answer `visibility`. With extinction 0 only meshes take light, however dark the smoke is.
 float color_left(float visibility, float extinction) {
     if (extinction == 1.0 || !(look_up_meshes > 0.0)) {
         return visibility;
@@ -19,7 +19,7 @@ float color_left(float visibility, float extinction) {
     return extinction > 0.0 ? look_up_meshes * pow(clamp(visibility / look_up_meshes, 0.0, 1.0), extinction) : look_up_meshes;
 }
 
-// What of red, green and blue is left, by their extinctions, where `visibility` was answered last.
+// Visibility in red, green and blue, by their extinctions, from the last answer `visibility`.
 vec3 light_colors(float visibility, vec3 extinction) {
     return vec3(color_left(visibility, extinction.x), color_left(visibility, extinction.y), color_left(visibility, extinction.z));
 }

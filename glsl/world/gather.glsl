@@ -6,7 +6,7 @@
 // No word of a buffer.
 const uint NOWHERE = 0xFFFFFFFFu;
 
-// What there was. Twin: GatherTotals in src/world/gather.rs.
+// Counts of elements. Twin: GatherTotals in src/world/gather.rs.
 struct GatherTotals {
     uint asked;    // so many, by the caller's count
     uint refused;  // of those that there is room for, so many have no place or no size

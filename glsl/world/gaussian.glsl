@@ -84,8 +84,8 @@ vec3 gaussian_turned(View view, vec3 packed) {
     return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | turned);
 }
 
-// What a ray has of one: z of the middle, deviations in lengths of the ray's direction, the square of the least distance from the
-// middle in deviations.
+// One along a ray: z of the middle, deviations in lengths of the ray's direction, the square of the least distance from the middle in
+// deviations.
 struct GaussianRay {
     float middle;
     float deviation;

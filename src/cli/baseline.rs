@@ -35,7 +35,7 @@ fn share(text: &str) -> std::result::Result<f64, String> {
     share.ok_or_else(|| "give percent: 5%, say".into())
 }
 
-/// What is printed as JSON: the results, and what has changed.
+/// The printed JSON: the results, and their changes.
 #[derive(Serialize)]
 struct Document<'a> {
     #[serde(flatten)]
@@ -44,7 +44,7 @@ struct Document<'a> {
     changes: Option<serde_json::Value>,
 }
 
-/// What a run is held against.
+/// The earlier results that a run is compared with.
 pub struct Baseline<'a> {
     arguments: &'a BaselineArguments,
     /// One after another, as they were given.

@@ -110,7 +110,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.frames, self.quick, self.picture) = (self.frames.min(2), true, Some([32, 18]));
@@ -398,7 +398,7 @@ fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     Ok(())
 }
 
-/// What figures depend on that neither the specs nor the device say.
+/// Conditions that figures depend on, beside specs and device.
 fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String> {
     let truth = effort.truth.word();
     let given = |value: Option<String>| value.unwrap_or_else(|| "none".into());

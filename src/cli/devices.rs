@@ -15,7 +15,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What any technique takes, beside its paths.
+/// Requirements of all techniques, beside those of their paths.
 const ANY: [(&str, &[Requirement]); 2] = [
     ("lighting=vertex", &[Requirement::Tessellation]),
     ("render --wireframe", &[Requirement::Tessellation, Requirement::Lines]),

@@ -126,7 +126,7 @@ impl DeviceArguments {
     }
 }
 
-/// What a scene is loaded with.
+/// Options of loading a scene.
 #[derive(Args)]
 struct LoadArguments {
     /// The time in scenes that move (three-emitters, lantern, courtyard, fountain, sequences of files), seconds
@@ -313,7 +313,7 @@ fn command_line() -> String {
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
 }
 
-/// What the validation layer says, and what leaks, of all devices that are opened. It outlives them.
+/// Messages of the validation layer, and leaks, of all devices that are opened. It outlives them.
 static MESSAGES: LazyLock<Messages> = LazyLock::new(Messages::default);
 
 /// Fails where the validation layer said something.

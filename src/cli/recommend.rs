@@ -68,7 +68,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it. What little there is takes what it takes.
+    /// The part of the command that is run; with little, it is so small that nothing need be left out.
     pub fn little(mut self) -> Self {
         if little::is_asked() && self.from.is_none() {
             (self.max_ms, self.max_error, self.max_flip, self.max_bytes) = (None, None, None, None);
@@ -160,7 +160,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let specs = without_alike(&scene, specs);
     let rows = sweep.measure(&specs, coarse(picture, repeats), first.as_deref())?.rows;
     let left = promising(&specs, &rows, limits);
-    // What is chosen by, and no more. On processors the truth takes as long as a row.
+    // Only the truth that the choice needs: on a CPU the truth takes as long as a row.
     let whole = effort(picture, FINE);
     let parts = if context.features().is_software() { 4 } else { 1 };
     let fine = Effort { truth: Extent::Choice, space_points: whole.space_points / parts, lookups: 0, ..whole };
@@ -277,7 +277,7 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
             specs.retain(|spec| known.insert(spec.entry.name));
         }
         let of_meshes = runs(|runs| runs.stress_meshes, on_cpu)?;
-        // What a software device builds in no time.
+        // Specs that a software device builds in no time.
         let of_smoke = runs(|runs| runs.stress_smoke, on_cpu)?;
         for entry in REGISTRY {
             if specs.iter().any(|spec| spec.entry.name == entry.name) {
@@ -321,7 +321,7 @@ fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
     specs
 }
 
-/// What is not hopeless, and in half and twice the size what is an answer by now that may be another then.
+/// Specs that are not hopeless; and the answers so far in half and twice the size, which may change them.
 fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     let found = best_and_extremes(rows);
     let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);

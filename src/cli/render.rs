@@ -104,7 +104,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.width, self.height, self.frames) = (32, 18, self.frames.min(2));
@@ -140,7 +140,7 @@ impl Arguments {
         &self.scene
     }
 
-    /// What it is loaded with.
+    /// Options that it is loaded with.
     pub(super) fn load(&self) -> &LoadArguments {
         &self.load
     }
@@ -165,7 +165,7 @@ impl Arguments {
     }
 }
 
-/// What a picture is lit by.
+/// The technique, or the reference, that lights a picture.
 enum LitBy {
     Reference,
     Technique(Spec),
@@ -228,7 +228,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         check_messages()?;
         return said_of(&sequence.names(), &said);
     }
-    // What the device refuses it refuses at once: the reference may take minutes.
+    // The device's techniques come first: a refusal should not wait for the reference, which may take minutes.
     let is_reference = |lit_by: &LitBy| matches!(lit_by, LitBy::Reference);
     let mut order: Vec<usize> = (0..lit_by.len()).collect();
     order.sort_by_key(|i| is_reference(&lit_by[*i]));

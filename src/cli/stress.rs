@@ -44,7 +44,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             self.soak = self.soak.map(|_| 0.0);
@@ -171,7 +171,7 @@ fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
         (Some(runner), Some(program)) => vec![runner, program],
         _ => vec![std::env::current_exe().map_err(fail)?.into_os_string()],
     };
-    // What this one was told for tests holds for its worker too.
+    // Variables of tests hold for the worker too.
     command.extend(std::env::args_os().filter(|argument| argument == super::hooks::OPTION));
     command.extend(["stress", "--worker"].map(OsString::from));
     if let Some(device) = &arguments.device.device {

@@ -40,7 +40,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             self.size = 64;
@@ -148,7 +148,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let query = Query::new(&context, arguments.light, &middles)?;
     let answers = query.ask(&opened.technique.answer())?;
     let mut meshes = scene.meshes.clone();
-    // What each node of a level is: dark, lit or both.
+    // The kind of each node of a level: dark, lit or both.
     let mut level: Vec<Option<bool>> = answers.iter().map(|visibility| Some(*visibility < 0.5)).collect();
     let (mut side, mut number) = (size, 0);
     while side > 1 {

@@ -33,7 +33,7 @@ impl CameraPush {
     }
 }
 
-/// What finds it.
+/// Finds it.
 pub(super) struct GBuffer {
     /// The number of each pixel's triangle, counted from 1; 0 where there is sky.
     pub(super) numbers: Image,

@@ -30,16 +30,16 @@ push_struct! {
     }
 }
 
-/// What asks one technique for the lights of a picture.
+/// Asks one technique for the lights of a picture.
 pub(super) struct Interleaved {
     ask: Kernel,
     pub(super) gather: Gather,
 }
 
-/// What averages what pixels found.
+/// Averages what pixels found.
 pub(super) struct Gather {
     size: [u32; 2],
-    /// What each pixel turns of the lights that it asked for, RGB.
+    /// The light that each pixel reflects from the lights that it asked for, RGB.
     pub(super) estimates: Buffer,
     kernel: Kernel<GatherPush>,
 }
@@ -89,7 +89,7 @@ impl Gather {
     }
 }
 
-/// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame, a value per pixel, to compare with its twin.
+/// The last frame's values of `shading=interleaved` or `shading=reservoir`, one per pixel, read from the device, to compare with its twin.
 pub struct PartsSeen {
     /// The number of its triangle, counted from 1; 0 where there is sky.
     pub numbers: Vec<u32>,

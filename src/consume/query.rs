@@ -36,7 +36,7 @@ pub struct Asked<'a> {
 /// Points on the device, the lights that are asked about, and room for an answer each.
 pub struct Query {
     context: Context,
-    /// What each light is asked.
+    /// The points that each light is asked about.
     parts: Vec<QueryPush>,
     answers: Buffer,
     bindings: Bindings,
@@ -97,7 +97,7 @@ impl Query {
         self.parts.iter().map(|part| part.count as usize).sum()
     }
 
-    /// What asks `answer`.
+    /// Asks `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
@@ -107,7 +107,7 @@ impl Query {
         Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
     }
 
-    /// What asks `answer` for light of one color, of which all casters that are no meshes take `extinction` times what they take in general
+    /// Asks `answer` for light of one color, of which all casters that are no meshes take `extinction` times what they take in general
     /// ([`crate::scene::Scene::extinction_ratio`]).
     ///
     /// # Errors

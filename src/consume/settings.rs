@@ -45,7 +45,7 @@ words! {
 }
 
 words! {
-    /// What asks for light, with `shading=tiled`.
+    /// How pixels ask for light, with `shading=tiled`.
     pub enum ShadowsKind {
         /// Each pixel, for one light after the other.
         Direct = "direct",
@@ -94,7 +94,7 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
     crate::technique::parse(text, KEYS)
 }
 
-/// What is run of all techniques: [`runs::specs`] with [`KEYS`].
+/// The specs that run where a command names no technique: [`runs::specs`] with [`KEYS`].
 ///
 /// # Errors
 /// As that.
@@ -120,7 +120,7 @@ mod tests {
         crate::technique::settings::tests::goes_both_ways::<ShadingSettings>(&crate::technique::avsm::ENTRY, KEYS);
     }
 
-    /// What is said of tiles is in specs of tiles alone.
+    /// Keys of tiles stand only in specs with tiles.
     #[test]
     fn tiles_have_keys_of_their_own() {
         let specs = parse("avsm:shading=forward|tiled,dither=none|noise").expect("valid");

@@ -20,7 +20,7 @@ pub enum Shading {
     Reservoir,
 }
 
-/// What there is to choose of [`Shading::Tiled`].
+/// Settings of [`Shading::Tiled`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tiled {
     /// Where neighbouring pixels ask for light.
@@ -45,7 +45,7 @@ impl Tiled {
 }
 
 impl Shading {
-    /// What is set.
+    /// The settings.
     pub fn of(settings: &ShadingSettings) -> Self {
         let ShadingSettings { dither, blur, history, shadows, .. } = *settings;
         match settings.shading {

@@ -62,7 +62,7 @@ impl Shown {
     }
 }
 
-/// What puts smooth normals into a G-buffer.
+/// Puts smooth normals into a G-buffer.
 pub(super) struct Smooth(Kernel<CameraPush>);
 
 impl Smooth {
@@ -149,7 +149,7 @@ impl Developed {
         commands.pass("consume.develop", |pass| pass.dispatch(&self.kernel, &self.push, [groups[0], groups[1], 1]));
     }
 
-    /// What is shown, linear RGB from 0 to 1, on the device.
+    /// The picture to show, linear RGB from 0 to 1, on the device.
     pub fn image(&self) -> &Image {
         &self.shown
     }

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 /// Where nothing is.
 const NONE: f32 = -1.0;
 
-/// What counts the steps of one technique's look-ups in pictures of one [`Renderer`].
+/// Counts the steps of one technique's look-ups in pictures of one [`Renderer`].
 pub struct StepsKernel {
     kernel: Kernel,
     counts: Image,
@@ -21,7 +21,7 @@ impl StepsKernel {
         &self.counts
     }
 
-    /// What one of those floats says.
+    /// The meaning of one of those floats.
     pub fn count(float: f32) -> Option<u32> {
         (float >= 0.0).then_some(float as u32)
     }
@@ -40,7 +40,7 @@ impl Renderer {
         Ok(kernel.counts.read::<f32>()?.into_iter().map(StepsKernel::count).collect())
     }
 
-    /// What counts the steps of the look-ups of `answer`.
+    /// Counts the steps of the look-ups of `answer`.
     ///
     /// # Errors
     /// [`Error::Input`] where the technique counts none, [`Error::Gpu`] where memory runs out.

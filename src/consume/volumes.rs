@@ -24,7 +24,7 @@ pub struct FieldData {
     pub size: [f32; 3],
     /// Among the slots of all fields.
     pub first_slot: u32,
-    /// What it sends back of the light.
+    /// Albedo.
     pub color: [f32; 3],
     /// Slots, a power of 2, less 1.
     pub last_slot: u32,
@@ -50,7 +50,7 @@ struct Fields {
     samples: Vec<f32>,
 }
 
-/// What pictures have of volumes.
+/// Volumes of a picture, on the device.
 pub(super) struct Volumes {
     volumes: Vec<Volume>,
     places: Buffer,
@@ -64,7 +64,7 @@ push_struct! {
     struct VolumePush { volume: u32 }
 }
 
-/// What marches volumes, lit by one technique: one kernel, or one per channel.
+/// Marches volumes, lit by one technique: one kernel, or one per channel.
 pub(super) struct VolumeKernel(Vec<Kernel<VolumePush>>);
 
 /// Twin: `field_hash`.
@@ -169,7 +169,7 @@ fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Res
 }
 
 impl Renderer {
-    /// What marches volumes, lit by `answer`; none where there are none.
+    /// Marches volumes, lit by `answer`; none where there are none.
     pub(super) fn volume_kernel(&self, answer: &Answer) -> Result<Option<VolumeKernel>> {
         let Some(volumes) = &self.volumes else { return Ok(None) };
         let sets = [&self.scene, answer.bindings, &self.distances, &volumes.bindings];

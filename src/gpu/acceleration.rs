@@ -25,7 +25,7 @@ struct Inner {
     over: Over,
 }
 
-/// What it is built from.
+/// The geometry that it is built from.
 enum Over {
     Triangles { corners: Buffer, indices: Buffer, count: u32 },
     Boxes { boxes: Buffer, count: u32 },

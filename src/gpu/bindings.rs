@@ -26,7 +26,7 @@ pub enum Resource {
     AccelerationStructure(AccelerationStructure),
 }
 
-/// What a sampler finds outside its image, in every channel.
+/// A sampler's value outside of its image, in every channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
     /// 0.
@@ -47,7 +47,7 @@ struct Inner {
     name: String,
 }
 
-/// What all sets of the same bindings have.
+/// Shared by all sets with the same bindings.
 struct Shape {
     device: Device,
     layout: vk::DescriptorSetLayout,

@@ -11,7 +11,7 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// What Vulkan takes in one vkCmdUpdateBuffer.
+/// The limit of bytes in one vkCmdUpdateBuffer.
 pub const MAX_UPDATE_BYTES: usize = 65536;
 
 /// The names of the passes of most builds.
@@ -37,7 +37,7 @@ pub struct Commands<'a> {
     whose: Whose,
     frame: u64,
     queries: vk::QueryPool,
-    /// What passes do; null unless asked for.
+    /// Query pool for counts of passes' work; null unless asked for.
     pub(super) counts: vk::QueryPool,
     passes: u32,
     /// Names of timed passes, one per line.
@@ -50,7 +50,7 @@ pub struct Commands<'a> {
     read_backs: Vec<(Buffer, ReadBack)>,
 }
 
-/// What a recording leaves.
+/// The result of a recording.
 pub(super) struct Recorded {
     pub used: Vec<Kept>,
     pub passes: u32,

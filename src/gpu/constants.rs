@@ -21,7 +21,7 @@ impl<T> Constant<T> {
     }
 }
 
-/// What a specialization constant may hold: four bytes.
+/// Types of specialization constants: four bytes.
 pub trait ConstantValue {
     /// As Vulkan takes it.
     fn word(self) -> u32;

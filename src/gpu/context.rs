@@ -41,7 +41,7 @@ pub struct Adopt {
     pub device: ash::Device,
     /// The family of the command buffers that are recorded into: graphics and compute.
     pub queue_family: u32,
-    /// What the device was opened with. What is not said here is not used, and a path that needs it is refused by its name.
+    /// Features that the device was opened with. Others are not used, and a path that needs one is refused, naming it.
     pub enabled: Enabled,
     /// Where memory comes from; none makes an allocator. With [`Enabled::ray_query`] it gives memory that has device
     /// addresses.
@@ -61,18 +61,18 @@ pub struct Context(Arc<Shared>);
 
 /// Fields are destroyed in this order.
 pub(super) struct Shared {
-    /// What hands commands over, where the device is its own.
+    /// Hands commands over, where the device is its own.
     pub(super) queue: Option<Queue>,
     /// Recorded before the next pass.
     pub(super) pending: Pending,
-    /// What is in command buffers of the caller's.
+    /// Work that is recorded in the caller's command buffers.
     pub(super) frames: Frames,
     device: Device,
     /// The driver said so; nothing is submitted any more.
     lost: AtomicBool,
     /// Each pass of a submission is timed, not only all of them together.
     pub(super) times_passes: AtomicBool,
-    /// What stands before the driver, as far as a device that was opened here says.
+    /// Layers and tools between program and driver, as far as a device that was opened here reports them.
     tools: Vec<Tool>,
     /// Each pass of a submission is asked what it did.
     pub(super) counts_passes: AtomicBool,
@@ -199,7 +199,7 @@ impl Context {
         Ok(Self(Arc::new(Shared::new(open, None)?)))
     }
 
-    /// What the device can do and was opened with.
+    /// Features that the device has and was opened with.
     pub fn features(&self) -> &Features {
         self.0.device.features()
     }

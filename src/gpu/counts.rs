@@ -5,7 +5,7 @@ use super::{Commands, device::Device, fault};
 use ash::prelude::VkResult;
 use ash::vk;
 
-/// What a pass did, as the device counted it.
+/// A pass's work, as the device counted it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
 pub struct PassCounts {

@@ -30,7 +30,7 @@ pub(super) struct Parts {
     pub acceleration: Option<khr::acceleration_structure::Device>,
     /// Where the device's clock can be read.
     pub clock: Option<ext::calibrated_timestamps::Device>,
-    /// What the driver tells of pipelines.
+    /// The driver's reports about pipelines.
     pub executables: Executables,
     pub features: Features,
     pub messages: Messages,
@@ -133,7 +133,7 @@ impl Device {
         self.0.acceleration.as_ref()
     }
 
-    /// What the driver tells of pipelines.
+    /// The driver's reports about pipelines.
     pub(super) fn executables(&self) -> &Executables {
         &self.0.executables
     }

@@ -54,7 +54,7 @@ pub struct Enabled {
 }
 
 impl Enabled {
-    /// What nothing runs without, and no more.
+    /// The features that everything needs, and no more.
     pub const FLOOR: Self =
         Self { synchronization2: true, dynamic_rendering: true, scalar_block_layout: true, ..Self::NONE };
 

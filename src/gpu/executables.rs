@@ -12,11 +12,11 @@ use std::sync::{Mutex, PoisonError};
 pub struct Executable {
     /// The pipeline: the name of its compute or fragment shader.
     pub pipeline: String,
-    /// What the driver calls it.
+    /// The driver's name for it.
     pub name: String,
     /// Threads per subgroup.
     pub subgroup_size: u32,
-    /// What the driver counts, in its own words and order.
+    /// The driver's figures, in its own words and order.
     pub figures: Vec<(String, f64)>,
 }
 
@@ -39,7 +39,7 @@ impl Executables {
         self.functions.as_ref().filter(|_| self.is_wanted.load(Ordering::Relaxed))
     }
 
-    /// What a pipeline is created with.
+    /// Flags that a pipeline is created with.
     pub(super) fn flags(&self) -> vk::PipelineCreateFlags {
         match self.functions() {
             Some(_) => vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR,

@@ -7,7 +7,7 @@ use ash::vk;
 use gpu_allocator::AllocationError;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What can be made to fail.
+/// Kinds of calls that can be made to fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Call {
     /// Memory for a buffer or an image: none is left.

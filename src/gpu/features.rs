@@ -7,11 +7,11 @@ use ash::{ext, khr, vk};
 /// casters, triangles and seven buffers of bins, and writes curves.
 pub(super) const STORAGE_BUFFERS: u32 = 16;
 
-/// What [`Features::ray_query`] takes.
+/// Extensions that [`Features::ray_query`] needs.
 pub(super) const RAY_QUERY_EXTENSIONS: [&std::ffi::CStr; 3] =
     [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
 
-/// What a device is, by its own word.
+/// The device's own kind: discrete, integrated, virtual, CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "program", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum DeviceKind {
@@ -244,7 +244,7 @@ impl Features {
         short.map(|(name, has, needs)| format!("{name} of at least {needs} (this device has {has})"))
     }
 
-    /// What keeps threads of a workgroup of `threads` from sharing what they hold, subgroup by subgroup: a subgroup
+    /// The reason why threads of a workgroup of `threads` cannot share values by subgroups, if there is one: a subgroup
     /// that is wider than the workgroup, or compiled narrower than it says, lacks lanes.
     pub fn lacks_full_subgroups(&self, threads: u32) -> Option<String> {
         let size = self.subgroup_size;

@@ -18,7 +18,7 @@ pub(super) enum Step {
 }
 
 impl Step {
-    /// What it uses.
+    /// The resources that it uses.
     pub fn kept(&self) -> impl Iterator<Item = Kept> {
         match self {
             Self::Layout(image) => [Some(image.kept()), None],

@@ -30,7 +30,7 @@ pub(super) enum State {
     },
 }
 
-/// What is drawn, and to what.
+/// Primitives and targets.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) enum DrawnTo {
     Targets,
@@ -58,7 +58,7 @@ pub(super) struct Key {
     push: String,
     /// Specialization constants.
     constants: Vec<(u32, u32)>,
-    /// What each set holds.
+    /// The layout of each set.
     sets: Vec<Vec<vk::DescriptorType>>,
 }
 

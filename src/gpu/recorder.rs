@@ -12,9 +12,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub(super) struct Recorder {
     device: Device,
     pub pool: vk::CommandPool,
-    /// What passes are recorded into.
+    /// The command buffer that passes are recorded into.
     pub buffer: vk::CommandBuffer,
-    /// What is pending when they are handed over: it runs before them.
+    /// Pending work at the time of submission: it runs before them.
     pub before: vk::CommandBuffer,
     pub fence: vk::Fence,
     pub queries: Queries,

@@ -6,7 +6,7 @@ use super::{Buffer, Context, Memory};
 use crate::Result;
 use std::sync::OnceLock;
 
-/// What tests want of all devices that this process opens. By default nothing.
+/// Changes that tests want of all devices that this process opens. By default none.
 #[doc(hidden)]
 #[derive(Clone, Debug, Default)]
 pub struct Testing {

@@ -64,7 +64,7 @@ impl Queries {
         }
     }
 
-    /// What counts passes, reset in a command buffer; null on a device that cannot.
+    /// Counts passes, reset in a command buffer; null on a device that cannot.
     pub fn counts(&self, buffer: vk::CommandBuffer) -> VkResult<vk::QueryPool> {
         if !self.device.features().pipeline_statistics_query || self.handle == vk::QueryPool::null() {
             return Ok(vk::QueryPool::null());

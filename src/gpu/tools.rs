@@ -7,7 +7,7 @@ use ash::vk;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
-    /// What it calls itself.
+    /// Its own name.
     pub name: String,
     /// Its version, in its own words.
     pub version: String,

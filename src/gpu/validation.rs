@@ -34,7 +34,7 @@ pub const ALLOWED: [Allowed; 2] = [
     },
 ];
 
-/// What the validation layer said, warnings and errors only. Clones share one list, which outlives the context.
+/// Messages of the validation layer, warnings and errors only. Clones share one list, which outlives the context.
 #[derive(Clone, Debug, Default)]
 pub struct Messages(Arc<Mutex<Vec<String>>>);
 

@@ -17,7 +17,7 @@ const LIST_WORDS: u64 = 2;
 /// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box there.
 const PAIR_BYTES: u64 = 12;
 
-/// What there was of all. Twin: ListTotals in glsl/grid/lists/set.glsl.
+/// Totals over all lists. Twin: ListTotals in glsl/grid/lists/set.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ListTotals {
@@ -249,7 +249,7 @@ impl Lists {
         self.words.read(self.last.words(self.bricks) as usize)
     }
 
-    /// What only a build needs.
+    /// Buffers that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.pairs.bytes() + self.sums.bytes() + self.totals.bytes() + self.unsorted.bytes()
     }
@@ -301,7 +301,7 @@ impl CastLists {
         self.lists.list(commands, world, world.caster_count());
     }
 
-    /// What a look-up needs.
+    /// Buffers that a look-up needs.
     pub(super) fn resident_bytes(&self) -> u64 {
         self.bits.bytes() + self.lists.words.bytes()
     }

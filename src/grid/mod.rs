@@ -106,7 +106,7 @@ pub struct Grid {
     deposited: Made,
 }
 
-/// What a grid of meshes holds besides a bit per voxel.
+/// Extra data of meshes in a grid, besides a bit per voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finer {
     /// Nothing.
@@ -117,7 +117,7 @@ pub enum Finer {
     Masks,
 }
 
-/// What a grid is to hold, and where.
+/// The content of a grid, and its place.
 struct Plan {
     size: u32,
     /// None: without meshes.
@@ -139,7 +139,7 @@ pub struct GridBuffers<'a> {
     pub media: &'a Buffer,
     /// A bit per voxel, set where it has some, and those of the levels above.
     pub media_bits: &'a Buffer,
-    /// What cones ask, or the lists of a grid that has them.
+    /// The cells that cones look up, or the lists of a grid that has them.
     pub cells: &'a Buffer,
     /// The masks of occupied voxels.
     pub masks: &'a Buffer,
@@ -229,7 +229,7 @@ impl Grid {
         })
     }
 
-    /// What a look-up is bound.
+    /// Bindings of a look-up.
     pub fn buffers(&self) -> GridBuffers<'_> {
         let bits = &self.bits;
         let (media, media_bits) = self.media.as_ref().map_or((bits, bits), |media| (&media.voxels, &media.bits));

@@ -19,7 +19,7 @@ pub const BLOCK_TEXELS: u32 = TILE_TEXELS * TILE_TEXELS;
 /// The most blocks that a word of the table can tell apart.
 pub const MOST_BLOCKS: u32 = (1 << 28) - 1;
 
-/// What is known of a tile. Twin: Survey in glsl/maps/detail/survey.glsl.
+/// The survey of a tile. Twin: Survey in glsl/maps/detail/survey.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Survey {

@@ -56,7 +56,7 @@ pub struct List {
     size: [u32; 2],
     /// The user fixed the capacity: what does not fit is lost, and counted.
     fixed: bool,
-    /// What `counters` held after the last build: fragments, stored or not.
+    /// The count of the last build: fragments, stored or not.
     fragments: Vec<u32>,
     /// Places in other buffers that each segment has.
     places: u64,

@@ -88,7 +88,7 @@ pub struct Maps {
     cascades: u32,
     views: Made,
     sees_casters: bool,
-    /// What follows from the volume views.
+    /// Results of the volume views.
     orders: Made,
     buffer: Buffer,
     /// Its copies for the host, which are newer than `all` after a fit.
@@ -107,7 +107,7 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// What the opaque maps and their views are made of.
+    /// Inputs of the opaque maps and their views.
     pub const OPAQUE: Parts = Parts::MESHES.and(Parts::LIGHTS);
 
     /// What the volume views are, and whatever is made of casters in them: the meshes do not matter there.

@@ -19,10 +19,10 @@ const NORMAL_BIAS: f32 = 0.3;
 /// A step of the coarsest rasterizer's grid, texels.
 const COARSEST_SNAP: f64 = 0.0625;
 
-/// What the rounding of a stored depth and of the look-up's projection is at least, of the light's range.
+/// Least rounding of a stored depth and of the look-up's projection together, as a share of the light's range.
 const DEPTH_ROUNDING: f64 = 1e-5;
 
-/// What the rounding of a stored depth alone is.
+/// Rounding of a stored depth alone.
 const STORED_ROUNDING: f64 = 4e-6;
 
 /// What a z may be off, world units, at the farthest that the view sees: more than that where a light stands far from the
@@ -47,7 +47,7 @@ pub enum OpaqueWay {
     Compute,
 }
 
-/// What opaque maps are made of, and how they will be asked.
+/// Settings of opaque maps, and how they will be looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpaqueMaps {
     /// Texels per side of a map where there are meshes.
@@ -115,7 +115,7 @@ push_struct! {
     }
 }
 
-/// What draws them.
+/// Draws them.
 enum Drawn {
     Raster(Kernel<MapPush>),
     Compute(OpaqueCompute),

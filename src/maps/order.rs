@@ -44,7 +44,7 @@ const ROUNDS: u32 = 4;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ItemData {
-    /// What is sorted by.
+    /// The sort key.
     pub key: u32,
     /// The caster's index.
     pub index: u32,
@@ -113,7 +113,7 @@ impl Order {
         }
     }
 
-    /// What is needed only while it sorts.
+    /// Buffers that are needed only while it sorts.
     pub fn bytes(&self) -> u64 {
         self.sorted.bytes() + self.items.bytes() + self.counts.bytes()
     }

@@ -14,7 +14,7 @@ use crate::{Error, Result};
 /// Most targets that sums are drawn to, of four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
 const MOST_TARGETS: u32 = 8;
 
-/// What makes them. The constants that they are made with say what SUM_RANGE is.
+/// Makes them. The constants that they are made with say what SUM_RANGE is.
 pub struct SumKernels<'a> {
     /// Labels of the binned pass, of the one that draws, of the one that keeps what was drawn, and of those that make levels of detail.
     pub labels: [&'static str; 4],
@@ -36,10 +36,10 @@ pub struct SumKernels<'a> {
 
 /// The texels' words, map after map, and the way to them.
 pub struct Sums {
-    /// What look-ups fetch.
+    /// Bindings of look-ups.
     pub words: Buffer,
     way: Way,
-    /// What makes coarser levels behind them.
+    /// Makes coarser levels behind them.
     levels: Option<Levels>,
 }
 

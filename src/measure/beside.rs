@@ -79,7 +79,7 @@ pub struct Beside {
     pub columns: Vec<Column>,
     /// Scene after scene.
     pub lines: Vec<Line>,
-    /// What is compared.
+    /// The values to compare.
     pub times: Times,
 }
 
@@ -149,7 +149,7 @@ impl Beside {
         (0..self.lines.len()).filter(move |&line| self.lines[line].rows.iter().flatten().count() >= least)
     }
 
-    /// What is compared of a row.
+    /// A row's values to compare.
     pub fn time(&self, row: &Row) -> Option<Timing> {
         match self.times {
             Times::Frame => frame(row),

@@ -26,7 +26,7 @@ impl Default for Margins {
     }
 }
 
-/// What became of a figure.
+/// How a figure has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// By less than the margin, or than the noise.
@@ -48,7 +48,7 @@ pub struct Figure {
     pub before: f64,
     /// The same.
     pub now: f64,
-    /// What became of it.
+    /// How it has changed.
     pub verdict: Verdict,
 }
 
@@ -76,14 +76,14 @@ pub enum Change<'a> {
     Both {
         /// The row of now.
         now: &'a Row,
-        /// What both have measured.
+        /// Rows that both have measured.
         figures: Vec<Figure>,
     },
     /// Measured before, and refused or failed now; or the other way round.
     Status {
-        /// What it was.
+        /// The earlier value.
         before: &'a Row,
-        /// What it is.
+        /// The value now.
         now: &'a Row,
     },
     /// It was not there before.

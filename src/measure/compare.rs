@@ -73,7 +73,7 @@ impl Effort {
 pub struct Case<'a> {
     pub(super) context: &'a Context,
     pub(super) frames: Frames<'a>,
-    /// What moves the world on the device, where something does.
+    /// Moves the world on the device, where something does.
     pub(super) simulation: Option<Simulation>,
     truths: &'a [Truth<'a>],
     pub(super) world: World,

@@ -82,9 +82,9 @@ impl PointError {
 /// Answers at points, with the truth there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
-    /// What a technique says.
+    /// A technique's answer.
     pub approximate: Vec<f32>,
-    /// What is.
+    /// The truth.
     pub truth: Vec<f64>,
     /// Whether each point is nearer to an opaque shadow's edge than the technique resolves; empty where nothing opaque casts.
     pub within: Vec<bool>,

@@ -36,7 +36,7 @@ pub struct FootprintError {
     pub bias: f64,
 }
 
-/// What areas about some points see.
+/// Means of the truth over areas about some points.
 pub(crate) struct Footprints {
     /// One list per light.
     pub points: Vec<Points>,

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 /// (depth in the range of the light's map, transmittance), in order of depth.
 pub type RayPoints = Vec<(f64, f64)>;
 
-/// What one technique says.
+/// One technique's curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayLine {
     /// Its answers at [`LightRay::truth`]'s depths.
@@ -101,7 +101,7 @@ impl LightRay {
         Ok(Self { view, segments, truth, lines })
     }
 
-    /// What a plot of it is called.
+    /// The title of its plot.
     pub fn title(&self, scene: &str, [x, y]: [u32; 2]) -> String {
         format!("{scene}, texel {x},{y}: {} segments", self.segments)
     }

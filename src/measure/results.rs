@@ -29,7 +29,7 @@ pub struct Results {
     /// Which part of the run's rows this is. Absent where it is all. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// What it ran on.
+    /// The device and driver that it ran on.
     pub device: DeviceFacts,
     /// One per scene and variant, in the order they were measured.
     pub rows: Vec<Row>,

@@ -12,7 +12,7 @@ pub struct Standing {
     pub opened: Vec<Opened>,
     /// Spec and path of each.
     pub names: Vec<String>,
-    /// What they were built for.
+    /// The scene that they were built for.
     _world: World,
 }
 

@@ -17,7 +17,7 @@ const STEADY_CLOCK: f64 = 0.9;
 /// The part of the processors that others may use before it is seen in times.
 const QUIET: f64 = 0.25;
 
-/// What was seen while builds were timed.
+/// Observations while builds were timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Steadiness {
     /// 95th over 5th percentile of a build's device time, of its host time where there is no other.
@@ -38,7 +38,7 @@ impl Steadiness {
         Self { spread: timing.filter(|t| t.samples > 1 && t.p05 > 0.0).map(|t| t.p95 / t.p05), ..self }
     }
 
-    /// What speaks against the times, in few words; nothing where they are steady.
+    /// Why the times may not be trusted, in few words; nothing where they are steady.
     pub fn warnings(&self) -> Vec<String> {
         let low_clock = self.clock_mhz.zip(self.highest_mhz).filter(|([low, _], most)| *low < STEADY_CLOCK * most);
         [

@@ -19,7 +19,7 @@ const FIRST_SCHEMA: u32 = 3;
 pub struct Submission {
     /// [`SUBMISSION`].
     pub submission: u32,
-    /// What the program was built from; `unknown` outside git.
+    /// The commit that the program was built from; `unknown` outside git.
     pub commit: String,
     /// Whether a source differed from that commit.
     pub changed: bool,

@@ -91,7 +91,7 @@ impl Ran {
         build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
     }
 
-    /// What is no build.
+    /// Passes that do not belong to a build.
     fn passes(run: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Self> {
         let began = Instant::now();
         run().map(|passes| Self { began, host_ns: began.elapsed().as_nanos() as f64, passes })
@@ -133,7 +133,7 @@ impl Case<'_> {
         shading: Shading,
     ) -> Result<Timed> {
         let first = self.time_builds_once(technique, lifetime, shading)?;
-        // What takes long has few samples, and would take as long again. A software device's times are for ratios.
+        // Slow builds have few samples, and more would take as long again. A software device's times are for ratios.
         let long = first.host_ns().iter().sum::<f64>() > AGAIN_BUDGET.as_nanos() as f64;
         if first.steadiness.warnings().is_empty() || long || self.context.features().is_software() {
             return Ok(first);

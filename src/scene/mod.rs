@@ -150,7 +150,7 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
-    /// What moves by itself.
+    /// How it moves by itself.
     pub motion: Motion,
     /// Extinction of red, green and blue light, each a multiple of the casters' own: finite, ≥ 0, not all 0. A color's transmittance is the
     /// casters' to the power of its number. Meshes end all light alike.

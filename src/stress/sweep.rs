@@ -7,7 +7,7 @@ use crate::scene::{BUILT_IN, Motion, Scene, known};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// What moves by itself in a scene that is given stands still at this time, seconds.
+/// A scene that is given, and moves by itself, is taken as it is at this time, seconds.
 const TIME_S: f64 = 20.0;
 
 /// A number that is swept.

@@ -69,7 +69,7 @@ settings! {
         /// What a voxel knows of how its strands run.
         direction: Direction = Setting::word(
             "none", "whether voxels keep the direction of their strands, which take less light along it; 24 bytes per voxel");
-        /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }

@@ -59,7 +59,7 @@ settings! {
         size: u32 = SIZE;
         /// What a texel of it is kept in.
         storage: Storage = Setting::word("r16f", "8 bits per texel of the light's buffer, half floats (as published), or 4 bytes");
-        /// What draws the meshes as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
     every {

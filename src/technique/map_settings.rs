@@ -13,7 +13,8 @@ macro_rules! __map_settings {
                 filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
                 /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
                 radius: u32 = $crate::technique::settings::RADIUS;
-                /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+                /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer
+                /// elsewhere.
                 opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
             }
             every {

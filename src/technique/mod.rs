@@ -132,8 +132,8 @@ pub trait Technique {
     /// How to ask it.
     fn answer(&self) -> Answer<'_>;
 
-    /// What paints the casters of a picture, for a technique that has no answer for a point among them: what it answers then is right
-    /// behind all of them alone, as surfaces ask. By default none.
+    /// The painter of a picture's casters, for a technique that cannot answer for a point among them: its look-up is right only behind all
+    /// of them, which is where surfaces ask. By default none.
     fn painter(&self) -> Option<&Rc<Painter>> {
         None
     }

@@ -54,7 +54,7 @@ settings! {
         bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: look-ups read the last whole one");
         /// Builds that bake all of it, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
         frames: u32 = Setting::one_of("8", &["2", "4", "8", "16"], "builds that all of it takes, with bake=round-robin");
-        /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }

@@ -42,7 +42,7 @@ pub struct Painter {
     pub sorted: Bindings,
 }
 
-/// What makes one.
+/// Makes one.
 pub(super) struct PainterKernels<'a> {
     pub name: &'static str,
     pub slices: u32,

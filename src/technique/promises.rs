@@ -54,6 +54,6 @@ impl Promises {
     /// What stands in maps and knows no depth promises this: before all smoke it is as wrong as behind, and changes by as much in a step.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
-    /// What asks for opaque things on the way promises this.
+    /// Promises of techniques that test opaque casters on the way.
     pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
 }

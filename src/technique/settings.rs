@@ -292,7 +292,7 @@ settings! {
         filter: FilterKind = FILTER;
         /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
         radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }

@@ -77,7 +77,7 @@ settings! {
         bias: u32 = Setting::number("15", 7, 1000, "offset along a surface's normal, hundredths of the filter's side");
         /// Maps of a directional light, each a half as wide as the one before, in front of the camera, 1 to 4.
         cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
-        /// What draws the maps; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
+        /// How the maps are drawn; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }

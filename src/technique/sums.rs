@@ -61,7 +61,7 @@ pub fn promises(path: &str) -> Promises {
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
 }
 
-/// What makes the sums of the technique whose shaders have that name: so many of so many words, and levels of detail.
+/// Makes the sums of the technique whose shaders have that name: so many of so many words, and levels of detail.
 macro_rules! sum_kernels {
     ($name:ident, $sums:expr, $words:expr, $levels:expr) => {
         $crate::maps::SumKernels {

@@ -71,7 +71,7 @@ impl Lit {
         })
     }
 
-    /// What draws it.
+    /// Draws it.
     pub fn renderer(&self) -> &Renderer {
         &self.pictures.renderer
     }

@@ -42,7 +42,7 @@ pub struct Shown {
     pub blue_first: bool,
 }
 
-/// What makes the bytes of one pair of pictures.
+/// Makes the bytes of one pair of pictures.
 pub struct Present {
     kernel: Kernel<PresentPush>,
     size: [u32; 2],

@@ -73,7 +73,7 @@ pub struct World {
     filled: Filled,
 }
 
-/// What fills a world.
+/// Where a world's casters and lights come from.
 enum Filled {
     Scene(Box<Staged>),
     Theirs(Box<Theirs>),
@@ -89,7 +89,7 @@ struct Staged {
 }
 
 impl World {
-    /// What it is called in errors: its scene's name.
+    /// Its name in errors: its scene's.
     pub fn name(&self) -> &str {
         &self.name
     }

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// What moving the world took.
+/// Times of moving the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
     /// Device time of the pass `world.move`, where the device has timestamps.
@@ -205,7 +205,7 @@ impl World {
     }
 }
 
-/// What has changed, on its way to the device.
+/// Changed data on its way to the device.
 struct Copies<'a> {
     world: &'a World,
     scene: &'a Scene,
@@ -244,7 +244,7 @@ struct Changed {
 }
 
 impl Changed {
-    /// What differs between a scene and the device.
+    /// Differences between a scene and the device.
     fn of(staged: &Staged, scene: &Scene, has_strands: bool) -> Self {
         let Staged { scene: was, written, mixed } = staged;
         let particles =
@@ -263,7 +263,7 @@ impl Changed {
         Self {
             casters,
             meshes: *mixed || scene.meshes != was.meshes,
-            // What simulates them decides where views begin.
+            // The simulation's constants decide where views begin.
             particles: *mixed || *written || particles || scene.motion != was.motion,
             strands: *mixed || *written && has_strands || others,
             lights: *mixed || scene.lights != was.lights,

@@ -8,7 +8,7 @@ use crate::scene::{Camera, Caster, Kinds, Volume};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
-/// What a world has room for. Techniques are opened for it.
+/// A world's capacities. Techniques are opened for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capacity {
     /// Spheres of smoke.
@@ -43,7 +43,7 @@ impl Capacity {
     }
 }
 
-/// What fills a world from the caller's buffers.
+/// Fills a world from the caller's buffers.
 pub(super) struct Theirs {
     pub capacity: Capacity,
     pub gather: Gather,

@@ -14,7 +14,7 @@
 
 layout(local_size_x = 16, local_size_y = 8) in;
 
-// What each pixel found stands for all lights, and not for its part.
+// Each pixel's value stands for all lights, and not for its part.
 CONSTANT(bool, WHOLE, false)
 
 PICTURE_LIGHTS

@@ -57,7 +57,7 @@ struct Seen {
     bool is_closed;
 };
 
-// What a surface turns of a light that nothing keeps from it, as luminance.
+// Light that a surface reflects from an unshadowed light, as luminance.
 float target(uint light, Seen at) {
     return dot(light_on_surface(lights[light], at.position, at.normal, vec3(1.0)), vec3(0.2126, 0.7152, 0.0722));
 }

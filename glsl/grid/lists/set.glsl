@@ -4,7 +4,7 @@
 #include "grid/build.glsl"
 #include "grid/lists/place.glsl"
 
-// What there was of all. Twin: grid::ListTotals.
+// Totals over all lists. Twin: grid::ListTotals.
 struct ListTotals {
     uint pairs;       // of a triangle and a voxel that it meets
     uint voxels;      // that any meets, and one more, which stands for all
@@ -14,7 +14,7 @@ struct ListTotals {
 #ifndef LISTS_ACCESS
 #define LISTS_ACCESS
 #endif
-// What writes them says so.
+// A shader that writes them says so.
 #ifndef PAIRS_ACCESS
 #define PAIRS_ACCESS readonly
 #endif

@@ -75,7 +75,7 @@ void main() {
     memoryBarrierBuffer();
     barrier();
     if (is_used) {
-        // What is listed for all voxels may be nothing.
+        // The list that all voxels share may be empty.
         lists[start + 1u] = begin < end ? box_of_list(begin, end) : 0u;
     }
 }

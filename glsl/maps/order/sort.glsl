@@ -14,7 +14,7 @@ struct Item {
 layout(set = 0, binding = 0, scalar) buffer Items { Item items[]; };
 // How many items each block of each map has per digit; then where the first of them goes.
 layout(set = 0, binding = 1, scalar) buffer Counts { uint counts[]; };
-// What is left in the end: the indices alone.
+// The result: the indices alone.
 layout(set = 0, binding = 2, scalar) buffer Sorted { uint sorted[]; };
 
 layout(push_constant, scalar) uniform SortPush {

@@ -26,7 +26,7 @@ vec2 kept_range(uint first) {
     return range;
 }
 
-// What is left of the light at a depth of the texel whose first word is that.
+// Transmittance up to a depth of the texel whose first word is that.
 float words_transmittance(uint first, float depth) {
     return kept_transmittance(first + range_words(), range_place(kept_range(first), depth));
 }

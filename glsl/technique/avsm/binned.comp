@@ -19,7 +19,7 @@ layout(local_size_x = TILE_THREADS) in;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// What the workgroup builds.
+// The workgroup's task.
 TilePart tile;
 
 #include "maps/curve/store.glsl"

@@ -1,4 +1,4 @@
-// What a texel keeps, in half floats: 1 - front in red, back in green, the greatest optical depth in alpha. The mean extinction is the
+// The content of a texel, in half floats: 1 - front in red, back in green, the greatest optical depth in alpha. The mean extinction is the
 // greatest optical depth over back - front. Red and green can be blended by maximum, and all are 0 without casters. With a weighted front,
 // front and back are moved deeper by the same distance, which keeps the extinction. Twin: reference::twin::beer_shadow_map.
 #ifndef TECHNIQUE_BEER_SHADOW_MAP_TEXEL_GLSL

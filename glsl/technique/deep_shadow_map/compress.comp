@@ -123,7 +123,7 @@ void sweep(uint index, float total, float dark) {
         if (other > here) {
             rate = wide_plus(rate, wide_of(takes / float(other - here)));
         } else if (other < here) {
-            // What was rounded on the way is made up for.
+            // The rounding so far is corrected.
             uint extent = here - other;
             uvec2 its = wide_of(takes / float(extent));
             rate = wide_minus(rate, its);

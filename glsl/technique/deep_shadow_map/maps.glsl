@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform DeepPush {
     uint is_written;     // 1: nodes are written, 0: counted
 };
 
-// What is known of all maps' nodes.
+// Totals over all maps' nodes.
 struct DeepState {
     uint nodes;    // of the groups so far
     uint covered;  // texels that have some

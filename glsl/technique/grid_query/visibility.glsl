@@ -48,7 +48,7 @@ float light_visibility(uint light, vec3 position) {
     look_up_meshes = 1.0;
     Light l = visibility_lights[light];
     vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
-    // What is no number has no voxel.
+    // NaN has no voxel.
     if (!(all(lessThan(abs(from), vec3(1e7))))) {
         return 1.0;
     }

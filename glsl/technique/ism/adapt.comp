@@ -45,7 +45,7 @@ const uint RATES = 97u;
 
 // The least weight of a slanted cluster, of its weight if it faced the light.
 const float LEAST_FACING = 0.25;
-// What the farthest cluster from the eye counts for, of the nearest.
+// The weight of the farthest cluster from the eye, of the nearest one's.
 const float LEAST_NEAR = 0.25;
 
 // A cluster's rank, by its weight for a light.
@@ -123,7 +123,7 @@ void main() {
     }
     barrier();
     uint rate = best;
-    // What is left goes to the ranks that are worth most.
+    // The remaining points go to the highest ranks.
     if (rate + 1u < RATES && thread > 0u && total_of(rate, thread) <= points) {
         atomicMin(first_more, thread);
     }

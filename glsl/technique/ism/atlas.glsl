@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform AtlasPush {
     uint points;  // that each light takes
 };
 
-// What only reads says so first (`readonly`): a device need not let vertices write.
+// A shader that only reads defines it first (`readonly`): a device need not let vertices write.
 #ifndef ATLAS_ACCESS
 #define ATLAS_ACCESS
 #endif

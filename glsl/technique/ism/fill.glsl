@@ -16,7 +16,7 @@ void level_set(uint level, ivec2 texel, float distance) {
     texel_set(texel_index(level, texel), floatBitsToUint(distance));
 }
 
-// What a texel of the level is wide at a distance of 1, world units.
+// Width of a texel of the level at a distance of 1, world units.
 float texel_wide(uint level, ivec2 texel) {
     vec2 place = texel_place(level, texel);
     precise float wide = 4.0 / ((1.0 + (place.x * place.x + place.y * place.y)) * float(level_side(level)));

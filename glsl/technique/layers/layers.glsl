@@ -1,4 +1,4 @@
-// What a texel keeps: its range (maps/sums/range.glsl), then PLANES optical depths, each from the light to the end of a layer; the last
+// The content of a texel: its range (maps/sums/range.glsl), then PLANES optical depths, each from the light to the end of a layer; the last
 // layer ends with the range, and points behind get its sum. Twin: reference::twin::layers.
 #ifndef TECHNIQUE_LAYERS_LAYERS_GLSL
 #define TECHNIQUE_LAYERS_LAYERS_GLSL

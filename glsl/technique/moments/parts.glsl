@@ -1,4 +1,4 @@
-// What a segment adds to a texel's sums: its optical depth, then that times the mean of each function along it, exactly. Twin:
+// A segment's contribution to a texel's sums: its optical depth, then that times the mean of each function along it, exactly. Twin:
 // reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_PARTS_GLSL
 #define TECHNIQUE_MOMENTS_PARTS_GLSL

@@ -7,7 +7,7 @@
 // By how much the moments are drawn to those of an even distribution, so that rounding leaves them moments of something.
 const float BIAS = MOMENTS == 8u || SUM_STORAGE != STORAGE_F32 ? 3e-4 : 3e-5;
 
-// What takes less light is spread evenly: its moments are mostly rounding.
+// A smaller optical depth is spread evenly: its moments are mostly rounding.
 const float THIN = 2e-3;
 
 uint texel_words() { return range_words() + moment_words(); }

@@ -8,7 +8,7 @@ const uint MOST_ROOTS = 4u;
 // Laguerre's steps to a root.
 const uint ROUNDS = 5u;
 
-// What is nearer to 0 is taken for it.
+// Values nearer to 0 count as 0.
 const float LEAST_ROOT = 1e-6;
 
 // The largest root of u^n + all[0] u^(n-1) + … where none is farther from 0 than 1: Laguerre's method from above, which never passes it.

@@ -20,7 +20,7 @@ const float SAME = 1e-6;
 const uint MOST = MOST_ROOTS + 1u;
 const uint MOST_MEANS = 2u * MOST_ROOTS + 1u;
 
-// What function i of half the order on the circle has: twice its order, and whether it is a sine.
+// Function i of half the order on the circle: twice its order, and whether it is a sine.
 uvec2 half_function(uint i) {
     return DEGREE % 2u == 1u ? uvec2(1u + 2u * (i / 2u), i % 2u)
                              : uvec2(2u * ((i + 1u) / 2u), i > 0u && i % 2u == 0u ? 1u : 0u);

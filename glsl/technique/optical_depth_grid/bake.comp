@@ -27,7 +27,7 @@ CONSTANT(uint, CELLS, 64u)
 // Threads that share a cell's way through the grid, each an equal part: 1, 2, 4 or 8.
 CONSTANT(uint, WAY_PARTS, 1u)
 
-// What each thread's part has taken.
+// The optical depth of each thread's part.
 shared float taken[64];
 
 // Voxels take the same in each direction.

@@ -40,7 +40,7 @@ float gradient_noise(uvec2 texel) {
 
 uint depth_bits(float depth) { return floatBitsToUint(abs(max(depth, 0.0))); }
 
-// What a pass does with a sample that ends at a depth: it defines it.
+// Called for a sample that ends at a depth: each pass defines it.
 void keep_sample(uint place, uint bits);
 
 // Each sample flies on by itself. The rays of a texel are laid end to end: a flight that leaves one ray goes on in the next, which is

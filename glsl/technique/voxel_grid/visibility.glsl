@@ -59,10 +59,10 @@ CONSTANT(bool, MEDIA, false)
 CONSTANT(bool, CONE, false)
 // How much its radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
-// What a receiver is moved by along its ray, once it is off its surface, in cells.
+// How far a receiver is moved along its ray, once it is off its surface, in cells.
 CONSTANT(float, BIAS, 2.0)
 
-// What a receiver is moved by more than its cells reach, in cells.
+// How far a receiver is moved beyond the reach of its cells, in cells.
 const float RECEIVER_MARGIN = 1e-3;
 
 // A cell's side, world units.
@@ -76,7 +76,7 @@ vec3 off_the_surface(vec3 position, vec3 normal) {
     return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));
 }
 
-// What a receiver is moved by along a way, as a share of it.
+// How far a receiver is moved along a way, as a share of it.
 float share_along(vec3 way) { return min(1.0, BIAS * cell_side() / max(length(way), 1e-30)); }
 
 // Where a ray to a light ends. A virtual light stands on a surface, and is asked for off it as receivers are.
@@ -111,7 +111,7 @@ float light_visibility(uint light, vec3 position) {
     look_up_meshes = 1.0;
     Light l = visibility_lights[light];
     vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
-    // What is no number has no voxel.
+    // NaN has no voxel.
     if (!(all(lessThan(abs(from), vec3(1e7))))) {
         return 1.0;
     }

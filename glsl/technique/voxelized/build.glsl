@@ -110,7 +110,7 @@ uint node_words() { return level == 0u ? LEAF_WORDS : NODE_WORDS; }
 // Voxels per side of a node of that level; for a leaf, its thickness.
 uint level_side(uint of_level) { return 4u << of_level; }
 
-// What stands before value i, after a scan of all.
+// The sum before value i, after a scan of all.
 uint before(uint i) { return values[i] + sums[i / SCANNED]; }
 
 // Children that a mask says there are.

@@ -199,7 +199,7 @@ void main() {
         // so on; each where its z has the most trailing zeros, so that blocks meet at the same ones.
         bool placed = false;
         for (uint turn = 0u; turn < 64u; ++turn) {
-            // What the turn before has read is not read any more.
+            // The values of the turn before are no longer read.
             uint now = turn & 1u;
             if (!placed) {
                 atomicMin(first_exit[now], range.y);

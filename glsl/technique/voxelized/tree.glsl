@@ -4,7 +4,7 @@
 #define TECHNIQUE_VOXELIZED_TREE_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// What a child is, two bits of its parent's mask.
+// The kind of a child, two bits of its parent's mask.
 const uint LIT = 1u;
 const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;

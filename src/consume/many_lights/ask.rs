@@ -15,7 +15,7 @@ const MOST_JOBS_BYTES: u64 = 128 << 20;
 /// Jobs that there is room for, a pixel, over all of the picture: what a list is too short for is asked at once.
 const JOBS_A_PIXEL: u64 = 32;
 
-/// What asks one technique.
+/// Asks one technique.
 pub enum Asking {
     /// `shadows=direct`
     Direct(Kernel<ManyLightsPush>),

@@ -46,7 +46,7 @@ push_struct! {
     }
 }
 
-/// What the renderer draws from and to.
+/// Buffers and images that the renderer draws from and to.
 pub(super) struct Targets<'a> {
     pub context: &'a Context,
     pub lights: &'a Buffer,
@@ -88,9 +88,9 @@ struct History {
 /// From one frame to the next.
 #[derive(Default)]
 struct Kept {
-    /// What the frame before was seen with; none where there was none.
+    /// The camera of the frame before; none at first.
     before: Option<View>,
-    /// What is on the device.
+    /// Its resources on the device.
     written: Option<[FrameData; 2]>,
     is_odd: bool,
     /// Whose answers the bits are.
@@ -193,7 +193,7 @@ impl ManyLights {
         buffers.map(Buffer::bytes).sum::<u64>() + self.queue.as_ref().map_or(0, Queue::bytes)
     }
 
-    /// What asks a technique. What was kept of another's answers is forgotten.
+    /// Asks a technique. What was kept of another's answers is forgotten.
     pub(super) fn asking(&self, answer: &Answer) -> Result<Asking> {
         let asked = (answer.folder, answer.constants.clone());
         let mut kept = self.kept.borrow_mut();
@@ -286,7 +286,7 @@ impl History {
     }
 }
 
-/// What the last frame left on the device, to compare with its twin.
+/// The last frame's buffers, read back to compare with their twin.
 pub struct TilesSeen {
     /// Words of lights that reach each tile, tiles row by row.
     pub masks: Vec<u32>,

@@ -33,7 +33,7 @@ fn side_bits(maps: u32) -> u32 {
     (LEAST_SIDE_BITS..=MOST_SIDE_BITS).rev().find(fits).unwrap_or(LEAST_SIDE_BITS)
 }
 
-/// What virtual lights are made from, and they themselves, on the device.
+/// Virtual lights on the device, with the maps that they are made from.
 pub struct Vpls {
     context: Context,
     count: u32,
@@ -150,7 +150,7 @@ pub fn light_of(data: &LightData) -> Light {
     Light { kind, radiance: data.radiance, radius: f64::INFINITY }
 }
 
-/// What the passes left on the device, to compare with its twin.
+/// The passes' buffers, read back to compare with their twin.
 pub struct VplsSeen {
     /// As the lights' views were fitted.
     pub maps: Vec<Map>,

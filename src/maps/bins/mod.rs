@@ -110,7 +110,7 @@ struct Lists {
     fullest_first: bool,
     /// Workgroups per tile or block with casters.
     parts_a_block: u32,
-    /// What `totals` held after the last build.
+    /// The totals of the last build.
     last: Option<BinTotals>,
 }
 

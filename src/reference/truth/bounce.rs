@@ -67,7 +67,7 @@ fn from_side(casters: &Casters, scene: &Scene, position: DVec3, normal: DVec3, r
     met.sum::<DVec3>() / f64::from(samples)
 }
 
-/// What a surface turns of the lights, back on the side that a ray along `direction` sees.
+/// The light that a surface reflects from the lights, on the side that a ray along `direction` sees.
 fn leaving(casters: &Casters, scene: &Scene, position: DVec3, direction: DVec3, hit: &Hit) -> DVec3 {
     let normal = if hit.normal.dot(direction) > 0.0 { -hit.normal } else { hit.normal };
     let light = light(casters, scene, position, |_| 0.0, |towards| normal.dot(towards).max(0.0));

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// Farther off, in deviations, it takes less than exp(−12.5) of its greatest optical depth: 4e-6.
 pub(super) const TRUE_REACH: f64 = 5.0;
 
-/// What a ray has of one.
+/// One along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Along {
     /// z of the point that is least far from its middle, in deviations.

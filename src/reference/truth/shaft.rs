@@ -242,7 +242,7 @@ impl Flat {
         other.area.is_normal() && self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
     }
 
-    /// What is left of it without another: convex pieces.
+    /// It less another polygon: convex pieces.
     fn without(self, other: &Self) -> Vec<Self> {
         let (mut inside, mut pieces) = (self.corners.clone(), Vec::new());
         for (i, from) in other.corners.iter().enumerate() {

@@ -152,7 +152,7 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
 /// What a caster takes of each cell of a texel, and its optical depth where that is most; none where it takes of all alike.
 pub type Taken = Option<([f32; AREA_CELLS], f32)>;
 
-/// What area_seen knows of one caster.
+/// The values that area_seen has for one caster.
 pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Taken {
     let (view, caster) = about_origin(view, caster);
     if caster.is_strand() {
@@ -164,7 +164,7 @@ pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> 
     Some((depths.map(share_taken), depths.into_iter().fold(0.0, f32::max)))
 }
 
-/// What is left of the light in each cell of a texel. Twin: cell_light.
+/// Transmittance of each cell of a texel. Twin: cell_light.
 pub struct CellLight([f32; AREA_CELLS]);
 
 impl CellLight {

@@ -4,7 +4,7 @@ use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// What a texel keeps. Twin: glsl/technique/beer_shadow_map/texel.glsl.
+/// The content of a texel. Twin: glsl/technique/beer_shadow_map/texel.glsl.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
     /// 1 − depth of the nearest entry; 0 where nothing is.
@@ -79,7 +79,7 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     Texel { one_minus_front: plain.one_minus_front - deeper, back: plain.back + deeper, ..plain }
 }
 
-/// What the optical depth of light that is gone is taken for, in levels of detail.
+/// The optical depth that stands for no light, in levels of detail.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Mean transmittance along an even medium that takes so much. Twin: even_mean.

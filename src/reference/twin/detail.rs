@@ -17,7 +17,7 @@ const SCALES: [i32; 2] = [-760, 240];
 /// Levels from which on a tile is finer: 80 log2(1.5), 80 log2(2.5), …
 const LEVELS: [i32; 7] = [47, 106, 145, 174, 197, 217, 233];
 
-/// What is known of a tile. Twin: Survey.
+/// The survey of a tile. Twin: Survey.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tile {
     /// Bit 4 y + x: a caster meets cell (x, y).

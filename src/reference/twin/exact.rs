@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-/// What is nearer to 0 or farther from it is taken for this.
+/// Values nearer to 0 or farther from it are clamped to this.
 const LEAST: f32 = 1e-36;
 /// Likewise.
 const MOST: f32 = 1e36;

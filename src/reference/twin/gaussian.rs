@@ -73,7 +73,7 @@ pub fn turned(view: &View, caster: &Caster) -> Caster {
     Caster { axis, ..*caster }
 }
 
-/// What a ray has of one. Twin: GaussianRay.
+/// One along a ray. Twin: GaussianRay.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongRay {
     /// z.

@@ -3,7 +3,7 @@
 use crate::scene::View;
 use glam::{Vec2, Vec3};
 
-/// What a pixel sees.
+/// A pixel's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Unit length; outwards where there is an outside.

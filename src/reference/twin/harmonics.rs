@@ -37,7 +37,7 @@ pub fn harmonics(entry: f32, exit: f32) -> impl Iterator<Item = [f32; 2]> {
     })
 }
 
-/// What is shorter is a step. Twin: LEAST_LENGTH.
+/// A shorter segment is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
     ((texel >> (2 * side_bits)) as usize, [texel & within, texel >> side_bits & within])
 }
 
-/// What a unit of flux is, where `greatest` is the greatest flux.
+/// A unit of flux, where `greatest` is the greatest flux.
 pub fn unit(greatest: f32) -> f32 {
     f32::from_bits(((greatest.to_bits() >> 23).max(LEAST_EXPONENT) - 22) << 23)
 }

@@ -9,7 +9,7 @@ pub fn end(range: Range, count: usize, k: usize) -> f32 {
     if range == Range::Front { (k * (k + 1)) as f32 / (of * (of + 1.0)) } else { k as f32 / of }
 }
 
-/// What a segment between two places adds to each layer's sum. Twin: segment_parts.
+/// A segment's contribution, between two places, to each layer's sum. Twin: segment_parts.
 pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let steepness = if to > from { 1.0 / (to - from) } else { 0.0 };
     std::array::from_fn(|k| match end(range, N, k + 1) {
@@ -18,7 +18,7 @@ pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: 
     })
 }
 
-/// What a texel keeps.
+/// The content of a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel<const N: usize> {
     /// Which depths its range is of.

@@ -185,7 +185,7 @@ fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     })
 }
 
-/// What a grid's voxels take.
+/// Extinction in a grid's voxels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Media {
     /// Optical depths of ways of one voxel's length, brick by brick, modulo 32 bits.

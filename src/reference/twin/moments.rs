@@ -18,7 +18,7 @@ const ARC: f32 = 0.65;
 /// Two places whose directions differ by less, squared, are one. Twin: SAME.
 const SAME: f32 = 1e-6;
 
-/// What takes less light is spread evenly: its moments are mostly rounding. Twin: THIN.
+/// A smaller optical depth is spread evenly: its moments are mostly rounding. Twin: THIN.
 const THIN: f32 = 2e-3;
 
 /// By how much so many moments are drawn to those of an even distribution, so that rounding leaves them moments of something. Twin: BIAS.
@@ -29,8 +29,8 @@ pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
 /// The least pivot that is divided by. Twin: LEAST_PIVOT.
 const LEAST_PIVOT: f32 = 1e-5;
 
-/// What a segment between two places of the range adds to each sum: its optical depth, then that times the mean of each function. Twin:
-/// segment_parts.
+/// A segment's contribution, between two places of the range, to each sum: its optical depth, then that times the mean of each function.
+/// Twin: segment_parts.
 pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     match basis {

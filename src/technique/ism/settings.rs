@@ -52,7 +52,7 @@ settings! {
     /// Settings of imperfect shadow maps.
     #[derive(Copy)]
     pub struct Settings {
-        /// What splats the points; none: a workgroup per light where it has room for a map, else atomic operations.
+        /// How points are splatted; none: a workgroup per light where it has room for a map, else atomic operations.
         path: Option<Way> = Setting::auto(
             "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
         /// Texels per side of a light's map: 32, 64 or 128.

@@ -100,7 +100,7 @@ impl Host {
         Ok(host)
     }
 
-    /// What draws the panel.
+    /// Draws the panel.
     fn panel(&self) -> Result<Renderer<GpuAllocator>> {
         let allocator =
             self.device.allocator().ok_or_else(|| error("make", "the panel", "the device is being closed"))?;

@@ -68,7 +68,7 @@ impl Cells {
         self.sums[cell] as f32 * self.unit
     }
 
-    /// What nodes are fitted to.
+    /// The values that nodes are fitted to.
     pub(super) fn ends_of_cells(&self) -> Ends {
         Ends {
             low: self.low,

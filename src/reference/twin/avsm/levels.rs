@@ -3,7 +3,7 @@
 use super::curve::{Build, Curve};
 use super::node::Interpolation;
 
-/// What the optical depth of light that is gone is taken for.
+/// The optical depth that stands for no light.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// What one of the four below, (depth, value) of its nodes in use, lets through there. Twin: curve_at.

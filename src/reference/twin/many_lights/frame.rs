@@ -10,7 +10,7 @@ pub struct Frame {
     pub camera: View,
     /// The direction at the upper left corner.
     pub corner: [f32; 3],
-    /// What a pixel to the right adds to it.
+    /// Its change per pixel to the right.
     pub across: [f32; 3],
     /// And a pixel down.
     pub down: [f32; 3],
