@@ -175,7 +175,7 @@ pub use technique::requirements;
 mod tests {
     use crate::technique::{Lifetime, REGISTRY};
 
-    /// What the page above says of a technique is what the registry says.
+    /// The page above describes techniques as the registry does.
     #[test]
     fn the_first_page_is_right() {
         let mut said = 0;

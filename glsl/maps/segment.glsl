@@ -27,7 +27,8 @@ float segment_cut(View view, float ray_length, Caster caster, float dark, inout 
 // Through a texel's centre, as depths in the light's range. False where the ray misses the caster or leaves it before the
 // near plane.
 bool texel_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out float optical_depth) {
-    // About the view's origin: far from the world's, a ray's own would be rounded to what floats are apart there.
+    // Relative to the view's origin: far from the world's origin, a ray's origin would be rounded to the step of floats
+    // there.
     caster.position -= view.origin;
     View about = view;
     about.origin = vec3(0.0);

@@ -7,7 +7,7 @@
 #define WORLD_COLORS_GLSL
 #define TECHNIQUE_COLORS
 
-// Said by the look-up: what meshes leave of the light that was asked for last.
+// Set by each look-up: the visibility past meshes alone.
 float look_up_meshes = 1.0;
 
 // Visibility in one color, from the answer `visibility`. With extinction 0 only meshes take light, however dark the smoke is.

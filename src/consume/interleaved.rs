@@ -36,7 +36,7 @@ pub(super) struct Interleaved {
     pub(super) gather: Gather,
 }
 
-/// Averages what pixels found.
+/// Averages the light of neighbouring pixels.
 pub(super) struct Gather {
     size: [u32; 2],
     /// The light that each pixel reflects from the lights that it asked for, RGB.
@@ -66,7 +66,7 @@ impl Interleaved {
 }
 
 impl Gather {
-    /// With `shading` of that name. `whole`: what a pixel finds stands for all lights, and not for its part.
+    /// With `shading` of that name. `whole`: a pixel's light stands for all lights, and not for its part.
     pub(super) fn new(renderer: &Renderer, shading: &str, whole: bool) -> Result<Self> {
         let (context, size) = (&renderer.context, renderer.color.size());
         let what = format!("{} × {} pixels with shading={shading}", size[0], size[1]);
@@ -101,6 +101,6 @@ pub struct PartsSeen {
     pub normal: Vec<[f32; 4]>,
     /// Along the camera's axis, world units.
     pub z: Vec<f32>,
-    /// With `shading=reservoir`, what each keeps; else none.
+    /// With `shading=reservoir`, the light that each pixel keeps; else none.
     pub reservoirs: Vec<ReservoirData>,
 }

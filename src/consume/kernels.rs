@@ -50,7 +50,7 @@ pub(super) enum Casters {
 }
 
 impl Kernels {
-    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and what was kept is forgotten.
+    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and kept lights are forgotten.
     pub fn begin_at(&self, frame: u32) {
         if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
             reservoirs.begin_at(frame);

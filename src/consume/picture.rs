@@ -225,7 +225,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the meshes, and what `record` adds.
+    /// Draws the meshes, and then calls `record`.
     pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
         let times = self.context.try_submit(|commands| {
             self.meshes(commands, kernels)?;

@@ -107,7 +107,7 @@ impl Query {
         Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
     }
 
-    /// Asks `answer` for light of one color, of which all casters that are no meshes take `extinction` times what they take in general
+    /// Asks `answer` for light of one color, for which the extinction of all casters but meshes is multiplied by `extinction`
     /// ([`crate::scene::Scene::extinction_ratio`]).
     ///
     /// # Errors
@@ -149,7 +149,7 @@ impl Query {
         self.answers.read(self.points())
     }
 
-    /// Asks `answer` for all points and reads what it says.
+    /// Asks `answer` for all points and reads its answers.
     ///
     /// # Errors
     /// As [`Query::kernel`] and [`Query::query`].

@@ -87,7 +87,7 @@ impl Reservoirs {
         self.gather.estimates.bytes() + self.kept.iter().map(Buffer::bytes).sum::<u64>()
     }
 
-    /// Frames are counted from `frame` on, which draws other lights; what was kept is forgotten.
+    /// Frames are counted from `frame` on, which draws other lights; kept lights are forgotten.
     pub(super) fn begin_at(&self, frame: u32) {
         self.frame.set(frame);
         *self.seen.borrow_mut() = None;

@@ -27,7 +27,7 @@ words! {
         Tiled = "tiled",
         /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
         Interleaved = "interleaved",
-        /// Each pixel asks one light, drawn by what it would turn of it, and keeps it from frame to frame.
+        /// Each pixel asks one light, drawn by how much it would reflect of it, and keeps it from frame to frame.
         Reservoir = "reservoir",
     }
 }

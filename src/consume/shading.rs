@@ -12,8 +12,8 @@ pub enum Shading {
     Deferred,
     /// The same in tiles, each with the lights that reach it, from a bit per light that says whether it is shadowed.
     Tiled(Tiled),
-    /// Once per pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
-    /// that see the same surface.
+    /// Once per pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and their light is averaged over those that see
+    /// the same surface.
     Interleaved,
     /// Once per pixel, by one light, drawn by how much the pixel would reflect of it, from new lights and those it kept
     /// in the frames before.

@@ -108,7 +108,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Lays the sky behind what was drawn of the meshes.
+    /// Draws the sky behind the meshes.
     pub(super) fn backdrop(&self, commands: &mut Commands) {
         let Some(shown) = &self.shown else { return };
         commands.pass("consume.backdrop", |pass| {
@@ -127,7 +127,7 @@ pub struct Developed {
 }
 
 impl Developed {
-    /// For what `renderer` draws, whose picture has so many samples per pixel.
+    /// For pictures of `renderer`, with so many samples per pixel.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -154,7 +154,7 @@ impl Developed {
         &self.shown
     }
 
-    /// Develops what was drawn last, and reads it.
+    /// Develops the last picture, and reads it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.

@@ -13,7 +13,7 @@ pub(super) struct Sliced {
     painter: Rc<Painter>,
     /// Slices from far to near, over the picture.
     over: Kernel,
-    /// Slices from near to far, behind what is in `seen`.
+    /// Slices from near to far are blended behind the picture in `seen`.
     under: Kernel,
     /// The camera's picture of the casters alone.
     seen: Image,

@@ -28,8 +28,8 @@ impl StepsKernel {
 }
 
 impl Renderer {
-    /// How many steps the look-ups of all lights take together at what each pixel shows of the meshes, rows from the top; none
-    /// where it shows nothing of them. A step is what the technique counts as one.
+    /// How many steps the look-ups of all lights take together on the surface that each pixel sees, rows from the top; none where it sees
+    /// no mesh. What counts as a step is the technique's choice.
     ///
     /// # Errors
     /// As [`Renderer::steps_kernel`]; [`Error::Refused`] on an adopted device: it is read at once.

@@ -186,7 +186,7 @@ impl Renderer {
         Ok(Some(VolumeKernel(channels.collect::<Result<_>>()?)))
     }
 
-    /// Draws all that is blended into a channel, or into all of them as the first, casters by what is given for their places in the order.
+    /// Draws casters and volumes into a channel, or into all of them at once, casters by the given places in the order.
     pub(super) fn draw_blended<'a>(
         &self,
         draw: &mut Draw<'_, '_, 'a>,
@@ -213,7 +213,8 @@ mod tests {
     use crate::scene::{Field, Placed};
     use std::sync::Arc;
 
-    /// Each block is found from its hash on without a gap, with the samples that the field has there; the second field's behind the first's.
+    /// Each block is found by linear probing from its hash on, with the field's samples; the second field's blocks stand behind the
+    /// first's.
     #[test]
     fn blocks_are_found() {
         let samples = (0..400).map(|i: i32| ([i * 37 % 211 - 100, i * 53 % 97, i * 71 % 131 - 7], 1.0 + i as f32));

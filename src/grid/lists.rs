@@ -36,7 +36,7 @@ impl ListTotals {
     }
 }
 
-/// What is listed, and what its passes are called: that which clears, notes, numbers, fills, finds starts, ranks and sorts.
+/// The kind of lists, and the names of its passes: clear, note, number, fill, find starts, rank, sort.
 struct Listed {
     what: &'static str,
     passes: [&'static str; 7],
@@ -76,7 +76,7 @@ pub fn caster_share(context: &Context, casters: u32) -> u32 {
     (pairs / casters.max(1)).max(LEAST_SHARE)
 }
 
-/// The lists and the passes that make them. Pairs and lists grow to what there is of them.
+/// The lists and the passes that make them. Their buffers grow as needed.
 pub(super) struct Lists {
     context: Context,
     /// The grid's bricks, and one more for the list that all voxels share.
@@ -101,7 +101,7 @@ pub(super) struct Lists {
     sort: Kernel<GridPush>,
 }
 
-/// Room for so many pairs, words, what their sums need, and triangles that are not sorted.
+/// Room for so many pairs, words, their prefix sums, and unsorted triangles.
 fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
@@ -168,7 +168,7 @@ impl Lists {
         self.list(commands, world, world.triangle_count());
     }
 
-    /// Lists what there is, of which there are so many.
+    /// Makes lists of so many triangles or casters.
     fn list(&self, commands: &mut Commands, world: &World, count: u32) {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
@@ -204,7 +204,7 @@ impl Lists {
         run(commands, sorting, &self.sort, pairs, THREADS);
     }
 
-    /// Looks at what there was in frame `frame`, which is over. Where it did not fit, makes room, and says so.
+    /// Reads frame `frame`'s counts, after the frame is over. Where they did not fit, makes room and returns true.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device has no room for it.
@@ -225,7 +225,8 @@ impl Lists {
         if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
+        // much.
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);

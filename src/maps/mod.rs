@@ -58,8 +58,8 @@ pub struct Map {
 /// Maps of a scene: in a dispatch the map is the workgroup's z, of which every device takes so many.
 const MAX_MAPS: usize = 65535;
 
-/// A driver that gives an invocation's loops fewer rounds than the casters of `place` take (glsl/maps/rounds.glsl): what was
-/// built is too bright.
+/// A driver that gives an invocation's loops fewer rounds than the casters of `place` take (glsl/maps/rounds.glsl): the result is too
+/// bright.
 fn cut_short(place: &str) -> Error {
     Error::Refused {
         needs: format!(
@@ -98,7 +98,7 @@ pub struct Maps {
     moves: bool,
     draws: bool,
     drawn: Made,
-    /// Whether any build has fitted them: what they are before is no view.
+    /// Whether any build has fitted them: before the first they are not valid.
     ready: bool,
     fit: Fit,
     lights: Buffer,
@@ -281,7 +281,7 @@ impl Maps {
         Ok(())
     }
 
-    /// Whether the last recording moved casters or the volume views: what was kept and follows from both is made anew.
+    /// Whether the last recording moved casters or the volume views: results that depend on them are made anew.
     pub fn moved(&self) -> bool {
         self.moves
     }
@@ -291,8 +291,8 @@ impl Maps {
         self.drawn.forget();
     }
 
-    /// After frame `frame`: the host has the maps as they were fitted. Returns whether the build has to run again, because of the
-    /// caller (`grew`) or of a list of the opaque maps; then what it made is made again, so that its last submission is all of it.
+    /// After frame `frame`: the host has the maps as they were fitted. Returns whether the build has to run again, because the caller's
+    /// buffers grew (`grew`) or a list of the opaque maps did; then everything is made again, so that the last submission is complete.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read.

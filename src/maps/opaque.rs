@@ -56,8 +56,8 @@ pub struct OpaqueMaps {
     pub format: Format,
     /// No point that is compared with a texel is farther from its centre, texels across and down.
     pub reach: f32,
-    /// How far a point of a surface leaves it, in what a texel's sides reach along its normal. Twin: NORMAL_BIAS in
-    /// glsl/maps/opaque.glsl.
+    /// How far a point of a surface is moved along its normal, as a share of a texel's extent along the normal. Twin:
+    /// NORMAL_BIAS in glsl/maps/opaque.glsl.
     pub normal_bias: f32,
     /// Maps of a light, each a half as wide as the one before; of directional lights alone, whose world has a camera.
     pub cascades: u32,
@@ -82,7 +82,7 @@ impl OpaqueMaps {
     }
 
     /// The way that is taken: in compute on a GPU. Whole numbers of 16 bits are the rasterizer's; software devices draw
-    /// faster than they compute, by what was measured.
+    /// faster than they compute, as measured.
     fn way(self, context: &Context) -> OpaqueWay {
         let drawn = self.format == Format::D16_UNORM || context.features().is_software();
         let best = if drawn { OpaqueWay::Raster } else { OpaqueWay::Compute };

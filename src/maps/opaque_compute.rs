@@ -121,8 +121,8 @@ impl OpaqueCompute {
         commands.read_back(&self.totals, &self.totalled);
     }
 
-    /// Makes room for what the build of frame `frame`, which is over, asked for, as far as the device has it; whether it has made some. What had
-    /// none was drawn all the same, slowly, and on devices that end a shader's long loops not to the end.
+    /// Makes the room that the build of frame `frame`, which is over, needed, as far as the device has it; returns whether it has made
+    /// some. Triangles without room were drawn all the same, but slowly, and on devices that end a shader's long loops incompletely.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));

@@ -50,7 +50,7 @@ pub struct ItemData {
     pub index: u32,
 }
 
-/// Keys, the sort and what it leaves.
+/// Keys, the sort and its result.
 pub struct Order {
     /// Caster indices, those of map m from m · capacity on.
     pub sorted: Buffer,

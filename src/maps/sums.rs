@@ -14,9 +14,9 @@ use crate::{Error, Result};
 /// Most targets that sums are drawn to, of four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
 const MOST_TARGETS: u32 = 8;
 
-/// Makes them. The constants that they are made with say what SUM_RANGE is.
+/// Makes them. SUM_RANGE is among their constants.
 pub struct SumKernels<'a> {
-    /// Labels of the binned pass, of the one that draws, of the one that keeps what was drawn, and of those that make levels of detail.
+    /// Labels of the binned pass, of the one that draws, of the one that packs drawn sums, and of those that make levels of detail.
     pub labels: [&'static str; 4],
     /// Sums of a texel, at most 32.
     pub sums: u32,
@@ -26,7 +26,7 @@ pub struct SumKernels<'a> {
     pub binned: &'a Shader,
     /// Draws a caster, maps/sums/raster.glsl: to 1, 2, 4 or 8 targets.
     pub raster: [&'a Shader; 4],
-    /// Keeps what was drawn: maps/sums/pack.glsl.
+    /// Packs drawn sums: maps/sums/pack.glsl.
     pub pack: &'a Shader,
     /// Makes levels of detail: maps/sums/levels.glsl.
     pub levels: &'a Shader,

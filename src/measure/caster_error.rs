@@ -30,7 +30,7 @@ pub struct CasterClass {
 }
 
 impl Answers {
-    /// By the distances of casters; none without points in a mesh's shadow.
+    /// Errors by the distance of the caster; none without points in a mesh's shadow.
     pub fn caster_error(&self) -> Option<CasterError> {
         let [from_light, from_receiver] = [0, 1].map(|end| {
             let mut classes = CLASSES.map(|from| CasterClass { from, points: 0, mean_abs: None, leaks: 0 });

@@ -75,7 +75,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
         return Err(input(first_name, format!("shard {number}/{of} of its run is not there"), SAME));
     }
     let mut joined = Results { shard: None, command: whole(&first.command), rows: Vec::new(), ..first.clone() };
-    // What the driver made of one shader is the same in every shard.
+    // The driver's reports about a shader are the same in every shard.
     for executable in shards.iter().flat_map(|(_, results)| &results.executables) {
         if !joined.executables.contains(executable) {
             joined.executables.push(executable.clone());

@@ -28,7 +28,7 @@ pub fn counts(results: &Results) -> String {
     text
 }
 
-/// A line a program: its figures have the driver's names.
+/// One line per program, with the driver's names of its figures.
 fn programs(executables: &[Executable]) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

@@ -6,7 +6,7 @@ use crate::world::{Generations, World};
 use crate::{Error, Result};
 use std::time::Instant;
 
-/// A technique that is open for a world, and what it was built for last.
+/// A technique that is open for a world, and the world's state at the last build.
 pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     context: Context,
     /// The technique.
@@ -15,9 +15,9 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     skip: bool,
     /// The world's generations at the last build.
     built: Option<Generations>,
-    /// A build ended in an error: what stands on the device is a part of it.
+    /// A build ended in an error: the device has only a part of it.
     broken: bool,
-    /// For tests: what a build also fills.
+    /// For tests: a buffer that a build also fills.
     burden: Option<(Buffer, u64)>,
 }
 

@@ -68,7 +68,8 @@ settings! {
     }
 }
 
-/// For the registry. It promises what the light behind all casters, or on the first mesh, does: no depth, and what blending rounds.
+/// For the registry. Its promises are those of light behind all casters, or on the first mesh: nothing about depth, and an order that
+/// matters only by the rounding of blending.
 pub const ENTRY: Entry = Entry {
     name: "half-angle",
     about: "slices along the half vector of light and camera; paints the picture, has no look-up in space (Kniss 2003, Green 2008)",

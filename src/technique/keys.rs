@@ -21,7 +21,8 @@ pub struct Key {
 /// Words, or numbers as words.
 pub type OneOf = &'static [&'static str];
 
-/// The name of a key, for what knows no technique: one of these, or a key's own. A misspelt one does not compile.
+/// The name of a key, for code that knows no technique: one of these constants, or a key's own. A misspelt one does not
+/// compile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name(&'static str);
 
@@ -43,7 +44,7 @@ impl Name {
     /// Whether work is left out.
     pub const SKIP: Self = Self("skip");
 
-    /// Those that say how large what is built is.
+    /// Keys that decide the size of the build.
     pub const SIZES: [Self; 3] = [Self::SIZE, Self::POINTS, Self::SLICES];
 
     /// As in specs.

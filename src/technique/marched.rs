@@ -54,8 +54,7 @@ map_settings! {
         /// And by how many of all of the light.
         absolute: u32 = Setting::number(
             "0", 0, 10000, "and by so many ten-thousandths of all the light");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by more than a
-        /// point.
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a footprint.
         levels: u32 = LEVELS;
     }
 }
@@ -78,7 +77,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 
-/// Whole numbers in the grid have no order. What voxels are off by is the grid's to say, and a step moves what they hold.
+/// Whole numbers in the grid do not depend on order. Errors of voxels are the grid's, and a step of a voxel changes what curves hold.
 const PROMISES: Promises = Promises { order: Some(0.0), step: None, ..Promises::OF_DEPTH };
 
 const COMPUTE: &str = "compute";

@@ -117,11 +117,12 @@ pub trait Technique {
     /// [`crate::Error::Gpu`] where memory runs out.
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()>;
 
-    /// The next recording makes all of it but what follows from the casters alone, views and orders. By default each does.
+    /// The next recording makes everything again except views and orders, which depend on the casters alone. By default every recording
+    /// does.
     fn forget(&mut self) {}
 
-    /// Looks at what frame `frame` wrote, which is over, and waits for nothing: done, or a buffer grew and all that was recorded has
-    /// to be again. It is asked before the frame is recorded that takes the place of `frame`, `frames_in_flight` frames later.
+    /// Reads the results of frame `frame`, which is over, without waiting: done, or a buffer grew and everything has to be recorded again.
+    /// It is asked before the frame is recorded that takes the place of `frame`, `frames_in_flight` frames later.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
@@ -138,11 +139,12 @@ pub trait Technique {
         None
     }
 
-    /// The maps that it stands in, as the last build fitted them: none before the first, and none for what has no maps.
+    /// The maps that it stands in, as the last build fitted them: none before the first, and none for techniques
+    /// without maps.
     fn maps(&self) -> &[Map];
 
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
-    /// exactly, or the host does not know the meshes or the lights. By default what its opaque maps resolve.
+    /// exactly, or the host does not know the meshes or the lights. By default the resolution of its opaque maps.
     fn resolution(&self) -> Vec<Resolution> {
         self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
@@ -163,8 +165,8 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The distances to what is nearest in the map of light `light` after a build, as many rows as texels per row, infinite where
-    /// nothing is; none for a technique without such maps.
+    /// The nearest distances in the map of light `light` after a build, a square of texels, infinite where there is nothing; none for a
+    /// technique without such maps.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
@@ -172,7 +174,8 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The file that it can be opened from again, after a build for the world as it is now; none for what is not baked.
+    /// The file that it can be opened from again, after a build for the world as it is now; none for techniques that
+    /// are not baked.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
@@ -199,7 +202,7 @@ impl Settled {
     }
 }
 
-/// How to ask a technique: what a shader with `#include "visibility.glsl"` is built with and given.
+/// How to ask a technique: constants and bindings of a shader with `#include "visibility.glsl"`.
 #[derive(Clone, Copy)]
 pub struct Answer<'a> {
     /// Whose visibility.glsl.
@@ -221,7 +224,7 @@ pub struct Facts {
     pub bytes_resident: u64,
     /// Bytes needed only while building.
     pub bytes_transient: u64,
-    /// Bytes that `gobo bake` writes, or has written; for what it can write.
+    /// Bytes that `gobo bake` writes, or has written; for techniques that it can bake.
     pub bytes_on_disk: Option<u64>,
     /// Values of keys that the spec left to a file.
     pub found: BTreeMap<String, String>,
@@ -309,7 +312,7 @@ impl Casts {
 pub enum Lifetime {
     /// Whenever the world has moved.
     Frame,
-    /// Once, for what never moves.
+    /// Once, for a world that never moves.
     Baked,
 }
 
@@ -334,7 +337,7 @@ pub struct Entry {
     pub promises: fn(&Spec, &str) -> Promises,
     /// What is run of it where it is not named.
     pub runs: Runs,
-    /// Opens it for a world that has what it casts from.
+    /// Opens it for a world that has casters which it sees.
     pub open: Open,
 }
 
@@ -349,7 +352,7 @@ impl Entry {
         Error::Refused { needs: format!("{} in the scene, and {name} has none", self.casts.names()) }
     }
 
-    /// An error where the device lacks what the path of that name needs.
+    /// An error where the device lacks a feature that the path of that name needs.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] that names the first missing.
@@ -364,7 +367,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// A scene without what a technique casts from is none of its; one without anything is for all.
+    /// A technique is not for scenes without casters that it sees; a scene without any casters is for all.
     #[test]
     fn casts_from_what_the_scene_has() {
         let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);

@@ -86,8 +86,8 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Threads that have a GPU's hands full: where fewer are baked at once several share a cell's way, since a build then takes as long as its longest
-/// way. By what is baked and not by the device, so that the bytes are the same.
+/// Threads that keep a GPU busy: where fewer cells are baked at once, several threads share a cell's way, since a build takes as long as
+/// its longest way. It depends on the bake and not on the device, so that the bytes are the same.
 const BUSY: u64 = 1 << 18;
 
 /// Threads that share a cell's way where so many cells are baked at once, 1 to 8. Twin: WAY_PARTS.

@@ -92,7 +92,8 @@ impl Painter {
         })
     }
 
-    /// Whether this camera meets the slices from near to far: what is drawn then goes behind what is there, not over it.
+    /// Whether this camera meets the slices from near to far: then a slice is blended behind the picture so far, not
+    /// over it.
     pub fn near_to_far(&self, camera: &View) -> bool {
         half_vector(camera.forward.into(), self.forward.get().into()).1
     }

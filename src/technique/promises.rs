@@ -14,7 +14,7 @@ pub const FILTERED: f64 = 2.0 / 256.0;
 /// A threshold for each figure. None: the figure is the method's to say, and nothing is promised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promises {
-    /// Mean absolute error on the rays of a map's texels, against what a bilinear look-up finds there in exact curves.
+    /// Mean absolute error on the rays of a map's texels, against a bilinear look-up there in exact curves.
     pub mean: Option<f64>,
     /// By how much an answer behind all smoke may be off the product of all.
     pub tail: Option<f64>,
@@ -30,7 +30,7 @@ pub struct Promises {
     pub repeats: bool,
     /// Without opaque casters `skip=` changes no byte.
     pub skips_alike: bool,
-    /// Texels per side that it may have in one of its maps': by as much more than on a ray may be lost or won beside it.
+    /// Texels per side that it may have for one of its maps': answers beside a ray may be wrong by that factor more.
     pub finer: f64,
 }
 

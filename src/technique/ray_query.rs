@@ -162,7 +162,8 @@ impl RayQuery {
         Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }
 
-    /// The boxes about all casters, low and high corner, after a build; what casts nothing begins at no number.
+    /// The boxes about all casters, low and high corner, after a build; the box of a caster that casts nothing begins
+    /// at NaN.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.

@@ -39,7 +39,7 @@ impl Spec {
         settings
     }
 
-    /// With what `settings` say, for the keys that it has.
+    /// With the values of `settings`, for the keys that it has.
     #[must_use]
     pub fn with<S: Keyed>(mut self, settings: &S) -> Self {
         let texts = settings.texts();
@@ -110,7 +110,8 @@ impl Spec {
         self.values.retain(|name, _| given.contains(name) || !in_files.contains(name));
     }
 
-    /// The technique and what differs from the defaults, `avsm:nodes=4`; and whatever is to be held against a file.
+    /// The technique and the values that differ from defaults, `avsm:nodes=4`; and all values to be compared with a
+    /// file's.
     pub fn short(&self) -> String {
         let in_files = self.in_files();
         let default = |key: &str| self.keys().find(|k| k.name == key).map_or("", |k| k.default);
@@ -241,7 +242,7 @@ mod tests {
         assert!(settings.iter().all(|s| s.size == 256), "unset keys take their defaults");
     }
 
-    /// What a file has is no default's, but what the spec gives stays, to be held against the file.
+    /// A file's own values replace defaults; values in the spec stay, to be compared with the file's.
     #[test]
     fn a_file_has_its_own_settings() {
         let specs = parse("voxelized:size=512,file=none|a=b:c.gobo,filter=3", &[]).expect("valid");

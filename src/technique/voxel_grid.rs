@@ -213,7 +213,7 @@ impl VoxelGrid {
         Self::planned(context, world, &Plan::of(settings, context.features())?)
     }
 
-    /// Opens what is planned.
+    /// Opens a plan.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where memory runs out.

@@ -17,7 +17,7 @@ const SETTLED: u32 = 4;
 /// A picture that is to be a file.
 struct Shot {
     path: PathBuf,
-    /// What the host reads it from, of which frame, and its pixels and rows of the window's.
+    /// The copy that the host reads it from, its frame, its size, and the window's rows in it.
     read: Option<(ReadBack, u64, [u32; 2], u32)>,
 }
 

@@ -302,7 +302,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Records what makes the window's bytes, where they are others than before.
+    /// Records the pass that makes the window's bytes, if they have changed.
     fn show(&mut self, commands: &mut Commands, state: &State, blue_first: bool) -> Result<()> {
         if self.present.is_none() {
             let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;

@@ -253,7 +253,7 @@ impl View {
         Ui { textures: output.textures_delta, primitives, pixels_per_point }
     }
 
-    /// A line for the panel, and for whoever started the program.
+    /// Prints a line to the panel, and to standard error.
     fn tell(&mut self, line: String) {
         eprintln!("gobo view: {line}");
         self.lines.push(line);

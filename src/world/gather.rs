@@ -167,7 +167,7 @@ impl Counted {
     }
 }
 
-/// The passes, and what they count.
+/// The passes, and their counts.
 pub(super) struct Gather {
     /// Counts of particles, strands, triangles, splats and lights.
     counted: [Counted; 5],

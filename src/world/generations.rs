@@ -2,7 +2,7 @@
 
 use super::World;
 
-/// Parts of a world: what something is made of.
+/// Parts of a world that something is built from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts(u8);
 

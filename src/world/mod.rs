@@ -1,4 +1,4 @@
-//! Casters and lights on the device, as they are now: casters, triangles, lights, and generations that say what of it has changed. A
+//! Casters and lights on the device, as they are now: casters, triangles, lights, and generations that say which part has changed. A
 //! [`Scene`] of the host fills it ([`World::new`]), or buffers of the caller's do ([`World::of`]).
 
 mod bounds;
@@ -35,7 +35,7 @@ pub struct TriangleData {
     pub albedo: [f32; 3],
 }
 
-/// What casts and what shines, on the device. All techniques of a scene share it.
+/// Casters and lights on the device. All techniques of a scene share it.
 pub struct World {
     context: Context,
     name: String,
@@ -84,7 +84,7 @@ struct Staged {
     scene: Scene,
     /// The device's casters are others than the host's scene has.
     written: bool,
-    /// A copy failed: what is on the device is of neither scene.
+    /// A copy failed: the device's data belong to neither scene.
     mixed: bool,
 }
 
@@ -151,7 +151,7 @@ impl World {
         self.triangle_capacity
     }
 
-    /// What casters there are; in a world of the caller's buffers, what there is room for.
+    /// The number of casters; in a world of the caller's buffers, the capacity.
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
             Filled::Scene(staged) => staged.scene.kinds(),

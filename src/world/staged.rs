@@ -54,8 +54,8 @@ impl World {
         })
     }
 
-    /// Moves what moves by itself to where it is `time_s` seconds after the scene's emitters began. A scene of which nothing
-    /// does stays as it is, generations and all.
+    /// Moves the scene to `time_s` seconds after its emitters began. A scene that does not move by itself stays as it is, generations and
+    /// all.
     ///
     /// # Errors
     /// As [`Scene::at`] and [`World::replace`].
@@ -68,8 +68,8 @@ impl World {
         self.replace(&scene.at(time_s)?)
     }
 
-    /// Lets passes write the casters, as many as there are, on the device: a world that is simulated there. The host's scene stays
-    /// what it was until [`World::read_back`]. Returns the time of each pass.
+    /// Lets passes write the casters, as many as there are, on the device: a world that is simulated there. The host's scene stays as it
+    /// was until [`World::read_back`]. Returns the time of each pass.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, [`Error::Refused`] as [`World::scene`].
@@ -134,7 +134,7 @@ impl World {
         Ok(moved.unwrap_or_else(|| Moved { pass: None, host_ns: start.elapsed().as_nanos() as f64 }))
     }
 
-    /// The same, recorded: what follows sees it.
+    /// The same, recorded: later commands see it.
     ///
     /// # Errors
     /// As [`World::replace`].
@@ -142,7 +142,7 @@ impl World {
         self.change(scene, |copies| copies.record(commands)).map(|_| ())
     }
 
-    /// Puts another state in the scene's place; `copy` brings to the device what of it has changed, if anything has.
+    /// Puts another state in the scene's place; `copy` brings changed parts to the device, if there are any.
     fn change<T>(&mut self, scene: &Scene, copy: impl FnOnce(&Copies) -> Result<T>) -> Result<Option<T>> {
         self.check(scene)?;
         let has_strands = self.strands;
@@ -155,7 +155,7 @@ impl World {
             if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { known[0] },
             if changed.particles || changed.strands { Bounds::of_casters(&casters) } else { known[1] },
         ];
-        // First: where a copy fails, what is on the device is of neither scene.
+        // First: where a copy fails, the device's data belong to neither scene.
         self.raise(scene, &changed, mixed);
         self.generations.bounds += u64::from(mixed || written || whole(bounds) != whole(known));
         self.staged()?.mixed = true;
@@ -279,7 +279,7 @@ fn whole([meshes, casters]: [Bounds; 2]) -> Bounds {
     meshes.with(casters)
 }
 
-/// Raises what is made of where lights stand, of each that stands otherwise. Their colours make nothing.
+/// Raises the generations of lights that have moved. Their colours do not count.
 pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Light], all: bool) {
     for ((is, was), generation) in lights.iter().zip(before).zip(&mut now.lights) {
         *generation += u64::from(all || (is.kind, is.radius) != (was.kind, was.radius));

@@ -236,9 +236,9 @@ impl World {
         self.camera = Some(camera);
     }
 
-    /// A box in which all that casts stays, low and high corner, for a world of the caller's buffers: what needs one on the host
-    /// refuses without (`voxelized`, `ray-query`). Directional lights' views measure from its middle, and from the world's origin
-    /// without a box: where that is far away they are coarser. Give it before techniques are opened.
+    /// A box in which all casters stay, low and high corner, for a world of the caller's buffers: techniques that need one on the host
+    /// refuse without (`voxelized`, `ray-query`). Directional lights' views measure from its middle, and from the world's origin without a
+    /// box: where that is far away they are coarser. Give it before techniques are opened.
     ///
     /// # Errors
     /// [`Error::Input`] where it is no box, or a scene fills the world.

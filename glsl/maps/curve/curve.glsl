@@ -160,7 +160,7 @@ bool curve_insert(float entry, float exit, float optical_depth) {
         float taken = optical_depth * ramp;
         node_values[i] = EXPONENTIAL ? node_values[i] + taken : node_values[i] * exp(-taken);
     }
-    // Both behind nodes of equal depth: the curve has its step behind them.
+    // Both nodes go behind existing nodes of equal depth, so that the curve steps there.
     place_node(entry, value_entry);
     place_node(exit, value_exit);
     node_count = min(node_count + 2, WORK);

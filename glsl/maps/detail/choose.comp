@@ -201,7 +201,7 @@ int greatest_scale() {
     barrier();
     sums[thread] = fits;
     barrier();
-    // Most scales fit. Those that do behind one another need not wait for each other.
+    // Scales that fit follow one another: only the last of each run of them does the atomic operation.
     if (fits != 0u && (thread == THREADS - 1u || sums[min(thread + 1u, THREADS - 1u)] == 0u)) {
         atomicMax(greatest, fitting);
     }

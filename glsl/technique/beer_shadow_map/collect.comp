@@ -50,7 +50,8 @@ void main() {
                 vec2 z;
                 float optical_depth;
                 if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth) && optical_depth > 0.0) {
-                    // In a thin medium rounding would be a weight beyond all others.
+                    // max(…, 0): in a thin medium a place may be rounded to just before the front, whose weight would
+                    // be huge.
                     float place = max(0.5 * (view_depth(view, z.x) + view_depth(view, z.y)) - depth.x, 0.0);
                     float weight = optical_depth * exp(-extinction * place) * scale;
                     weights += uint(weight + 0.5);

@@ -12,7 +12,8 @@ float beer_most(vec4 texel) { return texel.a < 65504.0 ? texel.a : 65504.0; }
 // Optical depth from the light to `depth`.
 float beer_optical_depth(vec4 texel, float depth) {
     float front = 1.0 - texel.r, extent = texel.g - front;
-    // Compared first, so that a texel of no extent is a step and not 0/0; nothing is in front of its own depth.
+    // The comparisons come first, so that a texel without extent is a step and not 0/0; a caster does not shadow its
+    // own depth.
     float share = depth >= texel.g ? 1.0 : depth <= front ? 0.0 : min((depth - front) / extent, 1.0);
     // Infinity times 0 would be NaN: beer_most bounds the factor.
     return beer_most(texel) * share;

@@ -139,7 +139,8 @@ void main() {
                 }
             }
         }
-        // Left where it was thought to be; else perhaps at the next back, or never: a ground has no back.
+        // Round 0 tests the exit that was guessed. If the column is still inside there, later rounds try the next back
+        // faces; a ground has none.
         open = round == 0u ? enters <= 0 : open;
         if (searching) {
             bool left = round == 0u ? open : inside <= 0;

@@ -57,7 +57,7 @@ pub(super) struct Targets<'a> {
     pub color_format: Format,
 }
 
-/// Buffers and passes for one renderer, and what is kept from one frame to the next.
+/// Buffers and passes for one renderer, some of which are kept from one frame to the next.
 pub(super) struct ManyLights {
     pub(super) tiled: Tiled,
     context: Context,
@@ -77,7 +77,7 @@ pub(super) struct ManyLights {
     kept: RefCell<Kept>,
 }
 
-/// With `history=on`: what the frame before saw and found.
+/// With `history=on`: the surfaces and shadows of the frame before.
 struct History {
     shadows: Buffer,
     geometry: Buffer,
@@ -102,7 +102,7 @@ pub fn words(lights: u32) -> u32 {
     lights.div_ceil(32).max(1)
 }
 
-/// What a buffer takes that the device may not have: a refusal that says why, of `what` and its `shading=`.
+/// Refuses a buffer that the device cannot have, with an error that names `what` and its `shading=`.
 pub(super) fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Result<Buffer> {
     let limit = u64::from(context.features().max_storage_buffer_range);
     if bytes > limit {
@@ -144,7 +144,7 @@ impl ManyLights {
         };
         let frame = set::ManyLightsFrame { lights: targets.lights, frames: &frames, masks: &masks, shadows: &shadows };
         let frame = frame.bind(context, "many_lights.frame")?;
-        // Without a history what stands in its place is not read.
+        // Without a history the buffer in its place is not read.
         let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
         let seen = set::ManyLightsSeen {
             geometry: &geometry,
@@ -203,7 +203,7 @@ impl ManyLights {
         Asking::new(self, answer)
     }
 
-    /// Readies the device for a frame that is seen with `camera`: what its passes are pushed.
+    /// Readies the device for a frame seen with `camera`, and returns the passes' push constants.
     pub(super) fn begin(&self, camera: &View) -> Result<ManyLightsPush> {
         let mut kept = self.kept.borrow_mut();
         let frames = [*camera, kept.before.unwrap_or(*camera)].map(|view| FrameData::of(&view));

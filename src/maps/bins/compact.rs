@@ -21,7 +21,7 @@ push_struct! {
     }
 }
 
-/// The passes and what they fill.
+/// The passes and their buffers.
 pub struct Compact {
     /// Casters, those of a map from map · capacity on.
     pub drawn: Buffer,

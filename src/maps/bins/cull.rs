@@ -30,7 +30,7 @@ impl Cull {
         })
     }
 
-    /// The mark of the next build; where no entries are kept always 1, for what reads the marks.
+    /// The mark of the next build; always 1 where no entries are kept, as the passes that read marks expect.
     pub(in crate::maps) fn begin(&mut self, keeps_entries: bool) {
         self.mark = if keeps_entries { self.mark.checked_add(1).unwrap_or(1) } else { 1 };
     }

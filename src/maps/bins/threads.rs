@@ -21,7 +21,8 @@ const MOST_TALLIED: u32 = 4096;
 /// takes.
 const LONE_THREADS: u32 = 1024;
 
-/// Shared memory of so many that choose, 16 bytes each and tables; half as many fit into what every device has.
+/// Shared memory of so many that choose, 16 bytes each and tables; half as many fit into the shared memory of every
+/// device.
 const LONE_BYTES: u32 = LONE_THREADS * 16 + 5120;
 
 /// Workgroups that survey casters, by themselves at first, at most: the fewer, the less they wait for each other.

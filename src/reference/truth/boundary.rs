@@ -74,8 +74,8 @@ impl Casters<'_> {
         reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
     }
 
-    /// Whether a texel of a map of depths may say of a place that it is lit where it is `blocked`, or the other way round. On a surface, whose
-    /// normal is given, only what stands above its plane counts.
+    /// Whether a texel of a depth map may call a place lit that is `blocked`, or the other way round. On a surface, whose normal is given,
+    /// only meshes above its plane count.
     fn is_misjudged(&self, resolution: &Resolution, at: DVec3, blocked: bool, normal: Option<DVec3>) -> bool {
         let view = &resolution.view;
         let near = Neighbourhood { view, position: at, reach: resolution.reach_texels, depth: depth(resolution) };

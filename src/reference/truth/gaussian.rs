@@ -18,7 +18,7 @@ pub(crate) struct Along {
     pub square: f64,
 }
 
-/// Whether a ray stays farther than [`TRUE_REACH`] from all that it may be, by the sphere about it.
+/// Whether a ray stays farther than [`TRUE_REACH`] deviations from the middle in any case, by the bounding sphere.
 pub(super) fn missed(ray: &Ray, caster: &Caster) -> bool {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();

@@ -60,8 +60,8 @@ fn share_of_tile(view: &View, caster: &Caster) -> [f32; 3] {
     [edge.min(8.0), optical_depth / (1.0 + optical_depth), (area / 64.0 * optical_depth).min(1.0)]
 }
 
-/// What the casters leave in a tile of a parallel view, whose cells reach out by `outset` of their own texels.
-/// Twin: glsl/maps/detail/survey.comp, where that is a sixteenth.
+/// The survey of the casters of a tile of a parallel view, whose cells are enlarged by `outset` texels. Twin:
+/// glsl/maps/detail/survey.comp, where that is a sixteenth.
 pub fn survey(view: &View, casters: &[Caster], tile: [u32; 2], outset: f32) -> Tile {
     assert_eq!(view.projection(), Projection::Parallel, "bounds in perspective have no twin");
     let fine = finer(view, CELLS);

@@ -63,7 +63,7 @@ impl Dense {
         }
     }
 
-    /// All of them from a stream, or what is wrong with them.
+    /// Reads all samples from a stream; the error says what is wrong with them.
     pub fn read(&self, mut stream: impl Read) -> Result<Field, String> {
         let (bytes, [wide, high, _]) = (self.kind.bytes(), self.size.map(u64::from));
         let total = self.bytes()? / bytes as u64;

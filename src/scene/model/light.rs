@@ -157,7 +157,7 @@ mod tests {
         assert_eq!((light.falloff(DVec3::X), light.shines_on(DVec3::X - DVec3::Z)), (0.0, false));
     }
 
-    /// All of it at the light, 9/16 half way to its radius, nothing there and beyond.
+    /// All light at the lamp, 9/16 of it half way to its radius, none at the radius and beyond.
     #[test]
     fn a_light_ends_at_its_radius() {
         let mut light = Light { kind: LightKind::Point { position: DVec3::X }, radiance: [1.0; 3], radius: 2.0 };

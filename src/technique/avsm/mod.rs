@@ -104,7 +104,7 @@ enum Build {
 /// The technique, opened for one world.
 pub struct Avsm {
     maps: Maps,
-    /// Which casters meet which tiles: for `path=binned`, and for what `skip=on` leaves out.
+    /// Which casters meet which tiles: for `path=binned`, and for `skip=on`.
     bins: Option<Bins>,
     curves: Curves,
     build: Build,

@@ -62,14 +62,14 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Casters that stand in shared memory at a time: 32 for each of `groups`, and all that there is room for in what `nodes`
-    /// stand in while they are fitted. Lanes have none.
+    /// Casters that stand in shared memory at a time: 32 for each of `groups`, or as many as fit into the memory in which `nodes` stand
+    /// while they are fitted. With lanes, none.
     fn batch(self, groups: u32, nodes: u32) -> u32 {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Shared memory: 64 cells per texel and one more; 16 nodes at most, or the casters in their place, 32 bytes
-    /// each; four sets of ends, two ranges, the bound, and what is known of all texels.
+    /// Shared memory: 64 cells per texel and one more; 16 nodes at most, or the casters in their place, 32 bytes each;
+    /// four sets of ends, two ranges, the bound, and totals over all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }

@@ -9,7 +9,7 @@ use crate::technique::{Promises, Runs};
 pub fn promises(settings: &Settings, path: &str) -> Promises {
     let (is_linear, is_captured) = (!settings.is_exponential(), !settings.is_sorted());
     let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
-    // A list that is full loses what comes last.
+    // A list that is full loses the last segments.
     let loses = settings.capacity.is_some();
     // Single passes insert in the order of the casters' middles.
     let is_sorted = [Way::TwoPass, Way::Binned].map(word_of).contains(&path) && !is_captured;

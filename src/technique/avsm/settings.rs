@@ -127,8 +127,8 @@ map_settings! {
         /// What a texel stands for; its area with binned tiles alone.
         texel: Stands = Setting::word(
             "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by more than a
-        /// point. Not with adaptive detail.
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a footprint. Not
+        /// with adaptive detail.
         levels: u32 = LEVELS;
         /// The order of insertion; as drawn, it is not for binned tiles.
         order: Order =
@@ -142,7 +142,7 @@ map_settings! {
         /// Where nodes stand; refined for exponential curves from cells, or from two passes over whole curves. None: refined for cells.
         fit: Option<Fit> = Setting::auto(
             "exponential: nodes on the curve, or moved to fit all of it (resolve=cells; two-pass whole); auto: refined for cells");
-        /// Segments of all texels that the list of two passes holds, 1 to 2^28; what comes later is lost. None: it grows.
+        /// Segments of all texels that the list of two passes holds, 1 to 2^28; later ones are lost. None: it grows.
         capacity: Option<u32> =
             Setting::auto_number(1, 1 << 28, "segments that the list holds (two-pass); auto grows to the demand");
         /// How nodes are stored; none: in full, and where `detail` is adaptive as is worth most texels: tight where there is hair, else

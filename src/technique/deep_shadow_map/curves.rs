@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Rounds of a search for an error. Twin: ROUNDS in glsl/technique/deep_shadow_map/choose.comp.
 const ROUNDS: u32 = 14;
 
-/// Nodes per texel that the buffer starts with. It grows to what a scene demands.
+/// Nodes per texel that the buffer starts with. It grows as a scene needs.
 const FIRST_NODES: u64 = 1;
 
 /// Twins: VALUE_BITS, VALUE_CODES and LAST_DEPTH in glsl/technique/deep_shadow_map/node.glsl.

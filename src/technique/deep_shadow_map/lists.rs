@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Events of a segment, at most.
 const EVENTS: u64 = 2;
 
-/// The lists, and what fills them.
+/// The lists, and the passes that fill them.
 pub struct Lists {
     context: Context,
     pub list: List,

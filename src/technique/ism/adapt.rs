@@ -92,7 +92,7 @@ impl Adapt {
         })
     }
 
-    /// Records the pass that finds what there is to know of the clusters of points as they are now.
+    /// Records the pass that finds bounds and means of the clusters of points as they are now.
     pub fn gather(&self, commands: &mut Commands) {
         let push = ClustersPush { cluster_count: cluster_count(&self.settings) };
         let [x, y] = groups(push.cluster_count.into());

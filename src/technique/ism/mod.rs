@@ -129,7 +129,7 @@ impl Ism {
         })
     }
 
-    /// The points, subset after subset, and what is known of all of them, after a build.
+    /// The points, subset after subset, and totals over all of them, after a build.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
@@ -138,8 +138,8 @@ impl Ism {
         Ok((self.sample.head.read(1)?[0], self.sample.pool.read(count)?))
     }
 
-    /// Where points adapt, what there is to know of their clusters, and of each light, after each other, what it takes: a place
-    /// among the points, and the times that its cluster's area was halved times 2^18.
+    /// With adaptive points, their clusters, and for each light in turn the points that it takes: a place among the points, and the times
+    /// that its cluster's area was halved times 2^18.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.

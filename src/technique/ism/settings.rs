@@ -89,7 +89,7 @@ impl Settings {
         self.facing == Facing::Slide
     }
 
-    /// The word of a shader for what is left out. Twin: ISM_CULLING.
+    /// The shader's number for the culling. Twin: ISM_CULLING.
     pub(super) fn culls(&self) -> u32 {
         match self.culling {
             Culling::Off => 0,

@@ -182,7 +182,7 @@ impl Psm {
         };
         let more = [Resource::Sampled(volume.clone(), layout.empty().1)];
         let look_up = maps.look_up(context, "psm.look_up", &more)?;
-        // What is hidden behind meshes is not summed; what is drawn is drawn behind them too.
+        // The fused path leaves out casters hidden behind meshes; the raster path draws them too.
         let of_meshes = if way == Way::Fused { Maps::OPAQUE } else { Maps::VOLUME };
         let built = Made::of(Maps::VOLUME.and(of_meshes));
         Ok(Self { volume, maps, build, built, look_up, constants, reason })

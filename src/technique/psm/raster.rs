@@ -139,7 +139,7 @@ impl Raster {
         });
     }
 
-    /// From what the slices leave to what is left behind them.
+    /// From the slices' own transmittances to the light behind them.
     pub fn propagate(&self, commands: &mut Commands, maps: &Maps) {
         let [x, y] = maps.tiles();
         commands.pass("psm.propagate", |pass| pass.dispatch(&self.propagate, &(), [x, y, maps.count()]));

@@ -81,7 +81,7 @@ impl Volume {
         if self.additive() { Blend::Add } else { Blend::Multiply }
     }
 
-    /// What an empty slice holds, and what a sampler finds past the edge.
+    /// The value of an empty slice, and of a sampler past the edge.
     pub fn empty(&self) -> (f32, Border) {
         if self.additive() { (0.0, Border::Zero) } else { (1.0, Border::One) }
     }

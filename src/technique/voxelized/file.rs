@@ -36,7 +36,7 @@ struct Header {
     free: u32,
     coverage: u32,
     trees: u32,
-    /// 0: what follows stands at multiples of 8 bytes.
+    /// 0: padding, so that later fields stand at multiples of 8 bytes.
     padding: u32,
     scene: u64,
     words: u64,

@@ -33,8 +33,8 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Opens the file that `settings` name, and takes it to the device. The file says what the bake is of: settings of that are
-    /// held against it for the keys for which `held` says so.
+    /// Opens the file that `settings` name, and takes it to the device. The file has the bake's own settings: those that are given are
+    /// compared with them, for the keys for which `held` says so.
     ///
     /// # Errors
     /// [`Error::Input`] that names the file where it cannot be read, is none of a bake, damaged, of another scene, or baked

@@ -9,7 +9,7 @@ const BETWEEN: f32 = 1.0 / 64.0;
 /// How exact the last node is. Twin: TAIL.
 const TAIL: f32 = 1e-4;
 
-/// Where all is so dark that lines err by nothing. Twin: dark_from.
+/// The optical depth from which on it is so dark that lines do not matter. Twin: dark_from.
 pub fn dark_from(error: f32) -> f32 {
     5.0 - (2.0 * error).ln()
 }

@@ -60,7 +60,7 @@ pub struct Bounds {
     pub sides: V3,
 }
 
-/// A point that a light takes: the radius of its disc, and what that ends at, if at anything.
+/// A point that a light takes: the radius of its disc, and the limit of that, if any.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
     /// Where it stands.
