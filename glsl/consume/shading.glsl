@@ -13,7 +13,7 @@ vec3 light_on_surface(Light light, vec3 position, vec3 normal, vec3 visibility) 
     return light_radiance(light, position) * cosine * visibility;
 }
 
-// `light` is the sum over all lights and what is ambient, here and below.
+// `light` is the sum over all lights and ambient light, here and below.
 vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 
 // Single scattering with an isotropic phase function, normalised so that a fully lit dense medium has its albedo.

@@ -82,7 +82,7 @@ void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z)
 void march_block(FieldPlace place, Ray ray, Ray within, uint first, vec2 z) {
     FieldWalk walk = field_walk(within, z);
     ivec3 cube;
-    // As many as a ray may meet of 8³, and what rounding adds.
+    // As many cells as a ray may meet of 8³, and some for rounding.
     for (uint i = 0u; i < 32u && is_seen() && field_next(within, walk, cube, z); ++i) {
         // Rounding may see a neighbour of the block, where it begins or ends.
         uvec3 at = uvec3(clamp(cube, ivec3(0), ivec3(FIELD_SIDE - 1)));

@@ -80,7 +80,8 @@ bool march_exact(vec3 from, vec3 way) {
     return false;
 }
 
-// Where the way begins, for a face that looks away is dark by its own voxel, and even steps: what lies between two of them is not seen.
+// At the way's beginning, where a face that looks away is dark by its own voxel, and at even steps: voxels between two of them are not
+// seen.
 bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     for (uint i = 0u; i <= steps && range.x <= range.y; ++i) {

@@ -26,7 +26,7 @@ float grid_rounding(Grid grid) {
     return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
-// A ray that looks along z from the origin: the axis along which it goes most, and what of it goes along the two others.
+// A ray that looks along z from the origin: the axis along which it goes most, and its slopes along the two others.
 struct Shear {
     vec3 origin;
     uint axis;

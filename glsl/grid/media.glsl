@@ -6,7 +6,8 @@
 #define GRID_MEDIA_GLSL
 #include "grid/grid.glsl"
 
-// Units an optical depth of 1; and what a voxel takes whose sum went past 32 bits, of which nothing is left.
+// Units per optical depth of 1; and the optical depth of a voxel whose sum overflowed 32 bits, behind which no light is
+// left.
 const float MEDIA_UNITS = 16777216.0;
 const float MEDIA_FULL = 256.0;
 

@@ -1,6 +1,6 @@
 // Transmittance of a way where voxels' numbers stand at their middles and are interpolated linearly: by even steps, or at random places
-// (ratio tracking), which has no bias. Needs what grid/march_media.glsl needs. Sources: Novák et al. 2014 (ratio tracking); O'Neill 2014
-// (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::soft.
+// (ratio tracking), which has no bias. Needs the same declarations as grid/march_media.glsl. Sources: Novák et al. 2014 (ratio tracking);
+// O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::soft.
 #ifndef GRID_SOFT_GLSL
 #define GRID_SOFT_GLSL
 #include "grid/march_media.glsl"

@@ -33,7 +33,7 @@ struct LevelTile {
 // No texel.
 const uint NONE = ~0u;
 
-// So far along a range of depths; its end is exact, whatever a driver makes of mix, since what is behind it follows from that.
+// So far along a range of depths; its end is exact, however a driver computes mix, since the value behind the range depends on it.
 float depth_along(vec2 range, float along) { return along >= 1.0 ? range.y : mix(range.x, range.y, along); }
 
 uint tile_texels(LevelTile tile) { return tile.side * tile.side; }
@@ -55,7 +55,7 @@ uvec2 below_texel(LevelTile tile, uint t, uint i) {
     return 2u * uvec2(t % tile.side, t / tile.side) + uvec2(i & 1u, i >> 1u);
 }
 
-// Makes the texels of a tile. All threads come here, and what they write they see afterwards.
+// Makes the texels of a tile. All threads call this, and see each other's writes afterwards.
 void make_level(LevelTile tile);
 
 void main() {

@@ -8,7 +8,7 @@
 #include "maps/level_place.glsl"
 #include "maps/look_up.glsl"
 
-// How wide it is what light is asked for, as a pixel is, across the light, world units; 0: a point.
+// Width of the receiver of the light, such as a pixel, across the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
 // A look-up weighs the texels about a place, so that it sees more than one: so many levels less.
@@ -39,7 +39,7 @@ LookUp in_level(LookUp l, uint level) {
     l.first = level_first(size, look_up_maps.length(), level);
     l.at *= exp2(-float(level));
     if (level > 0u && inside && l.view.projection == VIEW_PERSPECTIVE) {
-        // A face of a cube ends here, and what casts does not; wider texels have no room about it.
+        // A face of a cube ends here while casters go on; wider texels would not fit into its margin.
         l.at = clamp(l.at, vec2(0.5), vec2(its) - 0.5);
     }
     l.view.width = its.x;

@@ -15,7 +15,7 @@ struct LookUp {
     vec2 at;         // texels
     float depth;     // in the light's range
     bool in_front;   // of all casters: there is nothing to lose light to
-    float opaque;    // what the meshes leave
+    float opaque;    // visibility past the meshes
     uint first;      // texels before those of the level of detail that is looked up
 };
 

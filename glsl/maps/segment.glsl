@@ -5,8 +5,8 @@
 #include "world/caster.glsl"
 #include "world/light.glsl"
 
-// Cuts what a ray is inside a caster, as caster_overlap has it (z.y > near): at the near plane, and where an optical depth of `dark` is
-// reached, since nothing is left behind it; the light fades as fast as it should. `ray_length` is that of the ray's direction.
+// Clips a ray's stretch in a caster, from caster_overlap (z.y > near): at the near plane, and where an optical depth of `dark` is reached,
+// since nothing is left behind it; the light fades as fast as it should. `ray_length` is that of the ray's direction.
 float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec3 z) {
     float optical_depth = caster.density;
     if (!caster_is_strand(caster)) {

@@ -11,7 +11,7 @@ struct FieldPlace {
     vec3 rows[3];       // samples a world unit, along each of its axes
     vec3 size;          // samples from its lowest to its highest
     uint first_slot;
-    vec3 color;         // what it sends back of the light
+    vec3 color;         // albedo
     uint last_slot;     // slots, a power of 2, less 1
     uint first_block;
 };

@@ -16,7 +16,8 @@ const float GAUSSIAN_OCTAVES = 12.0;
 const uint GAUSSIAN_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
-// What is within the reach stands for what is not, exp(−4.5) of all: many splats take as much on average as whole ones. Twin: WHOLE.
+// The part within the reach is scaled up for the part beyond, exp(−4.5) of all: many splats take as much light on average as whole ones.
+// Twin: WHOLE.
 const float GAUSSIAN_WHOLE = 1.01123452;
 
 bool gaussian_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == GAUSSIAN_MARK; }

@@ -306,8 +306,8 @@ impl Grid {
         directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
     }
 
-    /// Directions of strands in each voxel, and the greatest number of any voxel; the bits are bound in place of what
-    /// the grid does not hold.
+    /// Directions of strands in each voxel, and the greatest number of any voxel; the bits are bound in place of
+    /// buffers that the grid lacks.
     pub fn held_buffers(&self) -> [&Buffer; 2] {
         let media = self.media.as_ref();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))

@@ -24,8 +24,8 @@ const float NEAR_ROUNDING = 1.0001;
 shared uint least_z, greatest_z;
 shared uint found[MOST_WORDS];
 
-// Whether a sphere of 1 / radius² `falloff` lies outside a plane: `outside` is how far its middle does, in lengths of a normal of
-// which `square` is the square. Without division, and what is no number is not outside.
+// Whether a sphere of 1 / radius² `falloff` lies outside a plane: `outside` is how far its middle does, in lengths of a normal of which
+// `square` is the square. Without division; NaN counts as not outside.
 bool lies_outside(float outside, float square, float falloff) {
     precise float left = outside * outside * falloff;
     return outside > 0.0 && left > square * NEAR_ROUNDING;

@@ -14,7 +14,7 @@
 #include "consume/many_lights/geometry.glsl"
 #include "consume/ambient.glsl"
 
-// Half a tile: what every device takes.
+// Half a tile: a workgroup that every device takes.
 layout(local_size_x = 16, local_size_y = 8) in;
 
 // Pixels that the blur reaches on each side: 2, or 0 without.
@@ -117,7 +117,7 @@ void main() {
     }
     barrier();
 
-    // Which of the pixels about count, a bit each; and what those that do weigh in all.
+    // Which of the pixels about count, a bit each; and the sum of their weights.
     uint middle = (gl_LocalInvocationID.y + BLUR_REACH) * side + gl_LocalInvocationID.x + BLUR_REACH;
     float z = around_z[middle];
     uint faces = around_normals[middle];

@@ -16,7 +16,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// A light that a pixel keeps, and what the pixel saw. Twin: consume::ReservoirData.
+// A light that a pixel keeps, and the pixel's surface. Twin: consume::ReservoirData.
 struct Reservoir {
     uint light;
     float weight;   // that light's part times this has the sum over all lights for its mean; 0: no light

@@ -19,7 +19,7 @@ const uint BOXED = 262144u;
 // Casters are so much larger to each side, voxels: more than places and ways are moved by rounding.
 const float CAST_SLACK = 1.0 / 512.0;
 
-// A caster in voxels, a sphere or what lies about a segment.
+// A caster in voxels: a sphere, or a capsule about a segment.
 struct Cast {
     vec3 place;
     vec3 axis;
@@ -46,7 +46,7 @@ Cast cast_of(Caster caster) {
     return c;
 }
 
-// A sphere by its distance; what lies about a segment by the segment and a larger voxel, which meets it or comes near.
+// A sphere is tested by its distance; a capsule by its segment against a larger voxel, which is conservative.
 bool cast_meets(Cast c, ivec3 voxel) {
     precise vec3 middle = c.place - (vec3(voxel) + 0.5);
     if (c.axis == vec3(0.0)) {

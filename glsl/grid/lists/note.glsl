@@ -29,7 +29,8 @@ uint place_of(uint count) {
     return group_first + at;
 }
 
-// The voxel becomes occupied, and is noted beside the triangle or the caster, and what of the box about that is in it.
+// The voxel becomes occupied, and is noted beside the triangle or the caster, with the part of its bounding box in the
+// voxel.
 void note(uint at, uint number, uvec3 voxel, vec3 low, vec3 high) {
     occupy(voxel);
     if (at < pairs.length()) {

@@ -172,7 +172,7 @@ bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark,
     return view_segment(view, ray, ray_length, caster, dark, z, optical_depth);
 }
 
-// What is left of the light in each cell, as compared with the others: what takes of all alike changes nothing.
+// Transmittance of each cell, relative to the others: a caster that takes the same from all changes nothing.
 float cell_light[AREA_CELLS];
 
 void area_clear() {
@@ -181,8 +181,8 @@ void area_clear() {
     }
 }
 
-// By what optical depth the mean light of the texel falls behind a caster of which texel_part has said `optical_depth`. Casters are
-// met from the light on. Within a cell chance decides, as in texel_part; from cell to cell nothing is left to it.
+// The optical depth by which the texel's mean light falls behind a caster, for which texel_part has returned `optical_depth`. Casters are
+// met from the light on. Within a cell overlap is left to chance, as in texel_part; between cells it is not.
 float area_seen(View view, Ray ray, Caster caster, float dark, float optical_depth) {
     if (!AREA || !(caster_is_strand(caster) || is_thin(view, caster))) {
         return optical_depth;

@@ -56,7 +56,7 @@ uvec2 part_corner(View view, TilePart part) {
     return uvec2(part.tile % across, part.tile / across) * 8u;
 }
 
-// Where what is made of a texel stands: map after map in rows; for a block, block after block.
+// Where a texel's result stands: map after map in rows; for blocks, block after block.
 uint part_texel(View view, TilePart part, uvec2 texel) {
     if (DETAIL) {
         uvec2 tiles, within = texel % 8u;

@@ -9,7 +9,7 @@
 
 // 128 at least.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 128u)
 
 // Classes of tiles: four for each doubling of the casters.

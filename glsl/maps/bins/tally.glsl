@@ -5,7 +5,7 @@
 #include "maps/bins/tiles.glsl"
 
 #if TALLY == 1
-// Both of the host's choice, within what the device takes.
+// Both are the host's choice, within the device's limits.
 layout(local_size_x_id = ID_TALLY_THREADS) in;
 CONSTANT(uint, TALLY_THREADS, 128u)
 // Casters that a thread has, one after the other.

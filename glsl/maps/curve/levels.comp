@@ -22,8 +22,8 @@ const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
 
-// First the curves of the texels below, rows of the tile, depth and value of each node; then, of each texel that is made, what
-// the line between two ends costs.
+// First the curves of the texels below, rows of the tile, depth and value of each node; then, for each texel that is made, the cost of the
+// line between two ends.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
 // Lines need more, but where there are 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);

@@ -16,7 +16,7 @@
 
 // A multiple of SLOTS, 128 at least.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 128u)
 
 layout(push_constant, scalar) uniform ChoosePush {
@@ -147,7 +147,7 @@ uint sum_before(uint value) {
     uint thread = gl_LocalInvocationIndex, run = thread / RUN * RUN, sum = 0u;
     sums[thread] = value;
     barrier();
-    // Not unrolled, here and below: what runs once waits for its own instructions, which are to be few.
+    // Not unrolled, here and below: code that runs once waits for its instructions to load, so they should be few.
     [[dont_unroll]] for (uint i = run; i < thread; ++i) {
         sum += sums[i];
     }

@@ -14,7 +14,7 @@
 // variants: TALLY 0 1
 #if TALLY == 1
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 128u)
 // Tiles of a map, at most. Twin: MOST_SURVEYED in maps::threads.
 const uint MOST_TILES = 1024u;
@@ -30,8 +30,7 @@ DETAIL_SURVEYS(buffer)
 // Cells reach so far, in their own texels, against rounding.
 const float OUTSET = 0.0625;
 
-// Length of the caster's edge within a tile, in texels, x; what it takes of the light, y; its mean optical depth over the
-// tile, z.
+// Length of the caster's edge within a tile, in texels, x; the share of light that it takes, y; its mean optical depth over the tile, z.
 vec3 share_of_tile(View view, Caster caster) {
     float z = dot(caster.position - view.origin, view.forward);
     float texels = 0.5 * float(view.width) * view.scale_x / (view.projection == VIEW_PARALLEL ? 1.0 : max(z, view.near));

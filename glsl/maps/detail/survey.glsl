@@ -11,7 +11,7 @@ const float DEPTH_UNITS = 1024.0;
 
 struct Survey {
     uint cells;          // bit 4 y + x: a caster meets cell (x, y)
-    uint edges;          // lengths of edges times what they take of the light
+    uint edges;          // lengths of edges times the share of light that they take
     uint optical_depth;  // mean over the tile
 };
 #endif

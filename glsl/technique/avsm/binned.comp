@@ -31,8 +31,8 @@ Caster sorted_caster(View view, uint entry) {
 const uint THREADS = TILE_THREADS;
 #include "maps/bins/batch.glsl"
 
-// What texel_part has of a caster. The tile's order is nearly the texel's: where it is another, what is left of the light is right, and
-// which of two strands took it is not.
+// A caster as texel_part returns it. The tile's order is nearly each texel's: where it differs, the transmittance behind is right, but not
+// which of two strands took the light.
 void insert_part(View view, Ray ray, Caster caster, vec2 z, float optical_depth) {
     optical_depth = area_seen(view, ray, caster, MAX_OPTICAL_DEPTH, optical_depth);
     curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);

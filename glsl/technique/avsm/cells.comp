@@ -7,8 +7,8 @@
 // segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
 // Source: ours. Twin: reference::twin::avsm::cells.
 
-// LANES 0: a whole tile. LANES 1: half a tile, with what maps/bins/batch.glsl has for software devices. LANES 2: half a tile, else as 0,
-// for devices of little shared memory or of few threads.
+// LANES 0: a whole tile. LANES 1: half a tile, with casters in lanes (maps/bins/batch.glsl), for software devices. LANES 2: half a tile,
+// else as 0, for devices of little shared memory or of few threads.
 // variants: LANES 0 1 2
 #include "maps/curve/curve.glsl"
 #include "maps/bins/area.glsl"
@@ -23,7 +23,7 @@ const uint TEXELS = 32u;
 // whose registers leave room for few workgroups; 16 for the fullest tiles where there are very many casters; 1 where threads
 // of a workgroup do not run at the same time.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, GROUPS, 4u)
 const uint THREADS = TEXELS * GROUPS;
 
@@ -134,7 +134,7 @@ void reach_caster(TexelRay its, Caster caster, inout Reach reach) {
     }
 }
 
-// Adds what one thread knows of a texel to what all do.
+// Merges one thread's results for a texel into those of all threads.
 void share_reach(TexelRay its, Reach reach) {
     float per_depth = 1.0 / (its.view.far - its.view.near), high = (reach.high - its.view.near) * per_depth;
     if (high >= 0.0) {
@@ -197,7 +197,7 @@ void main() {
     barrier();
     bool covered = high_bits[t] > 0u;
     float low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
-    // Nothing counts behind what lets nothing through.
+    // Nothing counts behind an opaque segment.
     bool ends_dark = dark_bits[t] != NEVER;
     float high = covered ? uintBitsToFloat(ends_dark ? dark_bits[t] : high_bits[t] - 1u) : low;
     float extent = max(high - low, 1e-6), per_cell = float(CELLS) / extent;

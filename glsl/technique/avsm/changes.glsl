@@ -28,8 +28,8 @@ void add_segment(uint texel, vec2 at, float whole, float rate) {
     change_cell(last + 1u, texel, late - even);
 }
 
-// One texel: from changes of the optical depth to its sum up to the end of each cell, which never falls and ends with what all
-// segments take.
+// One texel: from changes of the optical depth to its sum up to the end of each cell, which never falls and ends with the optical depth of
+// all segments.
 void sum_cells(uint texel, float unit) {
     uint sum = 0u, change = 0u;
     for (uint place = texel; place < uint(CELLS) * TEXELS; place += TEXELS) {

@@ -39,8 +39,8 @@ void main() {
     }
     vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
     if (WEIGHTED_FRONT) {
-        // Each caster at its middle, by its optical depth and by what an even medium from front to back leaves there. Both sums are of no
-        // more than the optical depths.
+        // Each caster counts at its middle, weighted by its optical depth and by the transmittance of an even medium from front to there.
+        // Neither sum exceeds that of the optical depths.
         float extinction = min(float(sum) / scale, DARK) / max(depth.y - depth.x, 1e-9);
         uint weights = 0u, places = 0u;
         for (uint begin = 0u; begin < part.count; begin += batch_size()) {

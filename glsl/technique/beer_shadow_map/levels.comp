@@ -46,7 +46,7 @@ void make_level(LevelTile tile) {
     if (ends.x <= ends.y && tail < 1.0) {
         float taken = min(-log(max(tail, 1e-35)), 80.0), mean = even_mean(taken);
         vec2 depth = ends;
-        // Rounding would decide on what takes next to nothing.
+        // With next to no optical depth, rounding would decide.
         if (mean <= 0.9999) {
             // (front − nearest) + (farthest − front) × mean = area; where less light than that is left, the back is nearer:
             // (back − nearest) × mean + (farthest − back) × tail = area.

@@ -3,7 +3,7 @@
 // Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map. Invariants: optical depth is added up in whole numbers, so that
 // a slope that has ended leaves no rounding error behind, and casters may come in any order; a texel without casters has no nodes.
 
-// First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, told so by what is pushed, it writes. Input:
+// First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, by a push constant, it writes. Input:
 // tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does both: drivers that compile on the processor
 // take long for it.
 #include "technique/deep_shadow_map/maps.glsl"
@@ -68,8 +68,8 @@ uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS
 
 float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
 
-// A curve of that optical depth in all. Rises have points on their way as far as `dark`. There is one place that gives a point on: what takes
-// it is large, and drivers copy it to each place that calls it.
+// A curve of that optical depth in all. Rises have points on their way as far as `dark`. Points are passed on in one place only: the
+// function that takes them is large, and drivers inline it into each call.
 void sweep(uint index, float total, float dark) {
     // Whole bits of the optical depth in all, at least those of 1.
     int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;

@@ -8,8 +8,8 @@
 
 layout(location = 0) out float transmittance;
 
-// Whether what lies behind the first mesh on a texel's ray takes nothing: the buffer is what surfaces are lit by, and light that comes to one has
-// met nothing behind it.
+// Whether casters behind the first mesh on a texel's ray are left out: the buffer lights surfaces, and the light that reaches one has met
+// nothing behind it.
 CONSTANT(bool, ENDS_AT_MESHES, false)
 
 // Where the ray of a texel of the volume view meets the first mesh, as a depth in that view's range; both views look along the same rays.

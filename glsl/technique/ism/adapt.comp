@@ -35,7 +35,7 @@ shared uint run_firsts[16384u / RUN];
 shared uint best;
 shared uint first_more;
 
-// Ranks are eighths of octaves of texels, from 2^-8 on; 0 is what is not seen.
+// Ranks are eighths of octaves of texels, from 2^-8 on; 0: not seen.
 const uint RANKS = 128u;
 const uint RANK_SHIFT = 20u;
 const uint LOWEST_RANK = 951u;

@@ -9,7 +9,7 @@
 // Radii of a point that a hole is wide at most.
 const float WIDE = 8.0;
 
-// Distance to what is seen there; NOTHING as infinity.
+// Distance to the nearest point there; NOTHING counts as infinity.
 float level_get(uint level, ivec2 texel) { return uintBitsToFloat(texel_get(texel_index(level, texel))); }
 
 void level_set(uint level, ivec2 texel, float distance) {
@@ -34,8 +34,8 @@ void wide_down(uint thread, uint threads) {
     }
 }
 
-// More than three quarters of 16 neighbours have to be found: a hole has points on all sides, and what is beside a straight edge is
-// no hole.
+// More than three quarters of 16 neighbours have to be found: a hole has points on all sides, while a texel beside a straight edge is no
+// hole.
 const float SURROUNDED = 13.0;
 
 // The mean of those of four distances that belong to one surface, if their weight is at least `least`: they are farther than the nearest by

@@ -9,7 +9,7 @@ const float COVER = 1.25;
 
 shared float parts[BLOCK];
 
-// 2^30 over the next power of two, which is at most 2^127 and at least 2^-96: what is less has no weight.
+// 2^30 over the next power of two, which is at most 2^127 and at least 2^-96: smaller areas have no weight.
 float scale_of(float area) {
     int exponent = int(floatBitsToUint(area) >> 23u) - 127;
     return uintBitsToFloat(uint(127 + 29 - clamp(exponent, -96, 127)) << 23u);

@@ -5,7 +5,7 @@
 #include "maps/sums/range.glsl"
 
 CONSTANT(uint, PLANES, 16u)      // optical depths of a texel
-CONSTANT(uint, SUM_STORAGE, 0u)  // what they are kept in: 0 32 bits, 1 a half float, 2 16 bits in units of DEEPEST / 65535
+CONSTANT(uint, SUM_STORAGE, 0u)  // their storage: 0: 32 bits, 1: half floats, 2: 16 bits in units of DEEPEST / 65535
 
 const uint STORAGE_F32 = 0u;
 const uint STORAGE_F16 = 1u;

@@ -73,7 +73,8 @@ float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// All of the ray that is in the grid: a voxel reaches farther than what is in it, and what stands in front of the range or behind it counts at its end.
+// All of the ray that is in the grid: a voxel reaches farther than the casters in it, and parts in front of the range or behind it count at
+// its ends.
 void march_ray(View view, uvec2 texel) {
     View about = view;
     about.origin -= grid.origin;

@@ -153,8 +153,8 @@ float moments_share(float means[MOST_MEANS], float place) {
     vec2 here = TRIGONOMETRIC ? cis(0.5 * ARC * place) : vec2(2.0 * place - 1.0, 1.0);
     half_functions(here, c);
     solve(lower, c);
-    // Places of the distribution are at right angles to one another; where rounding makes two of one, they share what they weigh. Each
-    // has its direction, and what is 1 along it.
+    // Places of the distribution are at right angles to one another; where rounding makes two places of one, they share its weight. Each
+    // has its direction, and a factor that makes it 1 along that.
     float directions[MOST * MOST], ones[MOST];
     float own = 1.0 / max(square_of(c), LEAST_PIVOT);
     for (uint k = 0u; k <= DEGREE; ++k) {

@@ -33,7 +33,7 @@ bool covered(uint map) {
 // Layers that are read before the first of them is written: a ray's reads would otherwise wait for its writes one by one.
 const uint AHEAD = 8u;
 
-// From what each of four slices leaves to what is left behind it.
+// From the transmittances of four slices to those behind each of them.
 vec4 propagated(vec4 slices, float before) {
     if (ADDITIVE) {
         slices.x += before;

@@ -20,7 +20,7 @@ void main() {
     Caster caster = casters[index / quad_count()];
     Quad quad;
     bool drawn = caster_quad(view, map, caster, index % quad_count(), quad);
-    // Once per vertex what each fragment would do.
+    // Done once per vertex, not once per fragment.
     caster = view_caster(view, caster);
     ball = vec4(caster.position, caster.radius);
     rest = vec4(caster.axis, caster.density);

@@ -6,7 +6,8 @@
 #define TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #include "technique/stochastic/place.glsl"
 
-// 0: each sample flies freely through each caster. 1: what the texel's noise says of a caster's alpha, as engines do.
+// 0: each sample flies freely through each caster. 1: the texel's noise is compared with a caster's alpha, as in
+// engines.
 CONSTANT(uint, SAMPLING, 0u)
 
 const uint SAMPLING_HASH = 1u;
@@ -26,8 +27,8 @@ float stochastic_share(uint bits) {
     return share;
 }
 
-// What a texel draws by, the same in each map, so that a light has the same noise whichever others there are; `number` of a caster what is
-// drawn of it there.
+// A texel's seed, the same in each map, so that a light's noise does not depend on other lights; with `number`, of a caster's random
+// numbers there.
 uint texel_key(uvec2 texel) { return stochastic_hash(stochastic_hash(texel.y) ^ texel.x); }
 uint caster_key(uint of_texel, uint number) { return stochastic_hash(of_texel ^ stochastic_hash(number)); }
 

@@ -74,11 +74,11 @@ layout(set = 0, binding = 0, scalar) buffer BuildState {
     uint words;          // of `data`, all trees so far
     uint entry_capacity;
     uint large_capacity;
-    uint pieces;         // of the light's triangles, beside the first of each: what its pyramid cuts off leaves more than three corners
-    uint moves_wide;     // what moved meets more blocks than it marks: as WHOLE
+    uint pieces;         // further pieces of the light's triangles, where clipping by its pyramid leaves more than three corners
+    uint moves_wide;     // moved triangles meet more blocks than can be marked: as WHOLE
     uint found;          // blocks whose columns were found in this bake, of all trees
     uint piece_capacity;
-    uint failed;         // something had no room: what follows would read what nobody has written, and stands aside
+    uint failed;         // a buffer was too small: later passes would read unwritten data, and do nothing
 };
 layout(set = 0, binding = 1, scalar) buffer BuildRanges { uvec2 ranges[]; };      // x: least exit, y: greatest entry
 layout(set = 0, binding = 2, scalar) buffer BuildValues { uint values[]; };       // counts, then their sums before each

@@ -175,8 +175,8 @@ void main() {
         open = open || touched < FARTHEST;
         nearest = min(nearest, touched);
     }
-    // What is entered in a voxel is lit in all of it, and what is left in a voxel is behind it: where the thing is thick
-    // enough for both, nothing is rounded.
+    // An entry's voxel counts as lit, and an exit's voxel as inside: where the mesh is thick enough for both, nothing
+    // is rounded.
     float size = float(trees[light].size);
     float middle = clamp(floor(nearest + 0.5), 0.0, size);
     float entry = clamp(ceil(nearest), 0.0, size), exit = clamp(floor(leaves), 0.0, size);

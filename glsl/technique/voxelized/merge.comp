@@ -23,7 +23,7 @@ uint hash(uint node) {
     return sum ^ (sum >> 16);
 }
 
-// Whether what stands in a slot is the same node.
+// Whether the node in a slot is the same.
 bool is_equal(uint node, uint standing) {
     uint number_of_words = node_words();
     bool kept = (standing & CANDIDATE) == 0u;

@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 const float NEAREST = 1e-6;
 const uint PLANES = 5u;
 
-// Blocks that mark what moved, of one triangle at most.
+// The most blocks that one moved triangle marks.
 const uint MOST_MARKS = 4096u;
 
 // Behind the triangles and pieces: of each triangle its corners and side when it was seen last; then of each tree and triangle the

@@ -36,7 +36,7 @@ void main() {
             atomicMax(entries, all);
             atomicMax(failed, uint(all > entry_capacity || large > large_capacity || pieces > piece_capacity));
         }
-        // Whoever asks what stands before the end finds all of it.
+        // The sum before the end is the total.
         if (scan_count % SCANNED == 0u) {
             sums[first + blocks] = all;
             values[scan_at + scan_count] = 0u;

@@ -33,11 +33,11 @@ struct Tree {
 // Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.
 CONSTANT(uint, HEADER_BITS, 16u)
 
-// Whether a column is shadowed by what touches its square anywhere; else by what covers its middle.
+// Whether a triangle that touches a column's square anywhere shadows it; else only one that covers its middle.
 CONSTANT(bool, CONSERVATIVE, false)
 
-// Look-ups begin with a cell of a grid, a word each: what kind it is, two bits, and its node, as pointers say it. The grid is as
-// fine as a level of the tree, at most 2^SHORTCUT_BITS cells per side.
+// Look-ups begin with a cell of a grid, a word each: its kind, two bits, and its node, as in pointers. The grid is as fine as a level of
+// the tree, at most 2^SHORTCUT_BITS cells per side.
 const uint SHORTCUT_BITS = 4u;
 
 // Bits of the shortcut into a tree with so many levels; a cell is no leaf.

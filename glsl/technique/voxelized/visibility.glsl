@@ -90,7 +90,7 @@ float light_visibility(uint light, vec3 position) {
     float size = float(visibility_trees[tree].size), reach = float(PCF / 2u);
     bool perspective = visibility_trees[tree].perspective != 0u;
     float beyond = perspective ? size : reach;
-    // In floats: what is outside, or no number, has no voxel. Behind the cube lies the shadow of all of it.
+    // In floats: a position outside, or NaN, has no voxel. Behind the cube lies the shadow of all meshes.
     if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-beyond))) && all(lessThan(voxel.xy, vec2(size + beyond))))) {
         return 1.0;
     }
