@@ -1,4 +1,4 @@
-//! GLSL for other programs: the look-up of each technique as one file, and what gives it its descriptors and constants.
+//! GLSL for other programs: the look-up of each technique as one file, with its descriptors and constants.
 //!
 //! [`file()`] is a technique's file: it includes nothing, every global name in it begins with `gobo_` and the technique's name,
 //! and the numbers of its bindings and constants stay what they are from version to version. At its top it says all that it is
@@ -122,8 +122,8 @@ impl Answer<'_> {
         constants.filter_map(|(id, constant)| Some((id, self.constants.word(constant.inside)?))).collect()
     }
 
-    /// Writes what the look-up is given into a descriptor set of one's own, from `first_binding` on. Buffers of a look-up are
-    /// replaced as they grow: write again after each build that grew ([`crate::technique::Settled::Grew`]).
+    /// Writes the look-up's resources into a descriptor set of the caller's, from `first_binding` on. Buffers of a look-up are replaced as
+    /// they grow: write again after each build that grew ([`crate::technique::Settled::Grew`]).
     ///
     /// # Safety
     /// `set` is of the device that the technique was opened on and has the bindings of [`Answer::layout`]; no command that is

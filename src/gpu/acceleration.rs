@@ -193,7 +193,7 @@ fn loader(context: &Context) -> Result<&khr::acceleration_structure::Device> {
 }
 
 impl Pass<'_, '_> {
-    /// Builds a structure from what its buffers hold by now; one over an instance after the instance's own.
+    /// Builds a structure from its buffers as they are now; one over an instance after the instance's own.
     pub fn build(&mut self, structure: &AccelerationStructure) {
         let inner = &structure.0;
         let Some(loader) = inner.device.acceleration() else { return };

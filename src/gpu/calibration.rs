@@ -7,7 +7,7 @@ use std::time::Instant;
 /// Readings, of which the one that took least stands: the host may be interrupted in the middle of one.
 const READINGS: usize = 8;
 
-/// A moment by both clocks. They drift apart, by some microseconds per second: it is for what ran shortly before or after.
+/// A moment by both clocks. They drift apart, by some microseconds per second: it is good for times shortly before or after.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration {
     /// By the host's.
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(later(u64::MAX, 64, 4), 10.0);
         assert_eq!(later((1 << 36) - 1, 36, 4), 10.0);
         assert_eq!(later(4, 36, (1 << 36) - 1), -10.0);
-        // What a clock shows beyond the bits of a timestamp does not count.
+        // Bits of a clock beyond those of a timestamp do not count.
         assert_eq!(later((7 << 36) + 4, 36, 9), 10.0);
     }
 }

@@ -55,7 +55,7 @@ pub struct Adopt {
 
 /// An open device. Clones share it; the last one closes it, or leaves it to its owner.
 ///
-/// What was made on a device may outlive its context. Then it can no longer be written nor read back.
+/// Resources may outlive the context of their device. Then they can no longer be written or read back.
 #[derive(Clone)]
 pub struct Context(Arc<Shared>);
 
@@ -74,7 +74,7 @@ pub(super) struct Shared {
     pub(super) times_passes: AtomicBool,
     /// Layers and tools between program and driver, as far as a device that was opened here reports them.
     tools: Vec<Tool>,
-    /// Each pass of a submission is asked what it did.
+    /// Each pass of a submission counts its work.
     pub(super) counts_passes: AtomicBool,
     pub(super) queue_family: u32,
     pub(super) frames_in_flight: u32,
@@ -132,7 +132,7 @@ struct Open<'a> {
 }
 
 impl Context {
-    /// Opens a device, with a queue on which what is recorded runs at once ([`Context::submit`]).
+    /// Opens a device, with a queue on which recorded commands run at once ([`Context::submit`]).
     ///
     /// # Errors
     /// [`Error::Gpu`] where there is no loader, driver or validation layer, [`Error::Input`] where `options.device`
@@ -214,7 +214,7 @@ impl Context {
         self.0.device.messages()
     }
 
-    /// Bytes of the device's memory that are held by what was made here and is still there.
+    /// Bytes of the device's memory that resources made here still hold.
     pub fn allocated_bytes(&self) -> u64 {
         self.0.device.allocated_bytes()
     }
@@ -241,7 +241,7 @@ impl Context {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
-    /// Whether each pass that is submitted from now on says what it did ([`super::PassTime::counts`]), where the device can tell
+    /// Whether each pass that is submitted from now on counts its work ([`super::PassTime::counts`]), where the device can tell
     /// ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
     pub fn count_passes(&self, each: bool) {
         self.0.counts_passes.store(each, Ordering::Relaxed);
@@ -260,7 +260,7 @@ impl Context {
         &self.0.device
     }
 
-    /// What something that was made on the device keeps of it.
+    /// The part of the device that its resources keep alive.
     pub(super) fn link(&self) -> Link {
         Link(Arc::downgrade(&self.0))
     }
@@ -270,7 +270,7 @@ impl Context {
         self.0.queue.as_ref().ok_or_else(|| Error::Refused { needs: NO_QUEUE.into() })
     }
 
-    /// Whether what was recorded can be run and read at once.
+    /// Whether recorded commands can be run, and their results read, at once.
     ///
     /// # Errors
     /// [`Error::Refused`] on an adopted device.
@@ -278,7 +278,7 @@ impl Context {
         self.queue().map(|_| ())
     }
 
-    /// What the driver answered to a submission. A lost device stays lost.
+    /// The driver's answer to a submission. A lost device stays lost.
     pub(super) fn note_lost(&self, result: vk::Result) {
         if result == vk::Result::ERROR_DEVICE_LOST {
             self.0.lost.store(true, Ordering::Relaxed);
@@ -294,7 +294,7 @@ impl Context {
     }
 }
 
-/// A context, as what was made on it knows it: it does not keep it.
+/// A context, as its resources know it: they do not keep it alive.
 #[derive(Clone)]
 pub(super) struct Link(Weak<Shared>);
 

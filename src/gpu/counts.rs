@@ -50,7 +50,7 @@ pub(super) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     fault::creation(|| unsafe { device.create_query_pool(&info, None) })
 }
 
-/// What the first so many passes did, which are over.
+/// Counts of the first so many passes, which are over.
 pub(super) fn read(device: &Device, pool: vk::QueryPool, passes: usize) -> VkResult<Vec<PassCounts>> {
     let mut counts = vec![[0u64; 4]; passes];
     let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;

@@ -28,7 +28,7 @@ impl Draw<'_, '_, '_> {
         }
     }
 
-    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices per triangle.
+    /// Draws by the VkDrawIndirectCommand at `offset` of `draws`, three vertices per triangle.
     pub fn draw_indirect<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, draws: &Buffer, offset: u64) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;

@@ -47,7 +47,8 @@ impl Executables {
         }
     }
 
-    /// Keeps what the driver tells of a pipeline that was created with [`Executables::flags`]. What it does not tell is left out.
+    /// Keeps the driver's report about a pipeline that was created with [`Executables::flags`]. Figures that it does not report are left
+    /// out.
     pub(super) fn ask(&self, pipeline: vk::Pipeline, name: &str) {
         let Some(functions) = self.functions() else { return };
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);

@@ -88,7 +88,7 @@ pub struct Features {
     pub calibrated_timestamps: bool,
     /// pipelineStatisticsQuery, but of lavapipe before 26, which dies of it (docs/drivers.md): a pass can be asked how many vertices, fragments and threads it had.
     pub pipeline_statistics_query: bool,
-    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver tells what it made of a shader.
+    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver reports about compiled shaders.
     pub pipeline_executable_info: bool,
     /// Threads per subgroup.
     pub subgroup_size: u32,
@@ -184,8 +184,8 @@ impl Requirement {
 }
 
 impl Features {
-    /// Whether threads of a workgroup take turns on a processor and do not run at the same time, so that more of them only
-    /// repeat work, and what all of them read is read by one after the other.
+    /// Whether threads of a workgroup take turns on a processor and do not run at the same time, so that more of them only repeat work, and
+    /// a value that all of them read is read one after the other.
     pub fn is_software(&self) -> bool {
         self.kind == DeviceKind::Cpu
     }
@@ -423,8 +423,8 @@ impl Features {
     }
 }
 
-/// Whether it is a lavapipe older than 26: 22.3 dies where statistics begin behind push constants, without a pipeline of each kind, and 26.1
-/// does not; what is between was not tried.
+/// Whether it is a lavapipe older than 26: 22.3 dies where statistics begin behind push constants, without a pipeline of each kind, and
+/// 26.1 does not; versions between were not tried.
 fn dies_of_statistics(driver: &str) -> bool {
     let version = driver.strip_prefix("llvmpipe Mesa ").and_then(|text| text.split('.').next()?.parse::<u32>().ok());
     version.is_some_and(|major| major < 26)

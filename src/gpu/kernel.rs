@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Bytes of push constants that every kernel takes; Vulkan guarantees them everywhere.
 pub(super) const PUSH_BYTES: u32 = 128;
 
-/// How a colour target combines with what is there.
+/// How colours are blended into a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Blend {
     /// Replace.
@@ -56,7 +56,7 @@ pub struct Tessellated<'a> {
     pub control: &'a Shader,
     /// Makes the triangles' corners.
     pub evaluation: &'a Shader,
-    /// Draw the triangles' sides, and not what is inside.
+    /// Draw the triangles' sides, and not their insides.
     pub lines: bool,
 }
 
@@ -148,7 +148,7 @@ impl Drop for Module<'_> {
     }
 }
 
-/// The shader's module, if what it is pushed is a `P` or nothing.
+/// The shader's module, if its push constants are a `P` or none.
 fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'a>> {
     if !shader.push.is_empty() && shader.push != P::block() {
         return Err(Error::Gpu {

@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 pub(super) enum Step {
     /// A new image takes on the layout that it keeps.
     Layout(Image),
-    /// What the host has written into `from` goes to the start of `to`.
+    /// Data that the host has written into `from` go to the start of `to`.
     Copy { from: Buffer, to: Buffer, bytes: u64 },
     /// All of a new buffer is 0.
     Zero(Buffer),
@@ -52,7 +52,7 @@ impl Pending {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Puts back what was taken and did not run, before what has come since.
+    /// Puts back work that was taken and did not run, before later work.
     pub fn put_back(&self, mut steps: Vec<Step>) {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         steps.append(&mut all);

@@ -97,7 +97,7 @@ impl Pipelines {
     pub(super) fn destroy(&self, device: &ash::Device) {
         let all = std::mem::take(&mut *lock(&self.0));
         for pipeline in all.into_values().filter_map(|slot| lock(&slot).take()) {
-            // SAFETY: they are the device's, which is idle: what used them is gone.
+            // SAFETY: they are the device's, which is idle: no command uses them any more.
             unsafe {
                 device.destroy_pipeline(pipeline.handle, None);
                 device.destroy_pipeline_layout(pipeline.layout, None);

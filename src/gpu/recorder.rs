@@ -8,7 +8,7 @@ use crate::Result;
 use ash::vk;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Command buffers with what they need.
+/// Command buffers with their pool and fence.
 pub(super) struct Recorder {
     device: Device,
     pub pool: vk::CommandPool,

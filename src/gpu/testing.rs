@@ -14,7 +14,7 @@ pub struct Testing {
     pub lowest_limits: bool,
     /// No optional features.
     pub no_features: bool,
-    /// The validation layer puts checks into shaders too, so that what they read or write beyond a buffer is a message.
+    /// The validation layer puts checks into shaders too, so that a read or write beyond a buffer gives a message.
     pub checks_in_shaders: bool,
     /// A call that fails.
     pub fault: Option<Fault>,
@@ -31,7 +31,7 @@ impl Testing {
     }
 }
 
-/// What is wanted; nothing before testing has begun.
+/// The changes that are wanted; none before testing has begun.
 pub(super) fn testing() -> &'static Testing {
     static NONE: Testing =
         Testing { lowest_limits: false, no_features: false, checks_in_shaders: false, fault: None, burden: 0 };

@@ -15,7 +15,7 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 
-/// What a worker is to do.
+/// A worker's task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
     /// A value of the sweep, and which techniques are asked.
@@ -35,7 +35,7 @@ pub enum Job {
     Reopen,
 }
 
-/// What a worker says.
+/// A worker's message.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Reply {
     /// First of all: its device, and whether that is a software one.

@@ -42,7 +42,7 @@ pub struct Subject<'a> {
 /// Points on the rays of texels, with each where rounding left it.
 pub(super) type OnRays = (Vec<Points>, Vec<Rounded>);
 
-/// The scene a little later, and what is true there at the points in space.
+/// The scene a little later, and its truth at the points in space.
 pub(super) struct Moved {
     pub scene: Scene,
     pub visibility: Arc<Vec<f64>>,
@@ -71,7 +71,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Finds what is the same for all techniques, so that it counts in no technique's time.
+    /// Computes values that all techniques share, so that they count in no technique's time.
     pub(super) fn find_truth(&self) {
         self.space();
         self.surface();

@@ -20,7 +20,7 @@ pub struct Sweep {
     pub values: &'static [f64],
     /// As [`Case::most_on_cpu`].
     most_on_cpu: f64,
-    /// Texels per side of maps, where these are what is swept.
+    /// Texels per side of maps, where these are swept.
     pub texels: Option<fn(f64) -> u32>,
     scene: Box<dyn Fn(f64) -> Scene>,
 }

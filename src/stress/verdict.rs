@@ -5,13 +5,13 @@ use crate::consume::parse;
 use crate::technique::Promises;
 use serde::{Deserialize, Serialize};
 
-/// What the technique of a row promises, where it is one.
+/// The promises of a row's technique, if it has one.
 fn promises(row: &Stressed) -> Option<Promises> {
     let spec = parse(&row.technique).ok()?.pop()?;
     Some((spec.entry.promises)(&spec, &row.path))
 }
 
-/// What broke.
+/// The promise that broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Broken {
@@ -111,7 +111,7 @@ pub(super) fn broken_invariants(row: &Stressed) -> Vec<String> {
 pub struct Verdict {
     /// [`super::Case::name`].
     pub case: String,
-    /// Its spec, without what is the default.
+    /// Its spec, without defaults.
     pub technique: String,
     /// `holds`, `holds up to X`, `breaks at X` where that is the first; `refused: …` or `no answer within …`, behind what it holds
     /// up to where that is known.
@@ -120,11 +120,11 @@ pub struct Verdict {
     pub holds_up_to: Option<f64>,
     /// The first value at which something breaks.
     pub breaks_at: Option<f64>,
-    /// What breaks there.
+    /// The promises that break there.
     pub broken: Vec<Broken>,
     /// The same with its figures, or why there was no answer.
     pub why: String,
-    /// What breaks that nothing may break, at any value.
+    /// Promises broken at any value that nothing may break.
     pub invariants: Vec<Broken>,
     /// Figures at the last value at which it holds; where it holds at none, at the first.
     pub figures: Option<Figures>,

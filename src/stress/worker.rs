@@ -204,7 +204,7 @@ impl Running {
 }
 
 impl Drop for Running {
-    /// What hangs in a driver hears nothing else.
+    /// A process that hangs in a driver reacts to nothing else.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();

@@ -13,7 +13,7 @@ pub fn camera(state: &State, scene: &Camera) -> Camera {
     Camera { position, target: state.target.unwrap_or(scene.target), ..*scene }
 }
 
-/// Goes round what it looks at, by so many radians to the right and up.
+/// Goes round its target, by so many radians to the right and up.
 pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     let is = camera(state, scene);
     let offset = is.position - is.target;
@@ -26,13 +26,13 @@ pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     state.eye = Some(is.target + turned);
 }
 
-/// Nearer to what it looks at, or farther from it: the distance times `factor`.
+/// Nearer to its target, or farther from it: the distance times `factor`.
 pub fn zoom(state: &mut State, scene: &Camera, factor: f64) {
     let is = camera(state, scene);
     state.eye = Some(is.target + (is.position - is.target) * factor);
 }
 
-/// Moves the camera and what it looks at by so much to the right, up and forward, in shares of their distance.
+/// Moves the camera and its target by so much to the right, up and forward, in shares of their distance.
 pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
     let is = camera(state, scene);
     let offset = is.target - is.position;

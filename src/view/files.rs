@@ -11,7 +11,7 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 use std::path::{Path, PathBuf};
 
-/// Frames that the panel takes to show what has become of a change.
+/// Frames that the panel takes to show a change.
 const SETTLED: u32 = 4;
 
 /// A picture that is to be a file.
@@ -27,7 +27,7 @@ struct Film {
     frames: Vec<(RgbaImage, u32)>,
 }
 
-/// What is to be written.
+/// The files to write.
 #[derive(Default)]
 pub struct Files {
     shot: Option<Shot>,
@@ -66,7 +66,7 @@ impl Files {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }
 
-    /// Whether they need frames: `is_whole` says that what is seen is as it will be.
+    /// Whether they need frames: `is_whole`: the picture is final.
     pub fn need_frames(&self, is_whole: bool) -> bool {
         self.shot.as_ref().is_some_and(|shot| is_whole || shot.read.is_some()) || self.filmed.is_some()
     }

@@ -29,7 +29,7 @@ use std::sync::PoisonError;
 use window::View;
 use winit::event_loop::EventLoop;
 
-/// What a window is opened with.
+/// Options of a window.
 pub struct Options {
     /// To choose from.
     pub scenes: Vec<String>,

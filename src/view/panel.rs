@@ -24,19 +24,19 @@ pub fn picture(state: &State, window: [u32; 2], scale: f64) -> [u32; 2] {
     [window[0].saturating_sub(pixels(state, scale)), window[1]]
 }
 
-/// What the panel shows beside the state.
+/// Values that the panel shows beside the state.
 pub struct Told<'a> {
     pub scenes: &'a [String],
     pub stage: Option<&'a Stage>,
     pub chart: &'a Chart,
     pub rays: Option<&'a Rays>,
-    /// What went wrong last.
+    /// The last error.
     pub lines: &'a [String],
     /// Milliseconds that the host takes for a frame.
     pub host_ms: f64,
 }
 
-/// What was asked for by a button.
+/// Actions that were asked for by buttons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pressed {
     Copy,
@@ -76,7 +76,7 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
     pressed
 }
 
-/// What went wrong, and how far the reference is.
+/// The last error, and how far the reference is.
 fn lines(ui: &mut Ui, state: &State, told: &Told) {
     let Some(stage) = told.stage else { return };
     let red = ui.visuals().error_fg_color;

@@ -30,7 +30,7 @@ pub enum Source {
     Nobody = 2,
 }
 
-/// What is shown, and how.
+/// The picture that is shown, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
     pub show: Show,
@@ -69,7 +69,7 @@ impl Present {
         Ok(Self { kernel, size, values, shown })
     }
 
-    /// What the host or a slice says.
+    /// Values from the host or a slice.
     pub fn values(&self) -> &Buffer {
         &self.values
     }

@@ -34,7 +34,7 @@ struct Asked {
     specs: Vec<Spec>,
 }
 
-/// What is known of the ray under a pixel.
+/// The ray under a pixel, and its curves.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// Its texel in the light's map.
@@ -50,7 +50,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// What `gobo curve` writes.
+    /// The SVG of `gobo curve`.
     ///
     /// # Errors
     /// As [`report::curve`].
@@ -58,7 +58,7 @@ impl Found {
         report::curve(&self.ray.title(&self.scene, self.texel), &self.ray, &self.names)
     }
 
-    /// What is true at the place that is seen, and what each technique says.
+    /// The truth at the place that is seen, and each technique's answer.
     pub fn there(&self) -> (f64, Vec<f64>) {
         let at = self.ray.truth.partition_point(|(depth, _)| *depth < self.depth).min(self.ray.truth.len() - 1);
         (self.ray.truth[at].1, self.ray.lines.iter().map(|line| line.points[at].1).collect())
@@ -79,7 +79,7 @@ struct Shared {
     wakes: Condvar,
 }
 
-/// What was asked last, and what came of it.
+/// The last question, and its answer.
 pub struct Rays {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
@@ -146,12 +146,12 @@ impl Rays {
         (post.asked, post.answer) = (None, None);
     }
 
-    /// Whether an answer to what was asked last is still to come.
+    /// Whether the last question's answer is still to come.
     pub fn is_waiting(&self) -> bool {
         self.asked.is_some() && self.answer().is_none()
     }
 
-    /// The answer to what was asked last, or why there is none.
+    /// The answer to the last question, or why there is none.
     pub fn answer(&self) -> Option<std::result::Result<Arc<Found>, String>> {
         let post = self.shared.lock();
         post.answer.as_ref().filter(|(key, _)| Some(key) == self.asked.as_ref()).map(|(_, answer)| answer.clone())
@@ -221,7 +221,7 @@ impl Shared {
     }
 }
 
-/// The ray through what is seen at the pixel's middle.
+/// The light ray through the place that is seen at the pixel's middle.
 fn found(context: &Context, casters: &Casters, standing: &Standing, key: &Key) -> Result<Found> {
     let scene = casters.scene();
     let place = casters.seen(&key.camera, DVec2::from(key.pixel.map(f64::from)) + 0.5);

@@ -60,7 +60,7 @@ impl Script {
     }
 }
 
-/// What a line says, else what it may be.
+/// Parses a line; the error lists what it may be.
 fn step(line: &str) -> std::result::Result<Step, String> {
     let (word, rest) = line.split_once(' ').map_or((line, ""), |(word, rest)| (word, rest.trim()));
     let numbers = || rest.split_whitespace().map(str::parse).collect::<std::result::Result<Vec<f64>, _>>().ok();

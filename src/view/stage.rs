@@ -21,7 +21,7 @@ struct Counting {
     frame: u64,
 }
 
-/// What the values of [`Present`] are.
+/// The meaning of the values of [`Present`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Values {
     Nothing,
@@ -35,11 +35,11 @@ enum Values {
 pub struct Stage {
     /// As its file says, at the time.
     base: Scene,
-    /// What of the state `base` was made of.
+    /// The part of the state that `base` was made from.
     of: (String, f64, Option<usize>),
-    /// What pulls at its particles.
+    /// Attractor and gravity of its particles.
     pull: (Option<DVec3>, f64),
-    /// What of it is otherwise in the world.
+    /// Its changes in the world.
     change: SceneChange,
     world: World,
     /// Another whenever the world changes: no two states of any scenes have the same.
@@ -54,7 +54,7 @@ pub struct Stage {
     values: Values,
     counting: Option<Counting>,
     steps: Option<StepRange>,
-    /// What the window's bytes show; none where that is no longer so.
+    /// The content of the window's bytes; none where it is out of date.
     shown: Option<Shown>,
     size: [u32; 2],
     context: Context,
@@ -132,7 +132,7 @@ impl Stage {
         (self.present, self.values, self.counting, self.shown) = (None, Values::Nothing, None, None);
     }
 
-    /// What cannot be shown of A and B, a line each.
+    /// Views of A and B that cannot be shown, one line each.
     pub fn refused(&self) -> impl Iterator<Item = &str> {
         let unanswered = self.unanswered.iter().map(|(.., cause)| cause.as_str());
         self.refused.iter().flatten().map(|(_, cause)| cause.as_str()).chain(unanswered)
@@ -336,7 +336,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Takes what is new of the reference.
+    /// Takes new parts of the reference.
     fn fill_in(&mut self, state: &State) -> Result<bool> {
         self.counting = None;
         let Some(present) = self.present.as_ref().filter(|_| has_reference(state)) else { return Ok(true) };

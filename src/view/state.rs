@@ -7,7 +7,7 @@ use crate::technique::keys::check;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// What lights a picture.
+/// The technique, or the reference, that lights a picture.
 #[derive(Clone, Debug)]
 pub enum Side {
     /// A technique.
@@ -50,7 +50,7 @@ pub enum Show {
     Wipe = 2,
     /// How far they are apart, in steps of 255.
     Difference = 3,
-    /// What A answers at one depth of a light's range.
+    /// A's answers at one depth of a light's range.
     Slice = 4,
     /// How many steps A's look-ups take.
     Steps = 5,
@@ -81,7 +81,7 @@ impl Show {
     }
 }
 
-/// All that decides what is seen.
+/// Everything that decides the picture.
 #[derive(Clone, Debug)]
 pub struct State {
     pub scene: String,
@@ -150,7 +150,7 @@ impl State {
         }
     }
 
-    /// What changes in the scene.
+    /// Changes of the scene.
     pub fn change(&self) -> SceneChange {
         SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
     }
@@ -302,7 +302,8 @@ impl State {
         self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
     }
 
-    /// The commands that make what is seen, a line per picture; `size` is the picture's. `faces`: light 0 has six maps.
+    /// The commands that make the window's pictures, one line each; `size` is the picture's. `faces`: light 0 has six
+    /// maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let look = match self.look() {
             None => " --plain".into(),

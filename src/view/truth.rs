@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// What a side of the first, coarse picture is smaller by.
+/// By how much the first, coarse picture is smaller per side.
 const COARSE: u32 = 8;
 
 /// How long some rows take, about.

@@ -29,7 +29,7 @@ const FRAME_S: f64 = 1.0 / 30.0;
 /// How long a script waits for the window to take on its size.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// What there is once a window stands. Fields are dropped in this order.
+/// Everything that exists once the window is open. Fields are dropped in this order.
 struct Open {
     stage: Option<Stage>,
     rays: Rays,
@@ -44,7 +44,7 @@ pub struct View {
     /// The last that could be shown.
     good: State,
     script: Option<Script>,
-    /// What the script waits for.
+    /// The condition that the script waits for.
     until: Option<Instant>,
     frames_left: u64,
     said: Said,
@@ -286,7 +286,7 @@ impl View {
         self.files.save_plot(rays)
     }
 
-    /// Does what a key does.
+    /// Does the action of a key.
     fn key(&mut self, key: &str, open: &mut Open) {
         let shown =
             key.strip_prefix('f').and_then(|n| n.parse::<usize>().ok()).and_then(|n| Show::ALL.get(n.wrapping_sub(1)));
@@ -389,7 +389,7 @@ impl View {
         self.pointer[0] < f64::from(panel::picture(&self.state, window, open.window.scale_factor())[0])
     }
 
-    /// What the mouse does to the camera.
+    /// The mouse moves the camera.
     fn mouse(&mut self, [x, y]: [f64; 2], open: &Open) {
         let (right, down) = (x - self.pointer[0], y - self.pointer[1]);
         self.pointer = [x, y];

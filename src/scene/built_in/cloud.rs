@@ -119,7 +119,8 @@ fn ground() -> Mesh {
 mod tests {
     use super::*;
 
-    /// It is sparse, the same each time, and its cells hold what a finer and a coarser grid of the same formula hold.
+    /// It is sparse and the same each time, and its cells hold as much as those of a finer and of a coarser grid of the
+    /// same formula.
     #[test]
     fn a_cloud_of_any_resolution() {
         let mass = |samples| {

@@ -1,5 +1,5 @@
-//! The built-in scene `cornell`: a room of which most is lit by what its walls send back. After the box of Goral et al. 1984,
-//! *Modeling the interaction of light between diffuse surfaces*, as Cornell University measured it.
+//! The built-in scene `cornell`: a room that is mostly lit by light reflected from its walls. After the box of Goral et al. 1984, *Modeling
+//! the interaction of light between diffuse surfaces*, as Cornell University measured it.
 
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, block, empty};

@@ -87,7 +87,7 @@ fn meshes() -> Vec<Mesh> {
     {
         block(&mut rim, &world, [low[0], low[1], 0.0], [high[0], high[1], 0.3]);
     }
-    // Darker than what falls on it.
+    // Darker than the particles that fall on it.
     let ground = Mesh { albedo: [0.3, 0.33, 0.36], ..ground(GROUND_HALF_WORLD) };
     vec![ground, bowl, columns, steps, rim]
 }

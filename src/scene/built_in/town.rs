@@ -303,7 +303,7 @@ mod tests {
         }
     }
 
-    /// The boxes around what is closed, one after another as they were built.
+    /// The boxes around closed meshes, in the order in which they were built.
     fn boxes(mesh: &Mesh) -> Vec<[DVec3; 2]> {
         let mut boxes: Vec<[DVec3; 2]> = vec![];
         let mut next = 0;

@@ -157,7 +157,7 @@ impl<'a> HairFile<'a> {
         [0, 4, 8].map(|at| f32::from_le_bytes(four(self.points, 12 * point + at)))
     }
 
-    /// A point's number, or what stands for it.
+    /// A point's value, or the default.
     fn number(&self, array: &[u8], point: usize, standing: f64) -> f64 {
         if array.is_empty() { standing } else { f32::from_le_bytes(four(array, 4 * point)).into() }
     }

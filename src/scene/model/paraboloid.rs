@@ -78,7 +78,7 @@ mod tests {
             let view = map.about(light + 3.0 * way);
             let (middle, _) = view.project(light + 3.0 * way);
             let (at, _) = view.project(light + offset);
-            // What is flat here is curved there, by a texel's angle.
+            // A line that is straight here is curved there, by a texel's angle.
             let most = 8.0 / f64::from(size);
             prop_assert!((at - middle - DVec2::from(beside)).length() < most, "{:?} is {}", beside, at - middle);
         }

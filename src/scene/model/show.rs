@@ -5,7 +5,7 @@ use crate::{Error, Result};
 /// Samples of a pixel that there may be, and how they lie in it: columns, then rows.
 const SAMPLES: [(u32, [u32; 2]); 4] = [(1, [1, 1]), (4, [2, 2]), (8, [4, 2]), (16, [4, 4])];
 
-/// What is made of samples to show them.
+/// How samples become a picture to show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Show {
     /// Columns and rows of a pixel's samples, all of which weigh the same.

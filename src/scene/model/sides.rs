@@ -3,7 +3,7 @@
 use crate::scene::Mesh;
 use glam::DVec3;
 
-/// What lies behind a triangle.
+/// The kind of space behind a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Nothing: it belongs to no closed thing. A leaf.
@@ -63,7 +63,7 @@ fn position(mesh: &Mesh, index: u32) -> DVec3 {
     mesh.positions.get(index as usize).map_or(DVec3::NAN, |p| DVec3::from(p.map(f64::from)))
 }
 
-/// Sorts what no two are alike of; the program by all processors.
+/// Sorts elements of which no two are equal; with the feature `program` on all processors.
 fn sort<T: Ord + Send>(all: &mut [T]) {
     #[cfg(feature = "program")]
     rayon::slice::ParallelSliceMut::par_sort_unstable(all);
@@ -130,7 +130,7 @@ impl Things {
     }
 }
 
-/// What is known of the triangles that hang together.
+/// Totals over triangles that hang together.
 #[derive(Clone, Copy, Default)]
 struct Thing {
     is_open: bool,

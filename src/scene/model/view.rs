@@ -221,7 +221,7 @@ pub(in crate::scene) fn caster_spheres(
     particles.chain(strands).chain(gaussians).chain(cells)
 }
 
-/// The same for as long as the host is not asked: what is simulated goes on without it, inside a box.
+/// The same for all later times: simulated particles move without the host, inside a box.
 pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
     match scene.motion {
         Motion::Fountain(fountain) => Box::new(fountain.corners().into_iter()),

@@ -29,7 +29,7 @@ fn failed(operation: &'static str, name: &'static str) -> impl Fn(vk::Result) ->
     move |result| error(operation, name, format!("{result:?}"))
 }
 
-/// What egui has to draw.
+/// egui's meshes to draw.
 pub struct Ui {
     pub textures: egui::TexturesDelta,
     pub primitives: Vec<egui::ClippedPrimitive>,
@@ -254,7 +254,7 @@ impl Host {
     /// Copies what text needs that was not shown before. It waits for the device, and is rare.
     fn textures(&mut self, ui: &mut Ui) -> Result<()> {
         let (Some(panel), false) = (&mut self.ui, ui.textures.set.is_empty()) else { return Ok(()) };
-        // What the frames before draw from is replaced.
+        // Textures that earlier frames draw from are replaced.
         self.device.wait();
         for (id, deltas) in ui.textures.set.drain() {
             for delta in deltas {

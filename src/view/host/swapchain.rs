@@ -20,7 +20,7 @@ pub struct Swapchain {
     pub drawn: Vec<vk::Semaphore>,
 }
 
-/// What came of asking for an image, or showing it.
+/// The result of acquiring an image, or of presenting it.
 pub enum Turn<T> {
     Done(T),
     /// The window is of another size: make the images anew.
