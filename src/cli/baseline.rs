@@ -111,7 +111,8 @@ impl Baseline<'_> {
         self.before.as_ref().and_then(|before| change_of(before, row, self.margins))
     }
 
-    /// Prints what has changed, or with `json` all results and that, and writes what other tools want. False where the run fails by it.
+    /// Prints the changes, or with `json` all results and the changes, and writes the files for other tools. False where the run fails by
+    /// them.
     ///
     /// # Errors
     /// [`Error::Output`] where a file cannot be written.

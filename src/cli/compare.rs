@@ -26,7 +26,8 @@ use std::process::ExitCode;
 /// A scene of meshes under more lights than this is one of many lights.
 const FEW_LIGHTS: usize = 8;
 
-/// How often what seems slower than its baseline is measured again: a slower build stays slower, and whatever else ran is over.
+/// How often a row that seems slower than its baseline is measured again: a build that is slower stays slower, while a disturbance by
+/// another program passes.
 const MEASURED_AGAIN: u32 = 2;
 
 /// Pixels of a picture of a quick look, and on a software device where no technique is named.
@@ -302,7 +303,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
         let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
-            // A software driver compiles what it draws, when it does; what is told of pipelines is told in the order of the rows.
+            // Pipelines are made row by row: a software driver compiles a pipeline when it first draws, and reports stand in the order of
+            // the rows.
             if !context.features().is_software() && !arguments.pipeline_statistics {
                 let left = specs.iter().zip(of_scene.clone()).filter(|(_, place)| is_left(&rows, *place));
                 case.prepare(&left.map(|(spec, _)| spec).collect::<Vec<_>>())?;
@@ -431,8 +433,8 @@ pub(super) fn has_many_lights(scene: &Scene) -> bool {
     scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
 }
 
-/// What is compared when no technique is named: of many lights, or as if there were, all that their entries say, so that what the device lacks is a row
-/// that says so, else as far as the device has what it needs.
+/// The specs to compare when no technique is named. Under many lights: all specs of the techniques' entries, so that a missing feature is a
+/// row that says so. Else: those whose features the device has.
 pub(super) fn default_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     if many_lights || has_many_lights(scene) {

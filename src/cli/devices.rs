@@ -21,7 +21,7 @@ const ANY: [(&str, &[Requirement]); 2] = [
     ("render --wireframe", &[Requirement::Tessellation, Requirement::Lines]),
 ];
 
-/// (technique, path, what is missing).
+/// (technique, path, missing features).
 fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>)> {
     let of = |entry: &'static Entry| entry.paths.iter().map(move |path| (entry.name, path.name, path.requires));
     let all = REGISTRY.iter().flat_map(|entry| of(entry)).chain(ANY.map(|(name, requires)| ("any", name, requires)));

@@ -69,7 +69,7 @@ pub(super) fn by_reference(
     Ok(())
 }
 
-/// Draws each state, lit by a technique. Returns what is to be said of it.
+/// Draws each state, lit by a technique. Returns notes for the user.
 pub(super) fn by_technique(
     arguments: &Arguments,
     context: &Context,

@@ -7,7 +7,7 @@ use crate::gpu::{Fault, Testing};
 /// The option with which tests start the program.
 pub(super) const OPTION: &str = "--test-hooks";
 
-/// Does from now on, for the whole process, what the variables say:
+/// Applies these variables from now on, for the whole process:
 ///
 /// - `GOBO_TEST_LIMITS=lowest`: limits as low as Vulkan 1.3 allows.
 /// - `GOBO_TEST_FEATURES=none`: no optional features.

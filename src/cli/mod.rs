@@ -55,7 +55,7 @@ use std::sync::LazyLock;
 #[derive(Parser)]
 #[command(version, max_term_width = help::WIDTH, after_long_help = help::techniques())]
 struct Cli {
-    /// Do what variables of tests say.
+    /// Apply the variables of tests.
     #[arg(long, hide = true)]
     test_hooks: bool,
     #[command(subcommand)]
@@ -306,8 +306,8 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The command as it was given, without the path of the program. One that goes on with an earlier one is that one: what both
-/// write is what one would have.
+/// The command as it was given, without the path of the program. A command with --resume counts as the earlier one that it goes on with:
+/// both together write what one would have written.
 fn command_line() -> String {
     let given = std::env::args().skip(1).filter(|argument| !["--resume", hooks::OPTION].contains(&argument.as_str()));
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")

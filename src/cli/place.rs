@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Checks a file that is written as `format`, an ending: what is named otherwise would be no such file.
+/// Checks that a file that is written as `format` has that ending.
 ///
 /// # Errors
 /// [`Error::Input`] for another ending, [`Error::Output`] where the folder is missing.

@@ -57,7 +57,7 @@ impl Progress {
     }
 }
 
-/// After so many of so many rows have ended: what the others may take, as these took.
+/// After so many of so many rows: the time that the others may take, judged by these.
 fn line([done, rows]: [usize; 2], took_s: f64, row: &Row, spec: &Spec) -> String {
     let left_s = took_s / done as f64 * (rows - done) as f64;
     let left = if done < rows { format!(", {left_s:.0} s left") } else { String::new() };

@@ -142,7 +142,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// All that the device and the scene let run, a few times each and at few points; what may be an answer by then, properly.
+/// First look: all specs that run on the device for this scene, a few times each and at few points. Then those that may be the answer, in
+/// full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
@@ -344,14 +345,14 @@ fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     with(left, to_be_sized(rows).iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
 }
 
-/// The spec without what only pictures depend on.
+/// The spec without keys on which only pictures depend.
 fn built(spec: &Spec) -> String {
     let mut keys = spec.variant();
     keys.retain(|name, _| KEYS.iter().all(|key| key.name != name));
     format!("{} {keys:?}", spec.entry.name)
 }
 
-/// Those, and behind them what of `more` is not among them; not where little is wanted.
+/// Those, and behind them the specs of `more` that are not among them; not with little.
 fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec> {
     for near in more.into_iter().filter(|_| !little::is_asked()) {
         if specs.iter().all(|spec| spec.to_string() != near.to_string()) {
@@ -395,7 +396,8 @@ mod tests {
         }
     }
 
-    /// Under meshes alone one technique stands for all that draw its maps; what keeps meshes otherwise stays, and so does all of smoke.
+    /// Under meshes alone one technique stands for all that draw the same maps; techniques that keep meshes in other ways stay, and so do
+    /// all under smoke.
     #[test]
     fn opaque_maps_are_looked_at_once() {
         let names = |name: &str| {

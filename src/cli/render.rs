@@ -254,7 +254,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
     said_of(&sequence.names(), &said)
 }
 
-/// Says what was written, and by what.
+/// Prints which files were written, and by which device.
 fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
     for (i, line) in said.iter().enumerate() {
         if i == 0 { say(format!("{names}: {line}"))? } else { say(line)? }
@@ -262,7 +262,7 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One picture per frame of all techniques' frames, with what is known of each below it.
+/// One picture per frame of all techniques' frames, with each one's figures below it.
 fn in_panels(
     arguments: &Arguments,
     states: &[Scene],

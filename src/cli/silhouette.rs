@@ -43,7 +43,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     covered
 }
 
-/// Grey visibility with the casters' silhouette over it, and below it what grey means and at which depth it is.
+/// Grey visibility with the casters' silhouette over it, and below it the scale of grey and the depth.
 pub(super) fn shown(scene: &Scene, view: &View, depth: f32, size: u32, mut rgb8: Vec<u8>) -> Paper {
     let sized = View { width: size, height: size, ..*view };
     let covered = covered(scene, &sized);

@@ -155,7 +155,7 @@ fn ask_all(
     Ok(())
 }
 
-/// After every case, so that an interrupted run keeps what it has.
+/// After every case, so that an interrupted run keeps its results.
 fn write(store: &Store, results: &Results) -> Result<()> {
     let fail = |cause: serde_json::Error| Error::output(&store.dir().join("stress.json"), cause);
     let json = serde_json::to_string_pretty(results).map_err(fail)? + "\n";

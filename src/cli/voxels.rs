@@ -78,7 +78,7 @@ fn empty(name: String, albedo: [f32; 3]) -> Mesh {
     Mesh { name, positions: vec![], triangles: vec![], albedo, solid: false }
 }
 
-/// The occupied voxels of a grid about all meshes: their sides towards what is empty.
+/// The occupied voxels of a grid about all meshes: their sides towards empty space.
 fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     // Three levels of bits, each a quarter of the one below.
     if !size.is_multiple_of(64) {

@@ -11,15 +11,15 @@ use std::collections::BTreeMap;
 /// same the other one goes.
 pub const ROUNDING: f64 = 1e-3;
 
-/// What stands before a scene's name in [`Results::conditions`].
+/// The prefix of a scene's name in [`Results::conditions`].
 const SCENE: &str = "scene ";
-/// What stands before the name of a baked file there.
+/// The prefix of a baked file's name there.
 const FILE: &str = "file ";
 
 /// Conditions by which another world is measured, or another work.
 const WORLD: [&str; 4] = ["--moving", "--turn", "--vpls", "--validation"];
 
-/// What was measured on one device, with one driver and one edition of this program.
+/// Results of one device, one driver and one edition of this program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// As short as tells it from the others.
@@ -183,7 +183,7 @@ impl Beside {
         of(one).zip(of(other)).is_none_or(|(a, b)| a == b)
     }
 
-    /// What columns say otherwise of how they were measured: the condition, and each column's value.
+    /// Conditions of measuring in which columns differ: the condition, and each column's value.
     pub fn differing_conditions(&self) -> Vec<(String, Vec<Option<String>>)> {
         let mut all: BTreeMap<&str, Vec<Option<String>>> = BTreeMap::new();
         for (place, column) in self.columns.iter().enumerate() {
@@ -319,7 +319,7 @@ fn is_part(there: &Results, more: &Results) -> bool {
         && !twice()
 }
 
-/// A row with every key that its technique has: what an older program did not know stands at its default.
+/// A row with every key that its technique has: a key that an older program did not know has its default.
 fn whole(row: &Row) -> Row {
     let mut row = Row {
         scene: row.scene.clone(),

@@ -1,4 +1,4 @@
-//! What has changed since an earlier comparison: times with their noise, errors and bytes, row by row.
+//! Changes since an earlier comparison: times with their noise, errors and bytes, row by row.
 
 use super::{Results, Row, Status, Timing};
 
@@ -42,7 +42,7 @@ pub enum Verdict {
 /// One figure of a row, before and now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// What it is: `build`, `look-up`, `draw`, `map error`, `space error`, `surface error`, `FLIP`, `resident`.
+    /// Its name: `build`, `look-up`, `draw`, `map error`, `space error`, `surface error`, `FLIP`, `resident`.
     pub name: &'static str,
     /// Nanoseconds, a mean absolute error, or bytes.
     pub before: f64,
@@ -69,7 +69,7 @@ impl Figure {
     }
 }
 
-/// A row, and what it was.
+/// A row, and the same row before.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change<'a> {
     /// It is there before and now.
@@ -142,8 +142,8 @@ pub(super) const ERRORS: [Named<f64>; 4] = [
     ("FLIP", |row| Some(row.error.as_ref()?.image?.flip_mean)),
 ];
 
-/// Every row of now with what it was, in the order of now, and behind them those that are gone. A row is the same where scene
-/// and technique are, and all keys that both say; each row of before is one of now at most.
+/// Every row of now with the same row before, in the order of now, and behind them those that are gone. A row is the same where scene and
+/// technique are, and all keys that both say; each row of before is one of now at most.
 pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> Vec<Change<'a>> {
     let mut left: Vec<&Row> = before.rows.iter().collect();
     let mut changes: Vec<Change> = now

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Sides of the squares, in texels of a map of 256 texels per side that is fitted to what casts.
+/// Sides of the squares, in texels of a map of 256 texels per side that is fitted to the casters.
 pub const FOOTPRINTS: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
 
 /// Texels per side of the map that footprints are told in.
@@ -23,7 +23,7 @@ const STRATA: u32 = 6;
 /// Error of answers against means over squares of one size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FootprintError {
-    /// The square's side, texels of a map of 256² that is fitted to what casts.
+    /// The square's side, texels of a map of 256² that is fitted to the casters.
     pub texels: f64,
     /// Points that were asked.
     pub points: u64,
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(footprint_error(&[], 4.0, &[]), None);
     }
 
-    /// Ribbons side by side over a light that shines down: what a square sees is what of its width is between them.
+    /// Ribbons side by side over a light that shines down: a square's mean is the share of its width between them.
     #[test]
     fn a_lattice_has_a_closed_form() {
         let (spacing, radius, opacity, count) = (0.25, 0.03125, 0.75, 64);

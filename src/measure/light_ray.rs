@@ -72,7 +72,8 @@ impl LightRay {
             nodes.push(if stands_in_it { opened.technique.nodes(map, texel)? } else { Vec::new() });
         }
 
-        // What is asked is a point of three floats: its depth is theirs, and no two are nearer than these can tell apart.
+        // A point that is asked about has three floats, so its depth is rounded to these, and no two points are closer than floats can tell
+        // apart.
         let [near, far] = [0.0, 1.0].map(|depth| ray.at(view.z(depth)));
         let apart =
             2.0 * f64::from(f32::EPSILON) * near.abs().max(far.abs()).max_element() / (view.z(1.0) - view.z(0.0));

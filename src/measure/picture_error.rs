@@ -32,8 +32,8 @@ pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
     }
 }
 
-/// What pictures of frames one after the other change, pixel by pixel, that their references do not: the root mean square over
-/// pixels and channels, display-referred. None for fewer than two. All pictures have the same size.
+/// Changes between consecutive pictures, pixel by pixel, that their references do not have: the root mean square over pixels and channels,
+/// display-referred. None for fewer than two. All pictures have the same size.
 pub fn picture_flicker(pictures: &[Picture], references: &[Picture]) -> Option<f64> {
     let off = |(picture, reference): (&Picture, &Picture)| -> Vec<f64> {
         let (a, b) = (picture.to_srgb(), reference.to_srgb());

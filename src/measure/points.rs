@@ -4,7 +4,7 @@ use super::compare::LOOKUPS;
 use super::truth::Points;
 use crate::consume::Asked;
 
-/// Lights that have all the points that are wanted. Where there are more, they share what so many would have.
+/// So many lights have all the points that are wanted each. More lights share that total.
 const FULLY_ASKED: usize = 8;
 
 /// Points per light at least, however many lights there are.

@@ -92,7 +92,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     }
 }
 
-/// What two shards of one run have in common and these have not: its name, and both values.
+/// A condition that shards of one run must share and in which these differ: its name, and both values.
 fn difference(one: &Results, other: &Results) -> Option<(String, String, String)> {
     let of = |results: &Results| {
         let DeviceFacts { name, driver, api, features, .. } = &results.device;
@@ -114,7 +114,7 @@ fn difference(one: &Results, other: &Results) -> Option<(String, String, String)
     })
 }
 
-/// The command of a run without what is one shard's.
+/// The command of a run without options that differ between shards.
 fn whole(command: &str) -> String {
     let mut left = Vec::new();
     let mut words = command.split(' ');
@@ -184,7 +184,7 @@ mod tests {
         }
     }
 
-    /// What a device copies is measured in each.
+    /// A device's copy rate is measured in each.
     #[test]
     fn what_is_measured_may_differ() {
         let mut all = shards(6, 3);

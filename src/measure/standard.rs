@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Smoke, hair, and meshes in a room and in the open.
 pub const SCENES: [&str; 4] = ["plume_8k", "hair", "cornell", "houses"];
 
-/// Seconds for which what moves has been running.
+/// The time of scenes that move, seconds.
 pub const TIME_S: f64 = 20.0;
 
 /// How much is measured of each row.
@@ -74,7 +74,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
     Ok(all)
 }
 
-/// What figures depend on that neither the specs nor the device say.
+/// Conditions of the figures beside specs and device.
 pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     let [width, height] = EFFORT.picture;
     let mut all: BTreeMap<String, String> = [
@@ -91,12 +91,12 @@ pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     all
 }
 
-/// What came of measuring the errors of a submission again.
+/// The result of measuring a submission's errors again.
 #[derive(Clone, Debug, Default)]
 pub struct Again {
     /// Rows with the same errors, to rounding.
     pub agree: usize,
-    /// A line for each of the others: what differs, or that it is no row any more.
+    /// A line for each of the others: the difference, or that it is no row any more.
     pub against: Vec<String>,
 }
 

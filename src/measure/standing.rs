@@ -17,7 +17,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Opens and builds what `specs` name.
+    /// Opens and builds the techniques of `specs`.
     ///
     /// # Errors
     /// As [`World::new`], [`open`] and [`Opened::build`].

@@ -146,7 +146,7 @@ impl Jiffies {
     /// From the texts of /proc/stat and /proc/self/stat.
     fn of(machine: &str, process: &str) -> Option<Self> {
         let first = machine.lines().next()?.strip_prefix("cpu ")?;
-        // User, nice, system, idle, waiting for a disk, interrupts, and what a host took.
+        // User, nice, system, idle, waiting for a disk, interrupts, and time taken by a host.
         let times: Vec<f64> = first.split_whitespace().take(8).map_while(|t| t.parse().ok()).collect();
         // The name, in brackets, may have blanks; user and system time are the 14th and 15th field.
         let fields: Vec<&str> = process.rsplit_once(')')?.1.split_whitespace().collect();

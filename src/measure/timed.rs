@@ -60,8 +60,8 @@ pub struct TimedBuilds {
 pub struct BuildTimes {
     /// With each pass timed.
     pub each: Ran,
-    /// The same build once more, with all passes timed as one, without what the timestamps in between take. None where the world
-    /// moves, of a bake, and on a software device.
+    /// The same build once more, with all passes timed as one, without the cost of timestamps between. None where the world moves, of a
+    /// bake, and on a software device.
     pub whole: Option<Ran>,
 }
 
@@ -106,7 +106,7 @@ impl LookupTimes {
 }
 
 impl BuildTimes {
-    /// What the row's times are of.
+    /// The frames that the row's times are taken from.
     pub fn counted(&self) -> &Ran {
         self.whole.as_ref().unwrap_or(&self.each)
     }
@@ -177,7 +177,7 @@ impl Case<'_> {
         };
         let builds = repeats.run(is_slow, |frame, is_timed| {
             let moved = self.show(frame % self.frames.count())?;
-            // In a frame to which something moved, what follows from that; in one like the last, all of it.
+            // In a frame to which something moved, the passes that depend on it; in one like the last, all passes.
             let more = self.frames.count() > 1;
             let each = Ran::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
             let mut whole = None;

@@ -1,4 +1,4 @@
-//! What has changed since a baseline: a table, and the files that other tools read.
+//! Changes since a baseline: a table, and the files that other tools read.
 
 use super::wording::{Specs, bytes, milliseconds, one_line, outcome, significant};
 use crate::measure::{Change, Figure, Results, Verdict};

@@ -29,7 +29,7 @@ struct Look {
 #[derive(Serialize)]
 struct SceneChoice {
     name: String,
-    /// What is meant by error.
+    /// The kind of error that is meant.
     measure: &'static str,
     best: Option<Said>,
     fastest: Option<Said>,

@@ -7,9 +7,9 @@ use crate::measure::{ColorError, PointError, Row, Status};
 
 /// One measured column.
 pub(super) struct Column {
-    /// What neighbouring columns have in common.
+    /// The heading that neighbouring columns share.
     pub(super) group: &'static str,
-    /// What it is, within the group.
+    /// Its own heading, within the group.
     pub(super) name: &'static str,
     /// Group and name together, short enough for a terminal, with the unit.
     pub(super) heading: &'static str,
@@ -22,7 +22,7 @@ pub(super) struct Column {
     pub(super) value: fn(&Row) -> Option<f64>,
     /// How the number reads.
     pub(super) text: fn(f64) -> String,
-    /// What stands behind the number, in small.
+    /// The small text behind the number.
     pub(super) spread: fn(&Row) -> Option<String>,
 }
 

@@ -54,7 +54,7 @@ document.getElementById("theme").addEventListener("click", () => {
   const is = root.dataset.theme ?? (dark ? "dark" : "light");
   root.dataset.theme = is === "dark" ? "light" : "dark";
 });
-// Filters: what is left out is hidden wherever its row stands.
+// Filters: a row that is left out is hidden in every table and plot.
 const filters = document.getElementById("filters");
 function filter() {
   const off = kind => new Set([...filters.querySelectorAll(`[data-filter="${kind}"]`)].filter(box => !box.checked).map(box => box.value));

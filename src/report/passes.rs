@@ -29,7 +29,7 @@ pub fn passes(results: &Results) -> String {
     text
 }
 
-/// What a table is about.
+/// The subject of a table.
 #[derive(Clone, Copy)]
 struct Of {
     /// Which passes of a row.

@@ -87,7 +87,8 @@ fn legend_height(lines: &[String]) -> i32 {
     LEGEND_LINE + (lines.len() as i32 - 1) * LEGEND_NEXT_LINE
 }
 
-/// One line, or two that break behind a blank, comma or dash where one is near; what does not fit loses its middle.
+/// One line, or two that break behind a blank, comma or dash where one is near; text that does not fit loses its
+/// middle.
 fn legend_lines(label: &str) -> Vec<String> {
     let room = characters_in(WIDTH - LEGEND_LEFT - 44, 13);
     let label: Vec<char> = shortened(label, 2 * room - room / 4).chars().collect();

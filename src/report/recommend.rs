@@ -8,7 +8,7 @@ use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
 use serde::Serialize;
 
-/// What an answer may take and may be wrong by; what is absent is not limited.
+/// Limits of an answer's time, memory and error; an absent one is no limit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Milliseconds of a frame.
@@ -21,7 +21,7 @@ pub struct Limits {
     pub bytes: Option<u64>,
 }
 
-/// A name, what a row has, its limit, and how both are written.
+/// A quantity's name, a row's value, its limit, and how both are written.
 type Limited<'a> = (&'a str, Option<f64>, Option<f64>, &'a dyn Fn(f64) -> String);
 
 /// A limit that a row breaks.
@@ -32,7 +32,7 @@ struct Broken {
 }
 
 impl Limits {
-    /// What errors are looked at: FLIP where it alone is limited.
+    /// The kind of error to go by: FLIP where it alone is limited.
     fn measure(&self, rows: &[(usize, &Row)]) -> Measure {
         let measure = measure_of_any(rows);
         match self.flip.is_some() && self.error.is_none() {
@@ -74,7 +74,7 @@ pub struct Recommendation {
     pub text: String,
     scene: String,
     device: String,
-    /// What the errors of the rows are: `surface error`, say.
+    /// The kind of the rows' errors, such as `surface error`.
     error: &'static str,
     best: Chosen,
     closer: Option<Chosen>,
@@ -105,7 +105,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     let within: Vec<_> = rows
         .iter()
         .copied()
-        // What is no closer than no shadow is no answer, whatever no shadow takes.
+        // A row that is no closer than no shadow is no answer, however long no shadow takes.
         .filter(|(_, row)| row.technique == "none" || limits.broken(row, &measure).is_empty())
         .collect();
     let Some(found) = answer(&within, &measure) else {
@@ -230,7 +230,7 @@ pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     })
 }
 
-/// The row that breaks its worst limit by least, and what it breaks.
+/// The row that breaks its worst limit by least, and that limit.
 fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<Broken>)> {
     let dark = rows.iter().filter(|(_, row)| row.technique == "none").filter_map(|(_, row)| point(row, measure));
     let dark = dark.map(|point| point.1).fold(f64::INFINITY, f64::min);
@@ -254,7 +254,7 @@ fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option
     least.map(|(index, _)| *index)
 }
 
-/// The spec as it can be given again, without what is the default.
+/// The spec as it can be given again, without defaults.
 fn to_paste(row: &Row) -> String {
     let keys: Vec<_> = row.variant.keys().filter_map(|key| Some(format!("{key}={}", row.value(key)?))).collect();
     match parse(&format!("{}:{}", row.technique, keys.join(","))).as_deref() {
@@ -285,7 +285,7 @@ mod tests {
     use crate::consume::runs;
     use crate::measure::{ImageError, PointError, RowError, Status};
 
-    /// What is on the device's default list comes back from its row as it was.
+    /// A spec of the device's default list comes back from its row as it was.
     #[test]
     fn a_spec_to_paste_is_the_row_again() {
         for spec in
@@ -379,7 +379,7 @@ mod tests {
         assert_eq!((best_and_extremes(&rows[..8]), to_be_sized(&rows[..8])), (vec![1, 6, 4, 7], vec![1, 4, 6]));
     }
 
-    /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.
+    /// Compared with the definition, row by row: the named rows are within the limits, and no row there is better.
     #[test]
     fn the_choice_is_that_of_brute_force() {
         let (mut state, mut answered, mut refused) = (7, 0, 0);

@@ -29,7 +29,7 @@ impl Store {
     }
 
     /// Writes `results.json` and `results.csv`. Meant to be called after every row, so that an interrupted run keeps
-    /// what it measured.
+    /// its rows.
     ///
     /// # Errors
     /// [`Error::Output`] names the file; the file of that name, if any, is as it was.

@@ -90,7 +90,7 @@ pub struct Facet {
     pub side: i32,
 }
 
-/// What a light sees of a surface through a texel. Twin: Patch in glsl/lights/indirect/patch.glsl.
+/// The patch of a surface that a light sees through a texel. Twin: Patch in glsl/lights/indirect/patch.glsl.
 pub struct Patch {
     /// World units.
     pub position: DVec3,

@@ -1,4 +1,4 @@
-//! Twins of glsl/consume/interleaved/: which lights each of 4 × 4 pixels asks, and what they find together.
+//! Twins of glsl/consume/interleaved/: which lights each of 4 × 4 pixels asks, and their mean.
 
 use super::many_lights::frame::Frame;
 use super::many_lights::shade::is_same_surface;
@@ -43,8 +43,8 @@ fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 /// How near four pixels are about a pixel, where they begin 3, 2, 1 or 0 before it. Twin: NEARNESS.
 const NEARNESS: [usize; 4] = [0, 2, 3, 1];
 
-/// What arrives at each pixel from all lights, but for the rounding of a division; nothing in the sky. `geometry`: z, as bits, and
-/// packed normal of each pixel. Twin: glsl/consume/interleaved/gather.comp.
+/// Light that each pixel reflects from all lights, up to the rounding of a division; nothing in the sky. `geometry`: z, as bits, and packed
+/// normal of each pixel. Twin: glsl/consume/interleaved/gather.comp.
 pub fn gather(frame: &Frame, geometry: &[[u32; 2]], estimates: &[[f32; 3]], lights: u32) -> Vec<[f32; 3]> {
     let [width, height] = [frame.camera.width, frame.camera.height];
     let pixel = |i: u32| {

@@ -157,7 +157,7 @@ mod tests {
                     let depth = texel.range[0] + end(range, 8, k) * (texel.range[1] - texel.range[0]);
                     let expected = (-exact(&view, &casters, depth.into())).exp();
                     let found = (-texel.optical_depths[k - 1]).exp();
-                    // What is opaque takes all light within a rounding of a depth.
+                    // An opaque caster takes all light within a rounding of a depth.
                     let near = [-1e-6, 1e-6].map(|off| (-exact(&view, &casters, f64::from(depth) + off)).exp());
                     let tolerance = 1e-5 + (near[0] - near[1]).abs();
                     prop_assert!((f64::from(found) - expected).abs() < tolerance, "{range:?} {k}: {found}, not {expected}");

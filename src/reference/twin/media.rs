@@ -74,7 +74,7 @@ impl Motes {
         Self { first, axis, step, count, amount: units(amount) }
     }
 
-    /// What each of its parts puts into which voxels.
+    /// How much each of its parts puts into which voxels.
     pub(super) fn shares(&self, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
         (0..self.count).for_each(|i| mote(self.place(i), self.amount, size, &mut deposit));
     }

@@ -6,7 +6,7 @@ use super::roots::real_roots;
 /// Which functions are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// Chebyshev polynomials up to the number of moments: they say what as many powers do, and round better.
+    /// Chebyshev polynomials up to the number of moments: they carry the same as that many powers, and round better.
     Power,
     /// Cosines and sines, half as many of each.
     Trigonometric,
@@ -61,7 +61,7 @@ pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_dept
 /// Square matrices and vectors of up to 5.
 type Vector = [f32; 5];
 
-/// What the moments are asked by.
+/// Values by which moments are evaluated.
 struct Problem<'a> {
     basis: Basis,
     /// Means of the functions, the first of them 1.
@@ -262,7 +262,7 @@ fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     for i in 0..n {
         monic[i] = d[i + 1] / square;
     }
-    // Places of the distribution are at right angles to one another; where rounding makes two of one, they share what they weigh.
+    // Places of the distribution are at right angles to one another; where rounding makes two places of one, they share its weight.
     let mut seen = [([0.0; 5], 0.0); 5];
     seen[0] = (solved.map(|y| y / square.sqrt()), 1.0 / square.sqrt());
     let (mut before, mut all) = (overestimation / square, 1.0 / square);

@@ -22,7 +22,7 @@ pub fn moved(view: &View, position: Vec3, normal: Vec3, normal_bias: f32) -> Vec
     position + normal * by.max(rounding)
 }
 
-/// What texels about a point are compared with. Twin: Receiver.
+/// The receiver that texels about a point are compared with. Twin: Receiver.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
     view: View,

@@ -76,9 +76,9 @@ fn directed(sum: f32, m: [f32; 6], towards: [f32; 3]) -> f32 {
     (sum - strands).max(0.0) + 4.0 / PI * (least + share * (most - least))
 }
 
-/// What a look-up of the technique `density-grid` knows.
+/// Data of a look-up of the technique `density-grid`.
 pub struct Soft<'a> {
-    /// What voxels take on average.
+    /// Mean extinction of voxels.
     pub media: &'a Media,
     /// How their strands run, where that is known.
     pub directions: Option<&'a Directions>,
@@ -87,7 +87,7 @@ pub struct Soft<'a> {
 }
 
 impl Soft<'_> {
-    /// What a voxel takes of a way in a direction of unit length. Twin: media_of, directed.
+    /// Extinction of a voxel in a direction of unit length. Twin: media_of, directed.
     pub fn of(&self, voxel: [u32; 3], towards: [f32; 3]) -> f32 {
         let sum = self.media.of(voxel);
         let Some(directions) = self.directions.filter(|_| !self.media.is_full(voxel)) else { return sum };

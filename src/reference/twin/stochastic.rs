@@ -99,7 +99,7 @@ pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32,
     drawn
 }
 
-/// What a texel's casters take, in whole units.
+/// Optical depth of a texel's casters, in whole units.
 pub struct Units {
     segments: Vec<Segment>,
     scale: f32,
@@ -143,7 +143,7 @@ impl Units {
         self.segments.len() as u32 + (self.all as f32 * 2e-5) as u32
     }
 
-    /// What sample `i` of so many is to have lost where it ends.
+    /// The light lost where sample `i` of so many ends.
     pub fn wanted(&self, texel: [u32; 2], i: u32, count: u32) -> u32 {
         let lost = ((i as f32 + share(texel_key(texel))) / count as f32).min(0.999_999_9);
         (-(1.0 - lost).ln() * self.scale) as u32
@@ -180,7 +180,7 @@ mod tests {
     use crate::scene::tests::along_the_axis;
     use proptest::prelude::*;
 
-    /// What is left at a depth, in f64.
+    /// Transmittance up to a depth, in f64.
     fn left(view: &View, casters: &[Caster], depth: f32) -> f64 {
         let of = |s: Segment| {
             let within = f64::from(depth - s.entry) / f64::from(s.exit - s.entry).max(1e-30);

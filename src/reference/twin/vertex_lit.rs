@@ -129,7 +129,7 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, spacing: f64) ->
             // A volume has no vertices: it is lit as ever.
             let Some(index) = index else { return light(casters, scene, position, |_| 0.0, |_| 1.0) };
             let ndc = pixel / size * 2.0 - 1.0;
-            // What has no quad meets no ray, rounding aside.
+            // A caster without a quad meets no ray, rounding aside.
             lit[index as usize].as_ref().map_or(DVec3::ZERO, |l| l.at(ndc)[bound])
         };
         let surface = |position, hit: &_| lit_surface(casters, scene, position, hit);

@@ -10,7 +10,7 @@ pub fn devices_answer(beside: &Beside) -> String {
     one_line(&format!("{}; {}.", fastest(beside), errors(beside, &beside.agreement())))
 }
 
-/// What a frame takes, or a build.
+/// The time of a frame, or of a build.
 pub(super) fn what(beside: &Beside) -> &'static str {
     match beside.times {
         Times::Frame => "frame",

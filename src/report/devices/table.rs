@@ -6,7 +6,7 @@ use crate::report::wording::{NOTHING, one_line, significant, status_word};
 use crate::{Error, Result};
 use serde_json::{Number, Value, json};
 
-/// One word for what a ratio says.
+/// The verdict of a ratio, in one word.
 pub(super) fn verdict_word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Same => "no difference",
@@ -90,7 +90,7 @@ pub fn devices_markdown(beside: &Beside) -> String {
     text
 }
 
-/// A line for each row of each device. Numbers in full precision; what is missing is an empty field.
+/// A line for each row of each device. Numbers in full precision; missing values are empty fields.
 ///
 /// # Errors
 /// [`Error::Output`] where memory runs out.

@@ -19,7 +19,7 @@ const LEAST_NEAR: f32 = 0.25;
 /// Twin: TAKEN_BITS.
 const TAKEN_BITS: u32 = 18;
 
-/// What lights choose by. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
+/// Values by which lights choose. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
     /// Texels per side of a map.

@@ -78,7 +78,7 @@ pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Vec<Projected>
     pieces.map(|pair| projected([polygon[0], pair[0], pair[1]], plane, Some(range))).collect()
 }
 
-/// What is in the pyramid of a polygon along its axes. Twin: put_pieces.
+/// Clips a polygon to the pyramid. Twin: put_pieces.
 fn cut(polygon: Vec<[f32; 3]>, size: f32) -> Vec<[f32; 3]> {
     let planes: [fn([f32; 3], f32) -> f32; 5] = [
         |v, size| v[2] - NEAREST * size,
@@ -150,7 +150,7 @@ struct Facet {
     corners: [[i64; 2]; 3],
     /// At the first corner.
     z: f32,
-    /// What a 256th of a voxel adds.
+    /// Change per 256th of a voxel.
     slope: [f32; 2],
     /// In a pyramid: 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its
     /// columns.
