@@ -8,7 +8,7 @@
 struct Grid {
     vec3 origin;     // its corner, world units
     float voxel;     // a voxel's side, world units
-    float per_unit;  // voxels a world unit
+    float per_unit;  // voxels per world unit
     uint size;       // voxels per side
     uint low[3];     // of all that casts, as maps/extents.glsl orders floats
     uint high[3];

@@ -287,7 +287,7 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
             let is_its = |spec: &&Spec| spec.entry.name == entry.name;
             let usual = parse(entry.name)?;
             if only_meshes {
-                // All ways to keep meshes, as large as is usual, and four times as large where no bake makes that long.
+                // All ways to keep meshes, in their usual size, and four times as large unless a bake would take long.
                 let size = |spec: &Spec| {
                     let mut spec = spec.clone();
                     Name::SIZES.iter().for_each(|name| spec.set(*name, usual[0].text(*name)));

@@ -138,7 +138,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let trees = opened.technique.trees()?;
     let data = trees[arguments.light];
     let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-    // A voxel's sides, world units: the axes are in voxels a world unit.
+    // A voxel's sides, world units: the axes are in voxels per world unit.
     let axes = [data.right, data.up, data.forward].map(|axis| wide(axis) / wide(axis).length_squared());
     let at = |voxel: [f64; 3]| wide(data.origin) + axes[0] * voxel[0] + axes[1] * voxel[1] + axes[2] * voxel[2];
     let voxel = |number: u32, size: u32| [number % size, number / size % size, number / size.pow(2)];

@@ -22,7 +22,7 @@ impl Writer<'_> {
     /// The picture of a row, by its place among its scene's, its difference from the truth, and the truth itself the first time; the bounce
     /// of light too, where it was traced.
     pub fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &Case, drawn: &Drawn) {
-        // A row that was kept may have that number of another order.
+        // A row that was kept from an earlier run, in another order, may have that number already.
         let number = (place..).find(|n| results.rows.iter().all(|r| r.picture != Some(picture_name(row, *n, ""))));
         let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, number.unwrap_or(place), suffix));
         self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));

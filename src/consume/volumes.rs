@@ -18,7 +18,7 @@ pub struct FieldData {
     pub origin: [f32; 3],
     /// Extinction of density 1, 1 / world unit.
     pub extinction: f32,
-    /// Samples a world unit, along each of its axes.
+    /// Samples per world unit, along each of its axes.
     pub rows: [[f32; 3]; 3],
     /// Samples from its lowest to its highest.
     pub size: [f32; 3],

@@ -45,7 +45,7 @@ pub struct GridData {
     pub origin: [f32; 3],
     /// A voxel's side, world units.
     pub voxel: f32,
-    /// Voxels a world unit.
+    /// Voxels per world unit.
     pub per_unit: f32,
     /// Voxels per side.
     pub size: u32,

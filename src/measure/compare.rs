@@ -383,7 +383,8 @@ impl Case<'_> {
         }
     }
 
-    /// Goes through all frames once more, asks at the moments for errors and in each for flicker, which it returns.
+    /// Goes through all frames once more, asks in some of them for errors and in all of them for flicker, which it
+    /// returns.
     fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
         let moments = moments(self.frames.states.len());
         let moves = self.frames.states.len() > 1;

@@ -24,7 +24,7 @@ const BAKE_BUDGET: Duration = Duration::from_secs(2);
 /// When to stop repeating a build of each frame: maps of a thousand lights take minutes each on a software device.
 const FRAME_BUDGET: Duration = Duration::from_secs(60);
 
-/// The same where rows are only compared for a choice: a few repeats tell a second from less.
+/// The same where rows are only compared for a choice: a few repeats are enough to see a difference.
 const CHOICE_BUDGET: Duration = Duration::from_secs(5);
 
 /// How many builds warm up, how many are timed, and for how long.

@@ -131,7 +131,7 @@ pub struct Kinds {
     pub meshes: bool,
 }
 
-/// Everything that casts, the lights and the camera, as the host has them: one way to fill a [`crate::world::World`].
+/// Everything that casts, the lights and the camera, on the host. A [`crate::world::World`] can be made from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The name shown in tables and file names.

@@ -14,7 +14,7 @@ pub struct Key {
     pub default: &'static str,
     /// One line.
     pub about: &'static str,
-    /// Specs have it where that key has that word, and nowhere else.
+    /// If given: a key and its value, with which alone specs may have this key.
     pub with: Option<(&'static str, &'static str)>,
 }
 

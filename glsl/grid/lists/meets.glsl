@@ -14,7 +14,7 @@ const float PLANE_ROUNDING = 1.0 / 262144.0;
 
 float largest(vec3 of) { return max(abs(of.x), max(abs(of.y), abs(of.z))); }
 
-// That of a triangle, in lengths of its normal times voxels.
+// The uncertainty of a triangle's plane, in lengths of its normal times voxels.
 float plane_error(Facet facet) {
     float side = max(largest(facet.edges[0]), max(largest(facet.edges[1]), largest(facet.edges[2])));
     precise float error = PLANE_ROUNDING * (side * side) * (side + 2.0);

@@ -145,7 +145,7 @@ bool curve_dark(float depth) { return is_dark(node_values[WORK - 1]) && is_dark(
 // nothing.
 bool curve_insert(float entry, float exit, float optical_depth) {
     if (!(optical_depth > 0.0) || !(entry <= exit) || curve_dark(entry)) {
-        return false;  // nothing to lose, not a number, or no light to lose it of
+        return false;  // no optical depth, NaN, or no light left
     }
     float value_entry = curve_value(entry);
     float value_exit = curve_value(exit);

@@ -39,8 +39,8 @@ void line_begin(float error, float total) {
 vec2 window(float value, float error) {
     float through = exp(-value);
     float low = -log(min(through + error, 1.0));
-    // Where more than half of the light that is left is error, no more than the line that touches the bound there: the bound is curved, and
-    // a line that is below it at two ends must also be below it between them.
+    // Where the error is more than half of the light that is left, the bound is replaced by its tangent at that place: the bound is curved,
+    // and a line that is below it at two points must also be below it between them.
     float high = through >= 2.0 * error ? -log(through - error) : 2.0 * value + log(2.0 * error) * 2.0 - log(error);
     return vec2(max(low, 0.0), high);
 }

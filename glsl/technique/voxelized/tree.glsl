@@ -16,7 +16,7 @@ const uint INTERSECTED = 3u;
 struct Tree {
     vec3 origin;   // the corner of the cube, or the light
     uint size;     // voxels per side
-    vec3 right;    // voxels a world unit along x, y and z of the cube; light travels along z
+    vec3 right;    // voxels per world unit along x, y and z of the cube; light travels along z
     uint levels;   // the root's, and 1
     vec3 up;
     uint root;     // LIT, SHADOWED, or INTERSECTED where there are nodes

@@ -25,7 +25,8 @@ const LONE_THREADS: u32 = 1024;
 /// device.
 const LONE_BYTES: u32 = LONE_THREADS * 16 + 5120;
 
-/// Workgroups that survey casters, by themselves at first, at most: the fewer, the less they wait for each other.
+/// The most workgroups that survey casters, each in its own memory first: with fewer they wait less for each other at
+/// the end.
 const MOST_SURVEYING: u64 = 256;
 
 /// Threads of such a workgroup, or as many as the device takes, and threads that share a caster then, at most.

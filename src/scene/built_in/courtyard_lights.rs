@@ -33,7 +33,7 @@ const ARCADE: [f64; 2] = [crate::scene::built_in::courtyard::YARD, crate::scene:
 /// Free air, in which a lamp goes about a middle.
 struct Air {
     middle: DVec3,
-    /// How far it may go to either side: at least, and at most.
+    /// Bounds of its motion to either side: the least and the greatest.
     reach: [DVec3; 2],
     /// Whether it goes around the middle, and not through it.
     round: bool,

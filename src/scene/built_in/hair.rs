@@ -33,7 +33,7 @@ const FLOOR_WORLD: f32 = -1.9;
 /// Cosine and sine by which a curl turns from a segment to the next: two turns and a third in a hair.
 const CURL: [f64; 2] = [0.6, 0.8];
 
-/// When the light stands where a picture of the scene as it is has it.
+/// The time at which the moving light has its usual place, seconds.
 const AT_REST_S: f64 = 20.0;
 
 /// State and stream of the random numbers.

@@ -206,7 +206,7 @@ mod tests {
         holed.triangles.pop();
         let at_a_corner = both(cube([0.0; 3], 1.0), holed);
         assert_eq!(sides(&at_a_corner), [vec![Side::Outward; 12], vec![Side::Open; 11]].concat());
-        // Two that share an edge use it twice either way.
+        // Two cubes that share an edge use it twice in each direction.
         assert_eq!(sides(&both(cube([0.0; 3], 1.0), cube([1.0, 1.0, 0.0], 1.0))), [Side::Outward; 24]);
     }
 

@@ -23,7 +23,7 @@ const GATHER_THREADS: u32 = 128;
 pub struct Raster {
     settings: Settings,
     vertices: u32,
-    /// A point each, where it is drawn. Twin: drawn_point in glsl/technique/ism/drawn.glsl.
+    /// One entry per point: where it is drawn. Twin: drawn_point in glsl/technique/ism/drawn.glsl.
     listed: Buffer,
     /// A VkDrawIndirectCommand.
     arguments: Buffer,

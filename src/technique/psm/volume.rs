@@ -91,7 +91,7 @@ impl Volume {
         self.slices / 4 + u32::from(self.coverage == Coverage::Viewport)
     }
 
-    /// The image for `maps` maps; whether it is drawn to.
+    /// Makes the image for `maps` maps. `drawn`: whether it is a target of draws.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it is past the device's limits.

@@ -6,8 +6,8 @@ const SUB_VOXELS: f32 = 256.0;
 /// Where a pyramid as deep as 1 begins. Twin: NEAREST.
 const NEAREST: f32 = 1e-6;
 
-/// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last. Or a pyramid: the light,
-/// columns from the middle one times the voxel along the last axis, and voxels along that.
+/// A cube of voxels: its corner, and axes in voxels per world unit. Light travels along the last axis. Or a pyramid: the light at its tip,
+/// axes whose coordinates are columns from the middle one times the depth in voxels, and the depth in voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube {
     /// World units.
