@@ -1,4 +1,4 @@
-//! English of all pages, comments, messages and help, by the rules of `english.rs`; and how long pages of the guide may be.
+//! English of all pages, comments, messages and help, by the rules of `english.rs`.
 
 use crate::english::wrong;
 use crate::sources::{comments, sources, texts};
@@ -7,22 +7,18 @@ use gobo::technique::REGISTRY;
 use std::path::Path;
 use std::process::Command;
 
-/// Words of a technique's page, of another page of the guide, of the whole guide, and of README.md, at most.
-const TECHNIQUE: usize = 700;
-const PAGE: usize = 800;
-const GUIDE: usize = 15_000;
-const README: usize = 900;
-
-/// A technique's page has these headings, in this order.
-const HEADINGS: [&str; 6] =
-    ["## What a ", "## How it is built", "## Keys", "## Good and bad at", "## Cost", "## Sources"];
-
-/// A page without code, comments and targets of links: paragraphs, rows and items, each a line.
-pub fn prose(text: &str) -> Vec<String> {
+/// A page without comments: recipes of tables are not read.
+pub fn without_comments(text: &str) -> String {
     let mut text = text.to_owned();
     while let Some((start, end)) = text.find("<!--").and_then(|at| Some((at, at + text[at..].find("-->")? + 3))) {
         text.replace_range(start..end, "");
     }
+    text
+}
+
+/// A page without code, comments and targets of links: paragraphs, rows and items, each a line.
+pub fn prose(text: &str) -> Vec<String> {
+    let text = without_comments(text);
     let (mut all, mut is_code) = (vec![String::new()], false);
     for line in text.lines() {
         let is_fence = line.starts_with("```");
@@ -43,46 +39,13 @@ pub fn prose(text: &str) -> Vec<String> {
     all.iter().map(|line| without_targets(line)).filter(|line| !line.is_empty()).collect()
 }
 
+/// A line without the targets of its links.
 pub fn without_targets(line: &str) -> String {
     let mut line = line.trim().to_owned();
     while let Some((start, end)) = line.find("](").and_then(|at| Some((at, at + line[at..].find(')')?))) {
         line.replace_range(start..=end, "");
     }
     line
-}
-
-/// Words of a page as a reader meets them: in paragraphs and tables, not in code.
-fn words(text: &str) -> usize {
-    let is_word = |word: &&str| word.chars().any(char::is_alphanumeric);
-    prose(text).iter().map(|line| line.split_whitespace().filter(is_word).count()).sum()
-}
-
-#[test]
-fn guide_is_short() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (mut off, mut guide, mut read) = (Vec::new(), 0, 0);
-    for page in pages(root) {
-        let (name, text) = (name(root, &page), std::fs::read_to_string(&page).expect("a page"));
-        let is_guide = name.starts_with("docs/guide/") || name == "docs/README.md";
-        if !is_guide && name != "README.md" {
-            continue;
-        }
-        read += 1;
-        let count = words(&text);
-        guide += if is_guide { count } else { 0 };
-        let limit = match name.as_str() {
-            "README.md" => README,
-            _ if name.starts_with("docs/guide/techniques/") => TECHNIQUE,
-            _ => PAGE,
-        };
-        if count > limit {
-            off.push(format!("{name}: {count} words, at most {limit}"));
-        }
-    }
-    println!("{guide} words in {read} pages");
-    assert!(read > 30, "{read} pages: where are the others?");
-    assert!(guide <= GUIDE, "the guide has {guide} words, at most {GUIDE}");
-    assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
 #[test]
@@ -192,33 +155,6 @@ fn help_is_plain() {
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
-/// One page per technique, all alike.
-#[test]
-fn each_technique_has_its_page() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/techniques");
-    for entry in REGISTRY {
-        let page = folder.join(entry.name).with_extension("md");
-        let text = std::fs::read_to_string(&page).unwrap_or_else(|cause| panic!("{}: {cause}", page.display()));
-        assert!(text.starts_with(&format!("# `{}`: ", entry.name)), "{}", entry.name);
-        let headings: Vec<&str> = text.lines().filter(|line| line.starts_with("## ")).collect();
-        let alike = headings.iter().zip(HEADINGS).all(|(is, begins)| is.starts_with(begins));
-        assert!(headings.len() == HEADINGS.len() && alike, "{}: {headings:?}", entry.name);
-        assert!(text.contains("<!-- rows "), "{}: no figures that are checked", entry.name);
-        // What is said to be a key is one; those of all techniques are said together.
-        let keys = text.split("## Keys").nth(1).and_then(|rest| rest.split("## ").next()).unwrap_or_default();
-        for line in keys.lines().filter_map(|line| line.strip_prefix("- `")) {
-            let said = line.split('`').next().unwrap_or_default();
-            let key = said.split(['=', ',']).next().unwrap_or_default();
-            let is_common = ["lighting", "skip", "shading"].contains(&key);
-            assert!(is_common || entry.keys.iter().any(|known| known.name == key), "{}: {key}", entry.name);
-        }
-    }
-    for page in std::fs::read_dir(folder).expect("pages").map(|page| page.expect("a page").path()) {
-        let name = page.file_stem().expect("a name").to_string_lossy().into_owned();
-        assert!(REGISTRY.iter().any(|entry| entry.name == name), "{name} is no technique");
-    }
-}
-
 #[test]
 fn bad_sentences_are_found() {
     for bad in [
@@ -252,7 +188,6 @@ fn bad_sentences_are_found() {
     }
     let page = "# One\n\nTwo [three](four.md)\nfive.\n\n    six\n\n```text\nseven\n```\n<!-- rows\neight\n-->\n| nine | – |\n1. Ten\n";
     assert_eq!(prose(page), ["# One", "Two [three five.", "| nine | – |", "1. Ten"]);
-    assert_eq!(words(page), 7);
 }
 
 /// Comments are read over the ends of their lines, and texts over theirs.
