@@ -113,7 +113,7 @@ fn messages_are_plain() {
         let wrong = all.iter().flat_map(|(line, said)| wrong(said).into_iter().map(move |what| (line, what)));
         off.extend(wrong.map(|(line, what)| format!("{}:{line}: {what}", name(root, file))));
     }
-    assert!(count > 3_000, "{count} messages: where are the others?");
+    assert!(count > 2_000, "{count} messages: where are the others?");
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
