@@ -1,7 +1,7 @@
 //! English of all pages, comments, messages and help, by the rules of `english.rs`.
 
 use crate::english::wrong;
-use crate::sources::{comments, sources, texts};
+use crate::sources::{between_tags, comments, sources, texts};
 use crate::tables::{name, pages};
 use gobo::technique::REGISTRY;
 use std::path::Path;
@@ -68,7 +68,7 @@ fn pages_are_plain() {
 }
 
 /// Where sources are, scripts and settings of tools among them.
-const PLACES: [&str; 17] = [
+const PLACES: [&str; 18] = [
     "src",
     "glsl",
     "tests",
@@ -86,6 +86,7 @@ const PLACES: [&str; 17] = [
     "results/files",
     "results/measure.sh",
     "results/recommend.sh",
+    "results/baseline.sh",
 ];
 
 #[test]
@@ -102,13 +103,18 @@ fn comments_are_plain() {
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
-/// Errors, help, headings and meanings of columns, as the source has them.
+/// Errors, help, headings and meanings of columns, as the source has them; heads of GLSL files; templates of pages.
 #[test]
 fn messages_are_plain() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (mut count, mut off) = (0, Vec::new());
-    for file in sources(&root.join("src")).iter().filter(|file| file.extension().is_some_and(|is| is == "rs")) {
-        let all = texts(&std::fs::read_to_string(file).expect("a source"));
+    let rust = ["src", "build"].iter().flat_map(|place| sources(&root.join(place)));
+    let rust = rust.filter(|file| file.extension().is_some_and(|is| is == "rs"));
+    let templates = ["page", "stress", "soak", "devices/page"].map(|name| root.join(format!("src/report/{name}.html")));
+    for file in &rust.chain(templates).collect::<Vec<_>>() {
+        let text = std::fs::read_to_string(file).expect("a source");
+        let is_page = file.extension().is_some_and(|is| is == "html");
+        let all = if is_page { between_tags(&text) } else { texts(&text) };
         count += all.len();
         let wrong = all.iter().flat_map(|(line, said)| wrong(said).into_iter().map(move |what| (line, what)));
         off.extend(wrong.map(|(line, what)| format!("{}:{line}: {what}", name(root, file))));
@@ -203,6 +209,7 @@ fn sources_are_read() {
     assert_eq!(said("a.toml", "# one\n# two\nthree = 4 # five\n"), ["1 one two", "3 five"]);
     let source = "f(\"one \\\n   two\", 'a', '\"', \"three\"); // \"four five\"\ng(\"six\\nseven\")";
     assert_eq!(texts(source), [(1, "one two".to_owned()), (3, "six seven".to_owned())]);
+    assert_eq!(between_tags("<p\n>one two</p>\n<b>three</b>"), [(2, "one two".to_owned())]);
 }
 
 /// A hundred comments of `src` and `glsl` of ten words or more, drawn by `GOBO_SEED`, to be read by a person (docs/notebook/words.md).

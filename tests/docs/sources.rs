@@ -105,3 +105,17 @@ pub fn texts(source: &str) -> Vec<(usize, String)> {
     }
     all
 }
+
+/// Texts of a page or its template that have a blank, between one tag and the next.
+pub fn between_tags(page: &str) -> Vec<(usize, String)> {
+    let (mut all, mut line) = (Vec::new(), 1);
+    for part in page.split('<') {
+        let (tag, said) = part.split_once('>').unwrap_or(("", part));
+        line += tag.matches('\n').count();
+        if said.trim().contains(' ') {
+            all.push((line, said.to_owned()));
+        }
+        line += said.matches('\n').count();
+    }
+    all
+}
