@@ -130,7 +130,7 @@ impl Answer<'_> {
     /// pending uses them, and the technique outlives the commands that do.
     #[allow(unsafe_code)]
     pub unsafe fn write_into(&self, set: vk::DescriptorSet, first_binding: u32) {
-        // SAFETY: the caller says so.
+        // SAFETY: the caller promises it.
         unsafe { self.bindings.write_into(set, first_binding) }
     }
 }

@@ -21,7 +21,7 @@ void deposit(uvec3 voxel, uint amount) {
         uint full = grid_bit(0u, voxel);
         atomicOr(media_bits[2u * grid_word(grid.size, 0u, voxel) + (full >> 5)], 1u << (full & 31u));
     }
-    // Whoever puts the first into a voxel says so above.
+    // The thread that puts the first amount into a voxel sets the bits on the levels above.
     for (uint level = 1u; level < GRID_LEVELS && before == 0u; ++level) {
         uint bit = grid_bit(level, voxel), word = 2u * grid_word(grid.size, level, voxel) + (bit >> 5);
         uint mask = 1u << (bit & 31u);

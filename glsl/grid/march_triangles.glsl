@@ -138,7 +138,7 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
     bool goes_on = march_within(from, way, cast_clip(from, way), GRID_SIZE, march, voxel), hit = false;
     Shear shear = shear_of(origin, direction);
     float farthest = grid_farthest(visibility_grid), begin = march.range.x;
-    // Words of a block and of a brick, of which both are loaded where the way comes to another.
+    // Words of the present block and brick; both are loaded when the way enters another one.
     uint block = ~0u, brick = ~0u, side = grid_side(GRID_SIZE, 0u), first = 0u;
     uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
     // What of a list is not asked.

@@ -49,7 +49,7 @@ struct Receiver {
     float depth;     // no more than that of nothing
     float along;     // change of the distance above the surface's plane per unit of z along the point's ray,
     vec2 across;     // by a texel to the right and up, in perspective at z = 1,
-    float least;     // and how much of it is above
+    float least;     // the height above the plane from which on a texel shadows the point
 };
 
 vec3 opaque_texel_right(View view) { return view.right * (2.0 / (float(view.width) * view.scale_x)); }

@@ -71,7 +71,7 @@ impl BaselineArguments {
 }
 
 impl Baseline<'_> {
-    /// Before anything is measured: whether `now` can be held against it.
+    /// Checks, before anything is measured, that `now` can be compared with it.
     ///
     /// # Errors
     /// [`Error::Input`] where it is of another device or driver, was measured otherwise, or is of another scene.

@@ -177,7 +177,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     run_scene(arguments, load(&arguments.scene, &arguments.load)?)
 }
 
-/// The same of a scene that is there.
+/// The same for a scene that is loaded already.
 pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode> {
     if let Some(colours) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;

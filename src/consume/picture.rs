@@ -169,8 +169,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the picture, lit by `answer`, and reads it. What is averaged with the frame before is drawn as often as it
-    /// takes to come to rest.
+    /// Draws the picture, lit by `answer`, and reads it. A picture that is averaged with earlier frames is drawn until
+    /// it settles.
     ///
     /// # Errors
     /// As [`Renderer::kernels`] and [`Renderer::draw`].

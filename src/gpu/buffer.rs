@@ -40,7 +40,7 @@ struct Inner {
     name: String,
     bytes: u64,
     memory: Memory,
-    /// Whoever made it destroys it.
+    /// The caller, which made it, destroys it.
     is_theirs: bool,
 }
 

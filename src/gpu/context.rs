@@ -48,8 +48,7 @@ pub struct Adopt {
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     /// Frames that may run at the same time, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` is over.
     pub frames_in_flight: u32,
-    /// Where it is said that something was never freed. What the validation layer says goes where the caller's messenger
-    /// sends it.
+    /// The list to which leaks are added. Messages of the validation layer go to the caller's messenger.
     pub messages: Messages,
 }
 

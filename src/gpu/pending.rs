@@ -114,7 +114,7 @@ fn make_general(device: &Device, buffer: vk::CommandBuffer, steps: &[Step]) {
     }
 }
 
-/// All that was written before is there for `access` in `stage`.
+/// A barrier that makes all earlier writes visible to `access` in `stage`.
 pub(super) fn barrier(
     device: &Device,
     buffer: vk::CommandBuffer,

@@ -71,7 +71,7 @@ impl Queries {
         }
         let pool = match self.counts.get() {
             Some(pool) => *pool,
-            // Nobody else has it while something is recorded with it.
+            // It has no other user while commands are recorded with it.
             None => {
                 let pool = counts::pool(&self.device)?;
                 *self.counts.get_or_init(|| pool)

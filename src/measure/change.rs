@@ -72,7 +72,7 @@ impl Figure {
 /// A row, and the same row before.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change<'a> {
-    /// It is there before and now.
+    /// It exists before and now.
     Both {
         /// The row of now.
         now: &'a Row,

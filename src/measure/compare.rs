@@ -52,7 +52,7 @@ pub struct Effort {
     pub lookups: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
-    /// Whether the pictures of frames one after the other are held against the truth's.
+    /// Whether pictures of consecutive frames are compared with the truth's.
     pub turning: bool,
     /// Whether answers are also compared with means over areas. Where the world moves, in its first frame.
     pub footprints: bool,

@@ -116,7 +116,7 @@ mod tests {
     use crate::scene::tests::on_the_axis;
     use crate::scene::{LightKind, Strand};
 
-    /// Means that miss the truth to both sides say no error of an answer that is it.
+    /// An answer equal to the truth has no error, though its estimated means miss the truth to both sides.
     #[test]
     fn noise_of_the_truth_is_no_error() {
         let mut random = Random::new([1, 1]);

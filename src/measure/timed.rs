@@ -235,8 +235,8 @@ impl Case<'_> {
         Ok(samples)
     }
 
-    /// Each drawing. The first, on a GPU as many as bring it to its clock, warms up; where it takes the whole budget it is the only one, or one of as few as
-    /// a picture needs to come to rest.
+    /// Each drawing of a picture. The first ones warm up, on a GPU until it reaches its clock rate; where the first takes the whole budget
+    /// it is the only one, or one of the few that a picture needs to settle.
     pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
         let software = self.context.features().is_software();
         let mut start = Instant::now();

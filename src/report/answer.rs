@@ -5,7 +5,7 @@ use crate::measure::{Row, Status};
 /// Errors below this are a quarter of a step of an 8-bit display: to be closer is worth no time.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-3;
 
-/// An error that rows are held against each other by.
+/// A kind of error by which rows are compared.
 #[derive(Clone, Copy)]
 pub(super) struct Measure {
     /// In a sentence.
@@ -15,7 +15,7 @@ pub(super) struct Measure {
     pub(super) time: Time,
 }
 
-/// A time that rows are held against each other by, nanoseconds.
+/// A kind of time by which rows are compared, nanoseconds.
 #[derive(Clone, Copy)]
 pub(super) struct Time {
     /// Behind a number of milliseconds.

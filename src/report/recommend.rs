@@ -13,7 +13,7 @@ use serde::Serialize;
 pub struct Limits {
     /// Milliseconds of a frame.
     pub ms: Option<f64>,
-    /// The error that the scene's rows are held against each other by.
+    /// The kind of error by which the scene's rows are compared.
     pub error: Option<f64>,
     /// Mean FLIP of the picture.
     pub flip: Option<f64>,
@@ -182,8 +182,8 @@ pub fn best_and_extremes(rows: &[Row]) -> Vec<usize> {
     })
 }
 
-/// Those of them that may be another in another size: the best, the quickest, and the closest unless it is close enough. The smallest of
-/// all sizes is nobody's question.
+/// Answers that another size may change: the best, the quickest, and the closest unless it is close enough. The smallest in bytes is not
+/// asked for in other sizes.
 pub fn to_be_sized(rows: &[Row]) -> Vec<usize> {
     let Some((found, measure)) = found(rows) else { return Vec::new() };
     let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);

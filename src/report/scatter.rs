@@ -50,7 +50,7 @@ pub(super) struct Dot {
     pub(super) label: String,
     /// All of it, for a reader who points at it.
     pub(super) title: String,
-    /// Whether it is there for comparison alone: then it does not stretch the axes.
+    /// Whether it is shown for comparison alone: then it does not stretch the axes.
     pub(super) aside: bool,
     /// The answer's words for it: `best balanced`.
     pub(super) said: Option<&'static str>,

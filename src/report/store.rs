@@ -14,7 +14,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Creates the folder, with those above it, unless it is there.
+    /// Creates the folder, with those above it, unless it exists.
     ///
     /// # Errors
     /// [`Error::Output`] when there is something else of that name or no permission.

@@ -93,8 +93,8 @@ impl<'a> Subject<'a> {
         self.truth.boundary(points, resolution)
     }
 
-    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth
-    /// there: at the very point, rounded as it is, so that no rounding of the point is held against the technique.
+    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth there:
+    /// at the very point, rounded as it is, so that no rounding of the point is counted against the technique.
     pub(super) fn maps(&self, views: &[View]) -> Arc<OnRays> {
         self.maps.get(views.to_vec(), |views| self.on_rays(views))
     }
@@ -267,7 +267,7 @@ impl Place {
 mod tests {
     use super::*;
 
-    /// What several are held against is found once, for the maps that they share.
+    /// The truth that several techniques are compared with is computed once, for the maps that they share.
     #[test]
     fn the_truth_of_maps_is_found_once() {
         let scene = (super::super::Case::named("few").expect("a case").scene)(2.0);

@@ -73,7 +73,7 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     };
     match promises(row) {
         Some(promises) => broken_of(figures, &promises),
-        // Nobody goes unchecked.
+        // Every technique is checked.
         None => vec![Broken::Failed],
     }
 }

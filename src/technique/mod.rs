@@ -105,7 +105,8 @@ pub mod usual {
 
 /// A technique, opened for one world. [`Opened`] builds it; it submits, waits and loops by nothing of its own.
 pub trait Technique {
-    /// What of the world it is made of, or says of itself: where none of it has changed, nothing is recorded. By default all.
+    /// The parts of the world from which it is built, or on which its facts depend: while none of them changes, nothing is recorded. By
+    /// default all.
     fn made_of(&self) -> Parts {
         Parts::ALL
     }

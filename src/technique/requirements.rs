@@ -32,8 +32,8 @@ impl PathRequirements {
     }
 }
 
-/// What the paths that `spec` may take want of a device, the one that it names or all. Other settings may want more of its limits,
-/// which is said where it is opened.
+/// Requirements of the paths that `spec` may take: of the one that it names, or of all. Other settings may need higher limits, which is
+/// checked where the technique is opened.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
     let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });

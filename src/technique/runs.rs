@@ -61,7 +61,7 @@ mod tests {
     use super::*;
     use crate::technique::Casts;
 
-    /// Nobody goes unstressed: each technique in each of its paths, of smoke or of meshes.
+    /// Every technique is stressed, in each of its paths, under smoke or under meshes.
     #[test]
     fn every_path_is_stressed() {
         // What casts from nothing has nothing that could break.

@@ -4,7 +4,7 @@ use super::state::State;
 use crate::scene::{Camera, Motion, Scene, View};
 use glam::{DQuat, DVec2, DVec3};
 
-/// How near the camera comes to looking along its up, radians.
+/// The least angle between the camera's view and its up direction, radians.
 const POLE: f64 = 0.02;
 
 /// The camera that `state` has, of a scene's own.

@@ -260,7 +260,7 @@ fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
             Values::Multiple(step, low, high) => number(ui, key, &mut value, (low, high), step),
             Values::Path(_) => {
                 let mut text = value.clone();
-                // A file is looked for once its name is there.
+                // A file is looked for once its name is complete.
                 if ui.add(egui::TextEdit::singleline(&mut text).desired_width(110.0)).lost_focus() {
                     value = text;
                 }

@@ -26,7 +26,7 @@ pub enum Source {
     Image = 0,
     /// Values that the host wrote.
     Values = 1,
-    /// Nobody has it.
+    /// No picture.
     Nobody = 2,
 }
 

@@ -139,7 +139,7 @@ impl Rays {
         }
     }
 
-    /// Nobody looks any more.
+    /// The result is no longer wanted.
     pub fn rest(&mut self) {
         (self.asked, self.scene) = (None, None);
         let mut post = self.shared.lock();

@@ -23,7 +23,7 @@ pub enum Step {
     Screenshot(PathBuf),
     /// The window, once it is whole, as the next picture of a GIF, which shows it so many milliseconds.
     Gif(PathBuf, u32),
-    /// An SVG of the curve under the pointer, once that is there.
+    /// An SVG of the curve under the pointer, once that is made.
     Curve(PathBuf),
     /// The picture is of so many pixels; 0 × 0 as if the window were minimized.
     Resize([u32; 2]),

@@ -158,7 +158,7 @@ impl Stage {
         self.present.as_ref().map(Present::shown)
     }
 
-    /// Whether all that is seen is as it will be, for as long as nobody changes anything.
+    /// Whether the picture is final until the next change.
     pub fn is_whole(&self, state: &State) -> bool {
         self.is_drawn(state) && (!has_reference(state) || self.truth.is_whole())
     }
@@ -322,7 +322,7 @@ impl Stage {
             _ => Source::Nobody,
         };
         let is = Shown {
-            // What has no answer is shown as a picture that nobody has.
+            // A side without an answer is shown as an empty picture.
             show: if is_answered { state.show } else { Show::A },
             wipe: (state.wipe * f64::from(self.size[0])).round() as u32,
             gain: state.gain,

@@ -118,7 +118,7 @@ pub struct State {
     pub pointer: Option<[u32; 2]>,
     /// Whether time runs.
     pub runs: bool,
-    /// Whether the panel is there.
+    /// Whether the panel is shown.
     pub panel: bool,
 }
 

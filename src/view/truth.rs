@@ -40,7 +40,7 @@ struct Progress {
 impl Drop for Job {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Relaxed);
-        // The thread ends by itself, after the rows that it is at. Nobody waits for it.
+        // The thread ends by itself, after its present rows; it is not waited for.
         drop(self.thread.take());
     }
 }
@@ -68,7 +68,7 @@ impl Truth {
         self.job = Some(Job { of: (version, camera, show), shared, thread: thread.ok() });
     }
 
-    /// Nobody looks.
+    /// The result is not wanted.
     pub fn rest(&mut self) {
         self.job = None;
     }
@@ -78,7 +78,7 @@ impl Truth {
         Some(look(&mut job.shared.progress.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 
-    /// Whether all of it is there.
+    /// Whether it is complete.
     pub fn is_whole(&self) -> bool {
         self.progress(|progress| progress.is_over && !progress.is_new).unwrap_or(false)
     }

@@ -159,7 +159,7 @@ impl Counted {
     }
 
     fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32) {
-        // One workgroup where there is nothing: it says so.
+        // One workgroup even without elements: it writes the counts.
         let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
         commands.pass("world.gather", |pass| pass.update(&self.counts, &[GatherTotals::default()]));
         commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));

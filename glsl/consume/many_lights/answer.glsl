@@ -26,8 +26,8 @@ Seen seen(uvec2 pixel) {
     return Seen(position, normal.xyz, normal.w != 0.0, dither(pixel));
 }
 
-// What comes through in part is held against where the pixel is dithered: of its neighbours so many are lit as light comes
-// through, and the blur finds the mean. Not dithered, the half decides.
+// A partial answer is compared with the pixel's dither threshold: the share of lit neighbours is then the light that comes through, and the
+// blur finds the mean. Without dither the threshold is a half.
 bool is_shadowed(Seen at, uint light) {
 #ifdef TECHNIQUE_DITHERS
     look_up_dither = at.dither;

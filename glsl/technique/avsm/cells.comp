@@ -147,8 +147,8 @@ void share_reach(TexelRay its, Reach reach) {
     }
 }
 
-// The part of a caster within the cells of a texel, and where it is there. For the first caster that lets nothing through, where
-// it begins is noted, and no part is left.
+// The part of a caster within the cells of a texel, and its place there. For the first opaque caster only its beginning is noted, and no
+// part is returned.
 bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out float optical_depth) {
     vec2 z;
     at = vec2(0.0);

@@ -81,7 +81,7 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     float farthest = at + REACH * ((is_last ? float(CELLS) : at_q) - at);
     float moved, value;
     if (is_first) {
-        // In front of it the light is whole: its line ends in a step, or where it comes to nothing.
+        // In front of it all light arrives: its line ends in a step, or where its optical depth reaches 0.
         float wanted = node.y + wish_q;
         float slope = (q.y - wanted) * per_q;
         moved = wanted < 0.0 ? min(at - wanted / slope, farthest) : at;

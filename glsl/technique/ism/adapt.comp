@@ -87,7 +87,7 @@ uint count_of(uint rank, uint rate) {
     return rank == 0u ? 0u : clamp(uint(min(worth * times, 64.0)), 1u, CLUSTER);
 }
 
-// Points that all clusters come to; those of rank `more` on at the next rate.
+// The number of points over all clusters; those of rank `more` and higher count at the next rate.
 uint total_of(uint rate, uint more) {
     uint total = 0u;
     for (uint rank = 1u; rank < RANKS; ++rank) {

@@ -40,7 +40,8 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     if (l.has_opaque == 0u) {
         return position;
     }
-    // A texel farther from the side than it is asked: where it comes to another map, that is a finer one.
+    // One texel more margin than in the look-up itself: if the moved point falls into another map then, that is a finer
+    // one.
     return opaque_receiver(look_up_maps[map_about(l, position, 0.5 * float(PCF) + 2.0)].opaque, position, normal);
 }
 

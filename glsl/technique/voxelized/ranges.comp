@@ -25,7 +25,7 @@ void main() {
             uvec2 a = cells[thread], b = cells[thread + stride], c = cells[thread + 8u * stride];
             uvec2 d = cells[thread + 9u * stride];
             uvec2 range = uvec2(min(min(a.x, b.x), min(c.x, d.x)), max(max(a.y, b.y), max(c.y, d.y)));
-            // Nobody else reads this cell in this step.
+            // No other thread reads this cell in this step.
             cells[thread] = range;
             ranges[next + to.y * across + to.x] = range;
             values[next + to.y * across + to.x] = node_range(range, level_side(level + step)).y;

@@ -154,7 +154,7 @@ mod tests {
         (0..cells[0] * cells[1]).map(cell).filter(|light| light.radiance[0] > 0.0).collect()
     }
 
-    /// Virtual lights all over the lit square come to the same as its closed form, and so to what directions find.
+    /// Virtual lights all over the lit square give the same light as its closed form, and so the same as path tracing.
     #[test]
     fn virtual_lights_are_of_the_same_units() {
         let mut scene = square();

@@ -142,8 +142,8 @@ mod tests {
         }
     }
 
-    /// A light's part at a pixel in a frame, and how much of it arrives: what is turned, and what is seen, change from frame to frame, so
-    /// that a pixel keeps lights that others did not reach.
+    /// A light's part at a pixel in a frame, and how much of it arrives: reflected light and visibility change from frame to frame, so that
+    /// a pixel keeps lights that others did not reach.
     fn target(frame: u32, light: u32) -> f32 {
         let lit = !(light + frame).is_multiple_of(5);
         if lit { 0.1 + ((light * 7 + frame * 3) % 11) as f32 } else { 0.0 }

@@ -117,7 +117,7 @@ fn meshes() -> Vec<Mesh> {
     singles.into_iter().chain(slabs).collect()
 }
 
-/// A square of squares. Nobody looks at it from below.
+/// A square of squares, seen from above only.
 fn ground() -> Mesh {
     const SQUARES: u32 = 26;
     let mut ground = empty("ground", [0.42, 0.38, 0.33]);

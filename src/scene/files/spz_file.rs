@@ -65,7 +65,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
     }
-    // What follows is not read, but the sum at the end holds all of it against damage.
+    // Later bytes are not used, but are read to the end, since the checksum there covers all of them.
     let most = size.saturating_mul(MOST_RATIO);
     let rest = std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
         .map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;

@@ -37,8 +37,8 @@ impl Loaded {
     /// compared with them, for the keys for which `held` says so.
     ///
     /// # Errors
-    /// [`Error::Input`] that names the file where it cannot be read, is none of a bake, damaged, of another scene, or baked
-    /// with other settings than are held against it; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] that names the file where it cannot be read, is no bake, is damaged, is of another scene, or was baked with other
+    /// settings than the given ones; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, held: impl Fn(&Key) -> bool) -> Result<Self> {
         settings.check()?;
         let Some(file) = settings.file.clone() else {

@@ -71,7 +71,7 @@ settings! {
     }
 }
 
-/// What settings come to. What they cannot say is for tests.
+/// The settings, resolved. Values that settings cannot express are for tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Voxels per side: a power of two from 64 to 65,536.

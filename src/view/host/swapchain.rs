@@ -137,7 +137,7 @@ impl Swapchain {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        // SAFETY: whoever drops it has waited until nothing uses the images.
+        // SAFETY: its owner has waited until nothing uses the images.
         unsafe {
             self.views.iter().for_each(|view| self.device.destroy_image_view(*view, None));
             self.drawn.iter().for_each(|semaphore| self.device.destroy_semaphore(*semaphore, None));

@@ -41,7 +41,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// No nodes yet, of a curve that comes to `total` in all.
+    /// Begins a curve without nodes, whose whole optical depth is `total`.
     pub fn new(error: f32, total: f32) -> Self {
         Self { error: error * (1.0 - BETWEEN), total, all: Vec::new(), slopes: [0.0, f32::MAX], end: (0.0, 0.0) }
     }
