@@ -80,7 +80,8 @@ void fit(inout View view, Range range) {
     }
 }
 
-// A view a power of two narrower, before the camera: its eye is at the side, as far as the whole view reaches. Moves by whole texels.
+// Narrows a view by a power of two for a cascade in front of the camera: the camera stands at the cascade's side, as far as the whole view
+// reaches. Moves by whole texels.
 void narrow(inout View view, uint cascade) {
     float share = 1.0 / float(1u << cascade);
     vec2 whole = 1.0 / vec2(view.scale_x, view.scale_y), half_size = whole * share;

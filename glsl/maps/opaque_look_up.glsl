@@ -5,7 +5,7 @@
 #define MAPS_OPAQUE_LOOK_UP_GLSL
 #include "maps/opaque.glsl"
 
-// A point of a surface leaves it by a part of a texel of the opaque map.
+// Moves a point of a surface off it, by a part of a texel of the opaque map.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = look_up_lights[light];

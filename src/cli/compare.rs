@@ -377,7 +377,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     ended.map(|()| if holds { code } else { ExitCode::FAILURE })
 }
 
-/// By its build, and whatever else was timed beside it.
+/// Whether its build is quicker; other times do not count.
 fn is_quicker(row: &Row, other: &Row) -> bool {
     row.status == Status::Ok && row.build_ns.zip(other.build_ns).is_some_and(|(a, b)| a.median < b.median)
 }

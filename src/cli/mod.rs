@@ -157,7 +157,7 @@ impl VplArgument {
         self.vpls.is_some()
     }
 
-    /// Before a device is opened: whether there may be so many, of such scenes.
+    /// Checks, before a device is opened, that there may be so many virtual lights, and of these scenes.
     fn check<'a>(&self, scenes: impl IntoIterator<Item = &'a Scene>) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         check_count(count).map_err(|error| error.with_name(|_| format!("--vpls {count}")))?;

@@ -48,7 +48,7 @@ enum Way {
     Raster(Raster),
 }
 
-/// Casters drawn twice: for each texel's ends, where its range hangs on them, and for its sums.
+/// Casters drawn twice: for the ends of each texel's range, where the technique needs these, and for the texel's sums.
 struct Raster {
     labels: [&'static str; 2],
     splat: Splat,

@@ -91,7 +91,7 @@ impl<'a> Watch<'a> {
 pub(super) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
-    /// It stayed low once, whatever was built: nothing waits for it any more.
+    /// The clock once stayed low in spite of work: from then on nothing waits for it.
     stays_low: AtomicBool,
 }
 

@@ -86,7 +86,7 @@ pub(crate) struct Points {
     /// Per point, how far the nearest mesh on the way is from the light and from the point, as
     /// [`Casters::caster_distances`]; empty where a row is only to be chosen.
     pub casters: Vec<[f64; 2]>,
-    /// Whether each is in the boundary, of the resolutions that were asked about.
+    /// Whether each point is in the boundary, for each resolution that was asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
 

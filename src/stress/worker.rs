@@ -147,7 +147,7 @@ impl Running {
         let (program, arguments) = command.split_first().ok_or_else(|| fail("there is no program".into()))?;
         let mut child = Command::new(program)
             .args(arguments)
-            // The C library's: what several heaps keep apart grows for minutes, and would look like a leak.
+            // For the C library: memory in several heaps grows for minutes, which would look like a leak.
             .env("MALLOC_ARENA_MAX", "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -18,7 +18,7 @@ macro_rules! __map_settings {
                 opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
             }
             every {
-                /// Casters and tiles that no look-up misses are left out.
+                /// Casters and tiles that no look-up reads are left out.
                 skip: bool = $crate::technique::settings::SKIP;
             }
         }

@@ -63,7 +63,7 @@ pub struct World {
     pub lights: Buffer,
     /// The same as the host has them.
     lit: Vec<Light>,
-    /// Whether these are they: else they are stand-ins of the same types.
+    /// Whether `lit` holds the real lights: else stand-ins of the same types.
     knows_lights: bool,
     camera: Option<Camera>,
     /// See [`Aim::anchors`].

@@ -112,8 +112,8 @@ struct Reach {
     float dark;
 };
 
-// Where a texel's cells are, of the light's range, and how many of them there would be in all of it, or in a length of 1, and the
-// other way round; whether they end where it is dark; units an optical depth of 1.
+// Where a texel's cells are, of the light's range, and how many of them there would be in all of it, or in a length of 1, and the other way
+// round; whether they end where it is dark; units per optical depth of 1.
 struct Range {
     float low;
     float high;

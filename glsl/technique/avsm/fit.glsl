@@ -36,9 +36,9 @@ void fit_node(uint i, uint t, vec2 node) {
     }
 }
 
-// Sums for the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to
-// the curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the
-// other bit by bit, half a cell before to half a cell behind, so that what comes out has no leaps.
+// Sums for the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the curve at
+// the ends of cells `from` to `to`, places. An end that the node passes moves its weight gradually from one of the node's lines to the
+// other, from half a cell before to half a cell behind, so that the result is continuous.
 vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
     uint first = uint(from), last = uint(to);
     vec2 sums = vec2(0.0);

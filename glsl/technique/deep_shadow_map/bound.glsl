@@ -25,7 +25,7 @@ float curve_error;
 // Optical depth of all of the curve: no line goes farther than the last node, so that none falls to it.
 float curve_total;
 
-// Where all is so dark that lines err by nothing.
+// The optical depth from which on it is so dark that lines do not matter.
 float dark_from(float error) { return 5.0 - log(2.0 * error); }
 
 // A curve of that optical depth in all.

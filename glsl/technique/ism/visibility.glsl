@@ -41,8 +41,8 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
 
 // The distance to the surface from the light, which lies `plane` before it, on the ray through the middle of a texel. It also covers the
 // texels of coarser maps about it on which points of the plane may be splatted: `along` is half of ahead in splat.glsl, which changes by at
-// most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. No farther than `distance`, where its point is: beyond, at a slant, its
-// plane lies behind whatever stands on it; and no nearer than half of it, as own_distance.
+// most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. It is clamped to at most `distance`, that of its point, since farther
+// out a slanted plane would lie behind things that stand on it; and to at least half of that, as in own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
     float least = distance;
     for (uint level = 0u; level_side(level) >= 4u; ++level) {

@@ -82,7 +82,7 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
 /// The optical depth that stands for no light, in levels of detail.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Mean transmittance along an even medium that takes so much. Twin: even_mean.
+/// Mean transmittance along an even medium of that optical depth. Twin: even_mean.
 fn even_mean(t: f32) -> f32 {
     if t < 0.01 { 1.0 - t * (0.5 - t / 6.0) } else { (1.0 - (-t).exp()) / t }
 }

@@ -9,7 +9,7 @@ use glam::Vec3;
 use std::array::from_fn;
 use std::f32::consts::PI;
 
-/// Units an optical depth of 1. Twin: MEDIA_UNITS in glsl/grid/media.glsl.
+/// Units per optical depth of 1. Twin: MEDIA_UNITS in glsl/grid/media.glsl.
 pub const UNITS: f32 = 16_777_216.0;
 
 /// Twin: MEDIA_FULL.
@@ -190,7 +190,7 @@ fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
 pub struct Media {
     /// Optical depths of ways of one voxel's length, brick by brick, modulo 32 bits.
     pub voxels: Vec<u32>,
-    /// On level 0 of voxels whose sum went past 32 bits, above of where there is anything.
+    /// On level 0: voxels whose sum overflowed 32 bits; above: bricks and blocks that are not empty.
     pub bits: Bits,
 }
 

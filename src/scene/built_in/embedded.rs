@@ -26,7 +26,8 @@ const SEED: [u64; 2] = [0x64, 8];
 /// Vertices of the terrain a side.
 const SIDE: u32 = 52;
 
-/// Points of a hair, and the bytes of one: the first point, how long a step is, and three steps a further point.
+/// Points of a hair, and the bytes of one: the first point, the length of a step, and three step numbers for each
+/// further point.
 const POINTS: usize = 32;
 const HAIR_BYTES: usize = 16 + 3 * (POINTS - 1);
 

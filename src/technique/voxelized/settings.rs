@@ -22,7 +22,8 @@ words! {
         Exit = "exit",
         /// Where it enters.
         Entry = "entry",
-        /// At as few depths as the 8 × 8 columns of a block allow, as round ones as possible.
+        /// At as few depths as the 8 × 8 columns of a block allow, and at multiples of high powers of two where
+        /// possible.
         Shared = "shared",
     }
 }

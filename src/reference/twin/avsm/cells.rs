@@ -196,7 +196,8 @@ mod tests {
                 let rising = |(from, at): (f32, f32)| (end - f64::from(from)) / f64::from((at - from).max(1e-7));
                 let dark = f64::from(DARK) * cells.dark.map_or(0.0, rising).clamp(0.0, 1.0);
                 let through = (-f64::from(cells.optical_depth(cell)) - dark).exp();
-                // The end is known to some roundings of 1; dense short segments are steep there. Past 16 all is dark.
+                // A cell's end is only known up to rounding, and dense short segments are steep there. Beyond an
+                // optical depth of 16 all is dark.
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
             }
