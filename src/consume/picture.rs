@@ -138,7 +138,7 @@ impl Renderer {
         })
     }
 
-    /// Sees the world as it is now through another camera of as many pixels: the next frame.
+    /// Uses another camera, of as many pixels, for the world as it is now: for the next frame.
     ///
     /// # Errors
     /// [`Error::Input`] where the camera's picture is of another size, [`Error::Gpu`] where the device is lost.

@@ -78,7 +78,7 @@ push_struct! {
 /// A triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
 const SPECK: f32 = 0.5;
 
-/// Particles over a dense pixel, for each square of a radius that all of them have together.
+/// The number of particles over a dense pixel, by the sum of the squares of their radii.
 const DENSE: f32 = 0.17;
 
 /// Draws them.

@@ -62,8 +62,8 @@ impl Query {
         Self::of_areas(context, asked, &[])
     }
 
-    /// The same of squares about the points, across the light, so wide each, world units: techniques with levels of detail say
-    /// how much of the light reaches these in the mean.
+    /// The same for squares about the points, across the light, of that width each, world units: techniques with levels of detail answer
+    /// with the mean over them.
     ///
     /// # Errors
     /// As [`Query::new`].

@@ -49,7 +49,7 @@ pub(super) struct Reservoirs {
     size: [u32; 2],
     /// What is kept in even frames and in odd ones.
     kept: [Buffer; 2],
-    /// Which read the one and write the other.
+    /// Each reads one of them and writes the other.
     ask: [Kernel<ReservoirPush>; 2],
     before: Buffer,
     /// The camera of the frame before.

@@ -54,7 +54,7 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// The sun may have moved; the ground fades as it did.
+    /// Updates the sun, which may have moved; the ground's fading stays.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let BackdropPush { sun, sunlight, horizon, zenith, .. } = BackdropPush::of(&Backdrop::of(world.scene()?));
         self.push = BackdropPush { sun, sunlight, horizon, zenith, ..self.push };
@@ -94,7 +94,7 @@ impl Renderer {
             colors: &[(self.color_format, Blend::Over)],
             depth: None,
         };
-        // It asks no technique, whose set is between these two: something has to be bound there.
+        // It asks no technique, but the technique's set number lies between these two, so a set has to be bound there.
         let sets = [&self.scene, &self.distances, &self.distances];
         let backdrop = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
         let normals: Vec<[f32; 3]> = scene.meshes.iter().flat_map(smooth_normals).flatten().collect();

@@ -38,7 +38,7 @@ pub struct FieldData {
 pub struct SlotData {
     /// Its lowest sample, in blocks from the field's lowest.
     pub block: [u32; 3],
-    /// Among the blocks of its field, from 1; 0: none is here.
+    /// Its number among the blocks of its field, from 1; 0: an empty slot.
     pub number: u32,
 }
 
@@ -131,7 +131,7 @@ impl Volumes {
         Ok(Some(Self { volumes, places, slots, samples, bindings }))
     }
 
-    /// Volumes may be others now, of no more blocks. Those that are the same are not written again.
+    /// Writes the volumes as they are now, with no more blocks than before. Unchanged ones are not written again.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         if scene.volumes == self.volumes {

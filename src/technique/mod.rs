@@ -140,8 +140,7 @@ pub trait Technique {
         None
     }
 
-    /// The maps that it stands in, as the last build fitted them: none before the first, and none for techniques
-    /// without maps.
+    /// Its maps, as the last build fitted them: none before the first, and none for techniques without maps.
     fn maps(&self) -> &[Map];
 
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
@@ -262,7 +261,7 @@ impl Casts {
     /// From all that a scene may have.
     pub const ALL: Self = Self { particles: true, strands: true, splats: true, volumes: true, meshes: true };
 
-    /// From nothing: of any scene all light is let through.
+    /// No kind of caster: all light is let through.
     pub const NONE: Self = Self { particles: false, strands: false, splats: false, volumes: false, meshes: false };
 
     /// From meshes alone.
@@ -273,7 +272,7 @@ impl Casts {
         has == Kinds::default() || self == Self::NONE || self.are_in(has)
     }
 
-    /// Whether it casts from anything that there is.
+    /// Whether it sees any caster that there is.
     pub fn are_in(self, has: Kinds) -> bool {
         has.particles && self.particles
             || has.strands && self.strands
@@ -334,7 +333,7 @@ pub struct Entry {
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
-    /// What it promises of its answers where a spec's path, the second, runs.
+    /// Its promises about answers of a spec whose path, the second argument, runs.
     pub promises: fn(&Spec, &str) -> Promises,
     /// What is run of it where it is not named.
     pub runs: Runs,
@@ -348,7 +347,7 @@ impl Entry {
         self.keys.iter().chain(keys::EVERY)
     }
 
-    /// The error where it casts from nothing that is in the scene of that name.
+    /// The error where it sees no caster of the scene of that name.
     pub fn casts_from_nothing(&self, name: &str) -> Error {
         Error::Refused { needs: format!("{} in the scene, and {name} has none", self.casts.names()) }
     }

@@ -8,7 +8,7 @@ pub const ROUNDING: f64 = 1e-4;
 /// Eight bits, rounded once or twice.
 pub const EIGHT_BITS: f64 = 1e-2;
 
-/// What a filter in hardware may rise by: it knows a place in a texel to 8 bits, across and up, and rounding decides which of two.
+/// How much light may rise by a filter in hardware: it knows a place in a texel to 8 bits, across and up, and rounding chooses between two.
 pub const FILTERED: f64 = 2.0 / 256.0;
 
 /// A threshold for each figure. None: the figure is the method's to say, and nothing is promised.
@@ -22,7 +22,7 @@ pub struct Promises {
     pub rise: Option<f64>,
     /// By how much answers may differ with the casters' order.
     pub order: Option<f64>,
-    /// Root mean square of a step of all casters by a thousandth of the scene, more than the truth's.
+    /// Root mean square of the answers' change when all casters move by a thousandth of the scene, beyond the truth's.
     pub step: Option<f64>,
     /// Leaks and false shadows of opaque casters, farther from a shadow's edge than its resolution.
     pub wrong: Option<u64>,
@@ -51,7 +51,7 @@ impl Promises {
     /// What stands in maps and knows depth in them promises this.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
-    /// What stands in maps and knows no depth promises this: before all smoke it is as wrong as behind, and changes by as much in a step.
+    /// Promises of maps without depth: in front of all smoke they are as wrong as behind it, and change by as much in a step.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
     /// Promises of techniques that test opaque casters on the way.

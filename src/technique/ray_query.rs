@@ -75,7 +75,7 @@ push_struct! {
     /// Twin: BoxesPush in glsl/technique/ray_query/boxes.comp.
     struct BoxesPush {
         caster_count: u32,
-        /// Behind the casters there are boxes of nothing.
+        /// Boxes behind the casters' are empty.
         box_count: u32,
     }
 }

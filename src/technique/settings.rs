@@ -169,7 +169,7 @@ impl Field for Option<String> {
 
 /// Settings whose fields are keys of specs. Made by [`settings!`](crate::__settings).
 pub trait Keyed: Default {
-    /// A key a field, in order, but for those that every technique has.
+    /// One key per field, in order, without those that every technique has.
     const KEYS: &'static [Key];
 
     /// Sets the field of that name; false where there is none, or the text is no value of it.
@@ -190,8 +190,8 @@ pub trait Keyed: Default {
     }
 }
 
-/// Declares settings: a public struct with its defaults, and a key of specs a field. Each field has the [`Setting`] that it is;
-/// its name is the key's. Fields of `every` have keys that all techniques have.
+/// Declares settings: a public struct with its defaults, and one key of specs per field, with the field's name. Each field names its
+/// [`Setting`]. Fields of `every` have keys that all techniques have.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __settings {

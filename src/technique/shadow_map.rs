@@ -90,7 +90,7 @@ const GATHERED: [u32; 2] = [3, 5];
 pub struct ShadowMap {
     maps: Maps,
     opaque: OpaqueMaps,
-    /// The maps as callers see them: there is none but the opaque map. None before the first build.
+    /// The maps as callers see them, which are the opaque maps alone. None before the first build.
     all: Vec<Map>,
     look_up: Bindings,
     constants: Constants,

@@ -30,7 +30,7 @@ impl Spec {
         spec
     }
 
-    /// What it says to the fields of `S`; fields that it has no key for, or leaves to a file, have their defaults.
+    /// Its values for the fields of `S`; fields without a key, or left to a file, have their defaults.
     pub fn settings<S: Keyed>(&self) -> S {
         let mut settings = S::default();
         for (key, text) in &self.values {
@@ -213,7 +213,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
         let cause = format!("{}= has a meaning only with {other}={word}", key.name);
         return Err(fail(cause, format!("add {other}={word}")));
     }
-    // Where they have no meaning, a sweep over their values makes one.
+    // Keys without a meaning for other keys' values are swept once only.
     let mut different = BTreeSet::new();
     specs.retain(|spec| different.insert(spec.values.clone()));
     Ok(specs)
@@ -253,7 +253,7 @@ mod tests {
         }
     }
 
-    /// A line of text is no reason to fill the memory.
+    /// A short line of text must not fill the memory.
     #[test]
     fn sweeps_end_somewhere() {
         let values = |count: u32| (1..=count).map(|n| n.to_string()).collect::<Vec<_>>().join("|");

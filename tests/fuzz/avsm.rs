@@ -47,7 +47,7 @@ pub fn cells(bytes: &[u8]) -> bool {
     let bound = bound(&segments.iter().map(sphere).collect::<Vec<_>>(), DARK);
     let Some(cells) = Cells::new(&segments, bound) else { return false };
     let curve = cells.curve(build);
-    // Half a unit per segment; of 64 segments a unit is 2⁻²⁰ at least. What is darker than DARK counts as that.
+    // Half a unit per segment; with 64 segments, units are at least 2⁻²⁰. What is darker than DARK counts as that.
     let off = 0.5 * segments.len() as f64 / f64::from(1 << 20) + 16.0 * ROUNDING;
     holds(&curve, build, &segments, 16.0 * ROUNDING);
     assert_tail(&curve, &segments, off + (-f64::from(DARK)).exp());

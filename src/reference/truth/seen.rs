@@ -74,7 +74,7 @@ mod tests {
         Casters::new(&scene).seen(&camera, DVec2::splat(32.0)).map(|place| place.z)
     }
 
-    /// By hand: the optical depth rises by depth / 2 a unit, and half is left of the light after ln 2 of it.
+    /// By hand: the optical depth rises by depth / 2 per unit, and half is left of the light after ln 2 of it.
     #[test]
     fn it_is_where_half_has_come_from() {
         let half = |depth: f64| 1.0 - 2.0 * std::f64::consts::LN_2 / depth;

@@ -30,7 +30,7 @@ const MANY_GROUPS: u32 = 16;
 /// With 16 nodes, which take so many registers that few workgroups have room at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// With very many casters, which are small, so many are looked at before those that are hit are added.
+/// With very many casters, which are small, a thread tests so many before it adds those that are hit.
 const MOST_AHEAD: u32 = 32;
 
 /// With fit=refined: how often odd and even nodes take turns in being moved. Two turns gain four fifths of the gain of eight turns, three
@@ -74,7 +74,7 @@ impl Cells {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }
 
-    /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
+    /// The limit of shared memory or threads that the device lacks for `groups` times its texels, by its Vulkan name.
     fn lacks(self, features: &Features, groups: u32) -> Option<String> {
         let (has, needs) = (features.max_compute_shared_memory_bytes, self.shared_bytes(groups));
         let (threads, wants) = (features.max_compute_workgroup_threads, groups * self.texels());

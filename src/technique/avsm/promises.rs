@@ -5,7 +5,7 @@ use crate::technique::keys::{Name, word_of};
 use crate::technique::promises::EIGHT_BITS;
 use crate::technique::{Promises, Runs};
 
-/// What settings promise, on the path that runs.
+/// Promises of settings, on the path that runs.
 pub fn promises(settings: &Settings, path: &str) -> Promises {
     let (is_linear, is_captured) = (!settings.is_exponential(), !settings.is_sorted());
     let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::technique::parse;
 
-    /// What each key takes back of the promises.
+    /// Promises that each key takes back.
     #[test]
     fn keys_take_promises_back() {
         let of = |settings: &str, path: &str| {

@@ -104,7 +104,7 @@ words! {
 }
 
 map_settings! {
-    /// What there is to set. Not all goes with all: [`super::Avsm::new`] says what does not.
+    /// The settings. Not all can be combined: [`super::Avsm::new`] refuses those that cannot.
     #[derive(Copy)]
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each, or fewer: see `storage`.
