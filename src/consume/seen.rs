@@ -29,8 +29,7 @@ impl Renderer {
         }
     }
 
-    /// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame of these kernels; none where they are
-    /// others.
+    /// The last frame's values of these kernels, with `shading=interleaved` or `shading=reservoir`; none with other shading.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.

@@ -46,11 +46,11 @@ words! {
 }
 
 words! {
-    /// What a voxel knows of how its strands run.
+    /// What a voxel stores about its strands' directions.
     pub enum Direction {
         /// Nothing: they take the same whichever way light goes.
         None = "none",
-        /// The mean of their directions' products, and so how much they take of a way along them and across.
+        /// The mean of their directions' outer products, from which extinction along them and across follows.
         Mean = "mean",
     }
 }
@@ -66,7 +66,7 @@ settings! {
             "exact", "every voxel on the way to the light; even steps, linear between voxels; or random places, without bias");
         /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
         steps: u32 = Setting::number("32", 1, 1024, "even steps from the point to the light, with march=steps");
-        /// What a voxel knows of how its strands run.
+        /// What a voxel stores about its strands' directions.
         direction: Direction = Setting::word(
             "none", "whether voxels keep the direction of their strands, which take less light along it; 24 bytes per voxel");
         /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.

@@ -57,7 +57,7 @@ settings! {
         slices: u32 = Setting::one_of("64", &["32", "64", "128"], "slices along the half vector, of as many casters each");
         /// Texels per side of the light's buffer, 1 to 16,384.
         size: u32 = SIZE;
-        /// What a texel of it is kept in.
+        /// The format of its texels.
         storage: Storage = Setting::word("r16f", "8 bits per texel of the light's buffer, half floats (as published), or 4 bytes");
         /// How the meshes are drawn as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;

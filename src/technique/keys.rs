@@ -10,7 +10,7 @@ pub struct Key {
     pub name: &'static str,
     /// What it may be.
     pub values: Values,
-    /// What it is where a spec does not say.
+    /// Its default.
     pub default: &'static str,
     /// One line.
     pub about: &'static str,

@@ -40,8 +40,8 @@ map_settings! {
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Where there are more, the
-        /// cheapest is removed.
+        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Where there are more, the one
+        /// that changes the curve least is removed.
         samples: u32 = Setting::one_of(
             "8", &["4", "8", "16", "32"], "samples that a ray keeps while it is marched, no fewer than nodes; the cheapest is removed");
         /// Texels per side of a light's map, 1 to 16,384.
@@ -51,7 +51,7 @@ map_settings! {
         /// A sample is kept once it differs from the last one by so many ten-thousandths of the light that is left, 0 to 10,000.
         relative: u32 = Setting::number(
             "500", 0, 10000, "a sample is kept once it is off by so many ten-thousandths of the light that is left");
-        /// And by how many of all of the light.
+        /// And by so many ten-thousandths of all light.
         absolute: u32 = Setting::number(
             "0", 0, 10000, "and by so many ten-thousandths of all the light");
         /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a footprint.

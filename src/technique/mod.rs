@@ -103,7 +103,7 @@ pub mod usual {
     pub const BAKED: &str = super::voxelized::ENTRY.name;
 }
 
-/// A technique, opened for one world. [`Opened`] builds it; it submits, waits and loops by nothing of its own.
+/// A technique, opened for one world. [`Opened`] builds it; the technique itself never submits, waits or loops.
 pub trait Technique {
     /// The parts of the world from which it is built, or on which its facts depend: while none of them changes, nothing is recorded. By
     /// default all.
@@ -111,8 +111,8 @@ pub trait Technique {
         Parts::ALL
     }
 
-    /// Records the passes of one build for the world as it is now. What has not changed since the last recording need not be
-    /// made again.
+    /// Records the passes of one build for the world as it is now. Results that have not changed since the last recording need not be made
+    /// again.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -191,7 +191,7 @@ pub enum Settled {
     Done,
     /// Something did not fit, and has room now: record again.
     Grew,
-    /// This part of it stands: record the next.
+    /// This part of the build is done: record the next.
     More,
 }
 
@@ -213,7 +213,7 @@ pub struct Answer<'a> {
     pub constants: &'a Constants,
 }
 
-/// What there is to say of a technique after a build.
+/// Figures of a technique after a build.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Facts {
     /// The path that runs.
@@ -267,7 +267,7 @@ impl Casts {
     /// From meshes alone.
     pub const MESHES: Self = Self { meshes: true, ..Self::NONE };
 
-    /// Whether it casts from anything that there is, or there is nothing to cast from, or it casts from nothing.
+    /// Whether it sees any caster that there is; also true if there are no casters, or if it sees none by design.
     pub fn any_of(self, has: Kinds) -> bool {
         has == Kinds::default() || self == Self::NONE || self.are_in(has)
     }
@@ -281,7 +281,7 @@ impl Casts {
             || has.meshes && self.meshes
     }
 
-    /// What there is that it does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
+    /// Kinds of casters in the scene that it does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
     pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
             ("smoke", has.particles, self.particles),
@@ -335,7 +335,7 @@ pub struct Entry {
     pub paths: &'static [Path],
     /// Its promises about answers of a spec whose path, the second argument, runs.
     pub promises: fn(&Spec, &str) -> Promises,
-    /// What is run of it where it is not named.
+    /// Its specs that run where it is not named.
     pub runs: Runs,
     /// Opens it for a world that has casters which it sees.
     pub open: Open,

@@ -28,7 +28,7 @@ push_struct! {
 pub struct Painter {
     /// Slices of as many casters each.
     slices: u32,
-    /// What slices so far leave of the light.
+    /// The light that the slices so far leave.
     light: Image,
     draw: Kernel<SplatPush>,
     splat: Splat,
@@ -114,7 +114,7 @@ impl Painter {
         (0..slices).map(move |slice| at(slice)..at(slice + 1)).filter(|places| !places.is_empty())
     }
 
-    /// Draws casters into the light's buffer; those of none make it all light.
+    /// Draws casters into the light's buffer; with no casters the buffer holds full light.
     pub fn light(&self, pass: &mut Pass, places: Range<u32>) {
         let clear = places.is_empty().then_some([1.0; 4]);
         pass.render(self.light.size(), &[Target { image: &self.light, clear }], None, |draw| {

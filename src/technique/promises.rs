@@ -11,7 +11,7 @@ pub const EIGHT_BITS: f64 = 1e-2;
 /// How much light may rise by a filter in hardware: it knows a place in a texel to 8 bits, across and up, and rounding chooses between two.
 pub const FILTERED: f64 = 2.0 / 256.0;
 
-/// A threshold for each figure. None: the figure is the method's to say, and nothing is promised.
+/// A threshold for each figure. None: the figure depends on the method, and nothing is promised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promises {
     /// Mean absolute error on the rays of a map's texels, against a bilinear look-up there in exact curves.
@@ -48,7 +48,7 @@ impl Promises {
         finer: 1.0,
     };
 
-    /// What stands in maps and knows depth in them promises this.
+    /// Promises of maps with depth.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
     /// Promises of maps without depth: in front of all smoke they are as wrong as behind it, and change by as much in a step.

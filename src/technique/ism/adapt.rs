@@ -25,7 +25,7 @@ pub struct ClusterData {
     pub normal: [f32; 3],
     /// How far a normal is from the mean, at most.
     pub spread: f32,
-    /// Half the sides of the box about the middle, along the world's axes, that all of them are in.
+    /// Half the sides of the box about the middle, along the world's axes, that contains all points of the cluster.
     pub sides: [f32; 3],
     /// How far a point is from the plane through the middle, at most.
     pub thick: f32,

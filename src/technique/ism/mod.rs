@@ -61,7 +61,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    // Points leave holes, and which triangles they are on follows from the order of these.
+    // Points leave holes, and the choice of their triangles depends on the triangles' order.
     promises: |_, _| Promises::NONE,
     runs: Runs { stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles"], ..Runs::NONE },
     open: |context, world, spec| Ok(Box::new(Ism::new(context, world, &spec.settings())?)),
@@ -173,7 +173,7 @@ fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
 }
 
 impl Technique for Ism {
-    /// Points that adapt go where the camera looks.
+    /// Adaptive points depend on the camera.
     fn made_of(&self) -> Parts {
         let of = Parts::MESHES.and(Parts::LIGHTS);
         if self.settings.adaptive { of.and(Parts::CAMERA) } else { of }

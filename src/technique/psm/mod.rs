@@ -59,7 +59,7 @@ words! {
 }
 
 map_settings! {
-    /// What there is to set. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
+    /// The settings. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
     #[derive(Copy)]
     pub struct Settings {
         /// How the volume is built; none: summed tile by tile where the device can.

@@ -15,7 +15,7 @@ words! {
         Rgba8 = "rgba8",
         /// Transmittances in half floats.
         Rgba16f = "rgba16f",
-        /// What is lost of the light, from sums of optical depths, in half floats.
+        /// The light that is lost, from sums of optical depths, in half floats.
         OpticalDepth = "optical-depth",
     }
 }
@@ -76,7 +76,7 @@ impl Volume {
         if self.is_8_bit() { Format::R8G8B8A8_UNORM } else { Format::R16G16B16A16_SFLOAT }
     }
 
-    /// How a caster combines with those before it.
+    /// How a caster is blended with those before it.
     pub fn blend(&self) -> Blend {
         if self.additive() { Blend::Add } else { Blend::Multiply }
     }
