@@ -94,11 +94,11 @@ pub fn head(
     text += &format!("//   float {prefix}visibility(uint light, vec3 position)\n");
     text += "//      How much of light `light` reaches `position`, world units: 1 all of it, 0 none.\n";
     text += &format!("//   vec3 {prefix}receiver(uint light, vec3 position, vec3 normal)\n");
-    text += "//      Where to ask for it of a point of a surface; `normal`: unit length, on the side that light is asked for.\n";
+    text += "//      The place at which a surface's point is looked up; `normal`: unit length, on the side that light is asked for.\n";
     if units.iter().any(|unit| unit.names.iter().any(|name| name == COLORS)) {
         text += &format!("//   vec3 {prefix}colors(float visibility, vec3 extinction)\n");
-        text += "//      Right behind visibility: what is left of red, green and blue where smoke and hair take these multiples of\n";
-        text += "//      their extinction. Meshes end all alike.\n";
+        text += "//      Call it right behind visibility: the same for red, green and blue, whose extinction in smoke and hair is that\n";
+        text += "//      multiple of the casters' own. Meshes end all colors alike.\n";
     }
     let free: Vec<_> = units.iter().filter_map(|unit| variable(unit, &renamed(unit))).collect();
     if !free.is_empty() {

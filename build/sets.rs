@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 /// Binding → field, Rust type, and what makes a resource of it. A list stands at EACH.
 type Set = BTreeMap<u32, Slot>;
 
-/// The binding of what is declared once for each of as many as there are.
+/// The key of a slot that is declared once and made for each of several resources.
 const EACH: u32 = u32::MAX;
 
 #[derive(PartialEq, Eq)]

@@ -22,7 +22,7 @@ shift 2
 wanted=("$@")
 mkdir -p "$folder" || exit 1
 
-# A line a command: what is indented goes on.
+# A line per command: what is indented goes on.
 lines=()
 while IFS= read -r line || [ -n "$line" ]; do
     case $line in

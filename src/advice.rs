@@ -1,4 +1,4 @@
-//! What to type: the program's own words for what may help, where the library's name none of its options.
+//! Advice with the program's own options, for errors of the library, whose texts name none of them.
 
 use crate::technique::VIRTUAL_LIGHTS;
 use crate::{Error, Less, WayOut, one_of};

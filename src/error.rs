@@ -11,7 +11,7 @@ pub enum Error {
     Input {
         /// The file, option or scene.
         name: String,
-        /// What is wrong with it.
+        /// The fault that was found.
         cause: String,
         /// What may help.
         way_out: WayOut,
@@ -68,7 +68,7 @@ pub enum WayOut {
     OtherDevice,
     /// A place that can be written to.
     OtherPlace,
-    /// A sentence that ends with a bake, to be made.
+    /// A sentence that ends with the command that makes a bake.
     Bake(String),
     /// These specs, of which each is to be given alone.
     Each(Vec<String>),
@@ -152,7 +152,7 @@ impl Error {
         Self::Output { path: path.to_path_buf(), cause: cause.to_string(), way_out: WayOut::OtherPlace }
     }
 
-    /// What may help; a refusal says what is needed, and no more.
+    /// The way out; a refusal only says what is needed.
     pub fn way_out(&self) -> Option<&WayOut> {
         match self {
             Self::Input { way_out, .. } | Self::Gpu { way_out, .. } | Self::Output { way_out, .. } => Some(way_out),
@@ -172,7 +172,7 @@ impl Error {
         self
     }
 
-    /// The same error with another name for what was handed in; none but an [`Error::Input`] has one.
+    /// The same error with another name of the input; only an [`Error::Input`] has one.
     #[must_use]
     pub fn with_name(mut self, other: impl FnOnce(&str) -> String) -> Self {
         if let Self::Input { name, .. } = &mut self {

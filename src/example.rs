@@ -1,4 +1,4 @@
-// What the examples of the documentation share. It is no part of the crate: each of them includes it.
+// Shared by the examples of the documentation. It is no part of the crate: each of them includes it.
 
 use glam::DVec3;
 use gobo::gpu::{Context, Options};

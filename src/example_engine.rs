@@ -79,7 +79,7 @@ impl Engine {
         }
     }
 
-    /// What Gobo is given.
+    /// The handles that Gobo gets.
     pub fn adopt(&self) -> Adopt {
         Adopt {
             entry: self.entry.clone(),

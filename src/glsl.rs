@@ -1,4 +1,4 @@
-//! GLSL for other programs: the look-up of each technique as one file, and what gives it its descriptors and constants.
+//! GLSL for other programs: the look-up of each technique as one file, with its descriptors and constants.
 //!
 //! [`file()`] is a technique's file: it includes nothing, every global name in it begins with `gobo_` and the technique's name,
 //! and the numbers of its bindings and constants stay what they are from version to version. At its top it says all that it is
@@ -31,9 +31,9 @@ pub struct File {
     pub first_binding: u32,
     /// The id of its first specialization constant, where GOBO_AVSM_CONSTANT is not defined. No two files share one.
     pub first_constant: u32,
-    /// What it is given, by number.
+    /// Its bindings, by number.
     pub bindings: &'static [Binding],
-    /// What it is specialized by, by id: that of `constants[i]` is the first and i more.
+    /// Its specialization constants, in the order of their ids: `constants[i]` has the first id plus i.
     pub constants: &'static [Constant],
 }
 
@@ -42,15 +42,16 @@ pub struct File {
 pub struct Binding {
     /// Counted from the file's first.
     pub number: u32,
-    /// What the file calls it.
+    /// Its name in the file.
     pub name: &'static str,
-    /// What it is to Vulkan.
+    /// Its descriptor type.
     pub descriptor: vk::DescriptorType,
-    /// What it is to GLSL: `gobo_avsm_Light[]`, `sampler2D`.
+    /// Its GLSL type: `gobo_avsm_Light[]`, `sampler2D`.
     pub glsl: &'static str,
-    /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 of what is no buffer.
+    /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 for bindings other than
+    /// buffers.
     pub stride: u32,
-    /// What is in it.
+    /// Its content.
     pub about: &'static str,
 }
 
@@ -63,7 +64,7 @@ pub struct Constant {
     pub glsl: &'static str,
     /// The value where it is not set, as GLSL writes it.
     pub default: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub about: &'static str,
     /// Its id in the program's own shaders.
     inside: u32,
@@ -121,15 +122,15 @@ impl Answer<'_> {
         constants.filter_map(|(id, constant)| Some((id, self.constants.word(constant.inside)?))).collect()
     }
 
-    /// Writes what the look-up is given into a descriptor set of one's own, from `first_binding` on. Buffers of a look-up are
-    /// replaced as they grow: write again after each build that grew ([`crate::technique::Settled::Grew`]).
+    /// Writes the look-up's resources into a descriptor set of the caller's, from `first_binding` on. Buffers of a look-up are replaced as
+    /// they grow: write again after each build that grew ([`crate::technique::Settled::Grew`]).
     ///
     /// # Safety
     /// `set` is of the device that the technique was opened on and has the bindings of [`Answer::layout`]; no command that is
     /// pending uses them, and the technique outlives the commands that do.
     #[allow(unsafe_code)]
     pub unsafe fn write_into(&self, set: vk::DescriptorSet, first_binding: u32) {
-        // SAFETY: the caller says so.
+        // SAFETY: the caller promises it.
         unsafe { self.bindings.write_into(set, first_binding) }
     }
 }

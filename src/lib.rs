@@ -6,8 +6,7 @@
 //!
 //! # In an engine
 //!
-//! The engine's device is adopted, and its buffers have casters and lights. Gobo records passes into its command buffers, and its
-//! shader calls the function. docs/guide/embedding.md has the steps and what they require; examples/embed is a whole renderer.
+//! The steps of docs/guide/embedding.md, which says what each requires, as code; examples/embed is a whole renderer.
 //!
 //! ```
 //! use glam::DVec3;
@@ -19,34 +18,33 @@
 //!
 //! # mod engine { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example_engine.rs")); }
 //! # engine::runs(|engine| {
-//! // The engine's instance, device and queue family. Nothing of them is destroyed, nothing is submitted or waited for.
-//! // SAFETY: they live longer, and the device was opened with what is said of it.
+//! // Once, 1 and 2. SAFETY: the engine's handles live longer, and the device was opened with what is said of it.
 //! let context = unsafe { Context::adopt(engine.adopt()) }?;
+//! // Once, 3. `Buffer::adopt` takes a buffer of the engine's; this one is Gobo's: x, y, z, radius, extinction.
 //! let mut world = World::of(&context, Capacity { particles: 1, lights: 1, ..Default::default() })?;
-//! // A buffer of the engine's is adopted, Buffer::adopt, and read in its own layout. This one is Gobo's: x, y, z, radius, extinction.
 //! let buffer = Buffer::with_data(&context, "smoke", &[0.0f32, 0.0, 1.0, 0.5, 2.0])?;
 //! let smoke = Source { buffer, offset: 0, stride: 20, count: Count::Host(1) };
 //! let kind = LightKind::Directional { direction: DVec3::NEG_Z };
 //! let sun = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
 //!
-//! // Lights come before a technique, which is opened for so many.
-//! // SAFETY: the commands are being recorded, and are submitted once and in order.
+//! // Once, 4. SAFETY: the commands are being recorded, and are submitted once and in order.
 //! world.lights(&mut unsafe { Commands::on(&context, engine.begin(0), 0) }?, &[sun])?;
 //! engine.submit(0);
+//! // Once, 5.
 //! let mut avsm = Avsm::new(&context, &world, &avsm::Settings { nodes: 8, size: 64, ..Default::default() })?;
 //!
-//! // Shaders of the engine include `gobo::glsl::file("avsm")`, with the set that `avsm.answer().write_into` fills. Here a query asks,
-//! // below the smoke.
+//! // Once, 6. In place of the engine's shader a query asks, below the smoke.
 //! let query = Query::new(&context, 0, &[[0.0; 3]])?;
 //! let (kernel, read) = (query.kernel(&avsm.answer())?, ReadBack::new(&context, "light", 4)?);
 //! for frame in 1..8 {
+//!     // Each frame, 1.
 //!     let commands = engine.begin(frame);
-//!     // What did not fit two frames ago has room from now on.
 //!     avsm.settle(frame.saturating_sub(2))?;
-//!     // SAFETY: as above; frame − 2 is over.
+//!     // Each frame, 3. SAFETY: as above; frame − 2 is over.
 //!     let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
 //!     world.particles(&mut commands, &smoke, SphereAt::PARTICLE)?;
 //!     avsm.record(&mut commands, &world)?;
+//!     // Each frame, 4 and 5: the query has its own set.
 //!     query.record(&mut commands, &kernel);
 //!     commands.read_back(query.buffer(), &read);
 //!     commands.end();

@@ -116,8 +116,8 @@ fn look_ups_of_a_ball_are_closed_forms() {
     });
 }
 
-/// In smoke and hair, with every technique: what it says of a color is the twin's power of what it says of all light, extinction 1 is that to
-/// the bit, and a larger extinction never leaves more.
+/// In smoke and hair, with every technique: its answer for a color is the twin's power of its answer for all light, with extinction 1 the
+/// same to the bit, and a larger extinction never leaves more.
 #[test]
 fn look_ups_are_powers_of_grey_ones() {
     gpu_test("look_ups_are_powers_of_grey_ones", |context| {

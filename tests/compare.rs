@@ -212,7 +212,7 @@ fn compare_writes_everything() {
     assert!(read("time-vs-error.svg").contains("</svg>") && read("frame-vs-error.svg").contains("</svg>"));
     let html = read("report.html");
     assert!(html.contains("data:image/png;base64,"), "pictures are in the page");
-    // The one address a page may name is the XML name of SVG, which nothing fetches.
+    // The one address that a page may name is the XML name of SVG, which nothing fetches.
     let html = html.replace("http://www.w3.org/2000/svg", "");
     assert!(!html.contains("http://") && !html.contains("https://"), "the page needs no network");
 }

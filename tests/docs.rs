@@ -4,10 +4,16 @@
 
 mod support;
 
+#[path = "docs/choices.rs"]
+mod choices;
 #[path = "docs/commands.rs"]
 mod commands;
+#[path = "docs/english.rs"]
+mod english;
 #[path = "docs/fronts.rs"]
 mod fronts;
+#[path = "docs/guide.rs"]
+mod guide;
 #[path = "docs/links.rs"]
 mod links;
 #[path = "docs/list.rs"]
@@ -20,6 +26,8 @@ mod ranks;
 mod recommended;
 #[path = "docs/rows.rs"]
 mod rows;
+#[path = "docs/sources.rs"]
+mod sources;
 #[path = "docs/stressed.rs"]
 mod stressed;
 #[path = "docs/tables.rs"]

@@ -85,7 +85,7 @@ fn all_files_compile_in_one_shader() {
     compiles(&[all[0], all[0]], Names::Few);
 }
 
-/// All words but GLSL's own begin with gobo_ or GOBO_; those of macros and of what is global with the technique too.
+/// All words but GLSL's own begin with gobo_ or GOBO_; those of macros and of global names with the technique too.
 #[test]
 fn every_name_is_prefixed() {
     for file in FILES {

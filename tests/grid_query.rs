@@ -266,7 +266,7 @@ fn large_casters_are_listed_once() {
             let (_, opened) = opened(context, &scene, size);
             let totals = opened.technique.grid().cast_totals().expect("lists");
             assert_eq!((totals.pairs, totals.voxels), (count as u32, 0), "size {size}");
-            // A quarter of what 8,192 roundings by half a digit come to at most.
+            // A quarter of the most that 8,192 roundings by half a digit come to.
             holds_to(context, &scene, text, 6e-5);
         }
         // One more that is small is listed in its voxels beside them.

@@ -258,7 +258,7 @@ fn built(
     Ok([whole.then(|| hash.text()), Some(answers)])
 }
 
-/// The hash of what the lights' points get.
+/// The hash of the answers at the lights' points.
 fn answers(context: &Context, technique: &dyn Technique, points: &[Vec<[f32; 3]>]) -> Result<String, Error> {
     let mut hash = Fnv::new();
     for (light, points) in points.iter().enumerate() {

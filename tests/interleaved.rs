@@ -190,7 +190,7 @@ fn a_ground_has_the_light_of_all_suns() {
     });
 }
 
-/// A room with a pillar, of which one wall shines: so many patches a side.
+/// A room with a pillar, of which one wall shines: so many patches per side.
 fn room(side: u32) -> Scene {
     let mut scene = directional("room", [0.0, 0.0, -1.0], Vec::new());
     let wall = |corners| quad(corners, 0.7);

@@ -197,7 +197,7 @@ fn the_device_draws_what_its_twin_does() {
         let casters = Casters::new(&scene);
         let spacing = 18.0;
         let [drawn] = pictures(context, &scene, size, "uncompressed:size=256", [vertex(spacing)]);
-        // The mean over all pixels and channels of what lies outside the bounds, and how many are outside by much.
+        // By how much pixels lie outside the bounds, as a mean over all pixels and channels, and how many do by much.
         let outside = |[low, high]: &[Picture; 2]| {
             let bounds = low.pixels.iter().flatten().zip(high.pixels.iter().flatten());
             let by =

@@ -40,7 +40,7 @@ pub fn camera(scene: &Scene, size: [u32; 2]) -> View {
     View::camera(&scene.camera, scene, size)
 }
 
-/// The settled picture of what stands still.
+/// The settled picture of a still world.
 pub fn picture(context: &Context, built: &Built, size: [u32; 2], shading: Shading) -> Picture {
     let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
         .expect("a renderer");

@@ -76,7 +76,7 @@ fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
     Map::aimed(&scene.aim(), size, OPAQUE_SIZE, 1).into_iter().map(twin).collect()
 }
 
-/// How far two views of the same map are apart, in shares of their size and of what floats resolve at their place.
+/// How far two views of the same map are apart, in shares of their size and of the step of floats at their place.
 fn apart(a: &View, b: &View) -> f64 {
     assert_eq!((a.projection, a.right, a.up, a.forward), (b.projection, b.right, b.up, b.forward));
     let extent = f64::from(a.far).max(1.0 / f64::from(a.scale_x)).max(1.0 / f64::from(a.scale_y));

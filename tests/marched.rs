@@ -41,7 +41,7 @@ struct Made {
     build: Build,
     place: Place,
     views: Vec<View>,
-    /// A curve a texel.
+    /// A curve per texel.
     curves: Vec<Vec<NodeData>>,
 }
 

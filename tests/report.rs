@@ -177,7 +177,7 @@ fn files_of_schema_1_are_read() {
     let map = row.error.as_ref().and_then(|error| error.map).expect("measured");
     assert!(map.points.is_none() && (map.mean_abs - 0.013_997_554_370_264_169).abs() < 1e-15, "{map:?}");
 
-    // Zero bytes of what was never built are no bytes at all.
+    // A thing that was never built has no bytes, which is not 0 bytes.
     let dir = tempfile::tempdir().expect("a folder");
     let path = dir.path().join("results.json");
     let mut old = results(vec![refused("plume", "no")]);

@@ -64,7 +64,7 @@ fn is_known(room: &str) -> bool {
     ARROWS.iter().any(|(known, _)| *known == room)
 }
 
-/// Every arrow of the Rust files under a folder, as lines of what uses what.
+/// Every arrow of the Rust files under a folder, as lines of user and used.
 fn arrows(folder: &Path, room: Option<&str>, all: &mut BTreeSet<String>, rooms: &mut BTreeSet<String>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();

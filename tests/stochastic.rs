@@ -151,7 +151,7 @@ fn errors(context: &Context, scene: &Scene, text: &str, variance: impl Fn(f64) -
     let views = View::volumes(scene, 64);
     let truth = map_truths(&Casters::new(scene), scene, &views).remove(0);
     let answers = ask(context, &*built(context, scene, text), 0, &truth.points);
-    // A point a texel: those of one texel hang together.
+    // A point per texel: those of one texel hang together.
     let [mut sum, mut squares, mut expected] = [0.0; 3];
     for (i, texel) in truth.points.chunks_exact(MAP_DEPTHS as usize).enumerate() {
         let at = i * MAP_DEPTHS as usize + (i * 7) % texel.len();

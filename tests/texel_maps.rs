@@ -1,4 +1,4 @@
-//! Techniques of one texel a ray, translucency maps, Beer shadow maps and sums: each path against its CPU twin, texel by texel, and
+//! Techniques of one texel per ray, translucency maps, Beer shadow maps and sums: each path against its CPU twin, texel by texel, and
 //! what their few numbers can and cannot say.
 
 #![cfg(feature = "program")]

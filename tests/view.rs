@@ -188,7 +188,7 @@ fn particles_are_seen_where_they_are_pulled() {
     lines(&view(&screen, folder.path(), &[&["fountain:particles=3000"], &specs[..], &SMALL].concat(), script));
     let [left, right, light, heavy] =
         ["left", "right", "light", "heavy"].map(|name| pixels(&folder.path().join(format!("{name}.png"))).1);
-    // The mean place of what is brighter in the first than in the second, columns and rows.
+    // The mean place of the pixels that are brighter in the first than in the second, columns and rows.
     let middle = |a: &[u8], b: &[u8]| {
         let (mut all, mut sums) = (0.0, [0.0; 2]);
         for (i, (a, b)) in a.iter().zip(b).enumerate() {

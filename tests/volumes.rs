@@ -121,7 +121,7 @@ enum Held {
     Cells,
     /// What cells lose, and what light differs by within so many of the technique's own steps in space: its answer is a mean of that.
     Near(f64),
-    /// A quarter of what there is to be known: of the error of light that no volume takes from. Few numbers are no curve.
+    /// A quarter of the error of an answer that knows no volume: a few numbers are no curve.
     Shape,
 }
 
@@ -130,7 +130,7 @@ fn mean_apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
 }
 
-/// What cells leave of a directional light at points, each cell by itself. Twin of what `grid-query` asks.
+/// The light that cells leave of a directional light at points, each cell by itself. Twin: `grid-query`.
 fn left_by_cells(scene: &Scene, points: &[[f32; 3]]) -> Vec<f64> {
     let (cells, towards) = (scene.casters(), scene.lights[0].towards(DVec3::ZERO).as_vec3());
     let depth = |at: Vec3, cell| {

@@ -241,7 +241,7 @@ fn what_has_no_voxel_is_lit() {
         let points =
             [[f32::NAN; 3], [f32::INFINITY; 3], [-f32::INFINITY; 3], [1e30, 0.0, 0.0], [0.0, -3e9, 4e9], before];
         assert_eq!(ask(context, opened.technique.as_ref(), 0, &points), [1.0; 6]);
-        // Behind the cube lies the shadow of what is in it.
+        // Behind the cube lies the shadow of the meshes in it.
         let behind = (direction * 1e3).as_vec3().into();
         assert_eq!(ask(context, opened.technique.as_ref(), 0, &[behind]), [0.0]);
     });

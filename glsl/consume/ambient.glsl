@@ -1,6 +1,6 @@
-// What arrives from all sides and is asked of no technique: it stands for indirect light. Virtual lights are that light, and
-// where they shine nothing stands for it; a scene has no others beside them. Sums over all lights begin with it. Needs,
-// declared before: lights[]. Twin: reference::truth::picture.
+// Ambient light: it stands for indirect light and needs no look-up. Under virtual lights, which are the indirect light, it is 0; a scene
+// has either virtual lights or others. Sums over all lights begin with it. Needs, declared before: lights[]. Twin:
+// reference::truth::picture.
 #ifndef CONSUME_AMBIENT_GLSL
 #define CONSUME_AMBIENT_GLSL
 #include "world/light.glsl"

@@ -1,5 +1,5 @@
-// A sky with a sun, into which the ground fades: what a person is shown, and nothing that is measured.
-// Twins: scene::Backdrop, reference::truth::backdrop.
+// A sky with a sun, into which the ground fades: for pictures that people are shown, never for measured ones. Twins:
+// scene::Backdrop, reference::truth::backdrop.
 #ifndef CONSUME_BACKDROP_GLSL
 #define CONSUME_BACKDROP_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform BackdropPush {
     float thick;  // how far above and below the middle the ground reaches
 };
 
-// Cosines of angles from the sun's middle: where its disc begins to end, and where it has.
+// Cosines of angles from the sun's middle: its disc fades from the first to the second.
 const float SUN_WHOLE = 0.99985;
 const float SUN_NONE = 0.99965;
 

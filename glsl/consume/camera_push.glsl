@@ -1,4 +1,5 @@
-// The camera as constants of a dispatch or a draw: a buffer of it would be read by each of millions of threads. Twin: consume::CameraPush.
+// The camera as constants of a dispatch or a draw: from a buffer each of millions of threads would have to read it. Twin:
+// consume::CameraPush.
 #ifndef CONSUME_CAMERA_PUSH_GLSL
 #define CONSUME_CAMERA_PUSH_GLSL
 #include "world/view.glsl"

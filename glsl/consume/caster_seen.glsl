@@ -1,4 +1,4 @@
-// What a camera ray sees of a caster, and its colour there.
+// A camera ray's stretch in a caster, and the colour of that.
 #ifndef CONSUME_CASTER_SEEN_GLSL
 #define CONSUME_CASTER_SEEN_GLSL
 #include "consume/colored.glsl"
@@ -12,7 +12,7 @@ bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z
     return hit && z.y >= z.x;
 }
 
-// What a caster sends back of the light; splats and volumes have colours of their own. Needs PICTURE_SPLATS.
+// A caster's albedo; splats and volumes have colours of their own. Needs PICTURE_SPLATS.
 vec3 caster_color_of(Caster caster, uint index) {
     if (!caster_is_packed(caster)) {
         return caster_albedo(caster);
@@ -21,7 +21,7 @@ vec3 caster_color_of(Caster caster, uint index) {
     return uintBitsToFloat(uvec3(splats[at], splats[at + 1u], splats[at + 2u]));
 }
 
-// Premultiplied, of what is seen from z.x to z.y.
+// Premultiplied colour of a caster's part from z.x to z.y.
 vec4 caster_color(Ray ray, Caster caster, vec3 albedo, vec2 z, vec3 light) {
     vec3 opacity = 1.0 - exp(-caster_optical_depth(ray, caster, z) * extinction_ratio());
     return blended_color(shade_caster(albedo, light) * opacity, opacity);

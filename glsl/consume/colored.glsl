@@ -1,5 +1,5 @@
-// Extinction of red, green and blue light in what a scene's casters are made of, and what of a look-up is left of each. To be included behind
-// visibility.glsl where a technique is asked. Bound by consume::colored. Twins: reference::truth::Casters::colors,
+// Extinction of red, green and blue light in a scene's casters, and each color's transmittance from a look-up's answer. To be included
+// behind visibility.glsl where a technique is asked. Bound by consume::colored. Twins: reference::truth::Casters::colors,
 // reference::truth::picture.
 #ifndef CONSUME_COLORED_GLSL
 #define CONSUME_COLORED_GLSL
@@ -13,7 +13,7 @@ CONSTANT(uint, CHANNEL, 0u)
 
 vec3 extinction_ratio() { return vec3(EXTINCTION_RED, EXTINCTION_GREEN, EXTINCTION_BLUE); }
 
-// What is left of each color, by the look-up that was just asked.
+// Visibility of each color, from the last look-up.
 vec3 colored(float visibility) {
 #ifdef TECHNIQUE_COLORS
     return light_colors(visibility, extinction_ratio());

@@ -1,7 +1,6 @@
 #version 460
-// The mean of a pixel's samples, in linear light, then a filmic curve. Inputs: the picture of all samples. Output: what is
-// shown, linear, 0 to 1. Twin: reference::truth::shown.
-// Source of the curve: Narkowicz 2016, ACES filmic tone mapping curve.
+// The mean of a pixel's samples, in linear light, then a filmic curve. Inputs: the picture of all samples. Output: the picture to show,
+// linear, 0 to 1. Twin: reference::truth::shown. Source of the curve: Narkowicz 2016, ACES filmic tone mapping curve.
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_scalar_block_layout : require
 

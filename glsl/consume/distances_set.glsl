@@ -1,4 +1,4 @@
-// The set of what is drawn in front of the meshes: their z. Bound by consume::Renderer.
+// The set for casters that are drawn in front of meshes: the meshes' z. Bound by consume::Renderer.
 // set 2: picture_distances
 #ifndef CONSUME_DISTANCES_SET_GLSL
 #define CONSUME_DISTANCES_SET_GLSL

@@ -32,7 +32,7 @@ float place_in_step(uvec2 pixel) {
     return float((pixel.x * 3242174889u + pixel.y * 2447445414u) >> 8) / 16777216.0;
 }
 
-// What arrives at a point from all lights.
+// Light that arrives at a point from all lights.
 vec3 light_in_fog(vec3 position) {
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {
@@ -53,7 +53,7 @@ void main() {
     float transmittance = 1.0;
     for (uint i = 0u; i < steps; ++i) {
         vec3 position = ray.origin + (float(i) + place) / float(steps) * end * ray.direction;
-        // What the step scatters of even light: the integral of extinction · transmittance over it.
+        // The share of even light that the step scatters: the integral of extinction · transmittance over it.
         float behind = exp(-step_depth * float(i + 1u));
         scattered += (transmittance - behind) * light_in_fog(position);
         transmittance = behind;

@@ -1,5 +1,5 @@
-// Normals in 10 bits a coordinate, by which surfaces are told apart. All of it in whole numbers or precise, so that its twin
-// finds the same edges. Twin: reference::twin::packed_normal.
+// Normals in 10 bits per coordinate, by which surfaces are told apart. All of it in whole numbers or precise, so that its twin finds the
+// same edges. Twin: reference::twin::packed_normal.
 #ifndef CONSUME_PACKED_NORMAL_GLSL
 #define CONSUME_PACKED_NORMAL_GLSL
 

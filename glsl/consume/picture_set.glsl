@@ -1,4 +1,4 @@
-// The sets of a picture; a shader names what it reads. Bound by consume::Renderer.
+// The descriptor sets of a picture; a shader names the resources that it reads. Bound by consume::Renderer.
 // set 0: picture_scene
 // set 2: picture_surfaces
 #ifndef CONSUME_PICTURE_SET_GLSL
@@ -13,7 +13,7 @@
 #define PICTURE_SIDES layout(set = 0, binding = 5, scalar) readonly buffer Sides { int sides[]; };
 // The place of the first splat or cell among the casters, then the colours of all, three floats each.
 #define PICTURE_SPLATS layout(set = 0, binding = 6, scalar) readonly buffer Splats { uint splats[]; };
-// What the camera sees of the meshes: albedo (alpha 0: the sky), normal (w: closed), z.
+// The G-buffer of the meshes: albedo (alpha 0: the sky), normal (w: closed), z.
 #define SURFACE_ALBEDOS layout(set = 2, binding = 0) uniform texture2D albedos;
 #define SURFACE_NORMALS layout(set = 2, binding = 1) uniform texture2D normals;
 #define SURFACE_DISTANCES layout(set = 2, binding = 2) uniform texture2D distances;

@@ -1,7 +1,7 @@
-// Where light is asked for at a point of a surface. A technique that resolves surfaces coarsely, as voxels do, moves the point
-// off its surface. It defines TECHNIQUE_RECEIVERS and, in its visibility.glsl, vec3 light_receiver(uint light, vec3 position,
-// vec3 normal), with `normal` of unit length on the side that light is asked for. It may keep the normal for the
-// light_visibility that follows (maps/opaque.glsl). To be included behind visibility.glsl.
+// The place at which a point of a surface looks up its light. A technique that resolves surfaces coarsely, as voxels do, moves the point
+// off its surface. It defines TECHNIQUE_RECEIVERS and, in its visibility.glsl, vec3 light_receiver(uint light, vec3 position, vec3 normal),
+// with `normal` of unit length on the side that light is asked for. It may keep the normal for the light_visibility that follows
+// (maps/opaque.glsl). To be included behind visibility.glsl.
 #ifndef CONSUME_RECEIVER_GLSL
 #define CONSUME_RECEIVER_GLSL
 
@@ -11,7 +11,8 @@
 vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }
 #endif
 
-// Who asks next is so wide across the light, world units: techniques with levels of detail see as much of their maps.
+// Look-ups from here on are for a receiver this wide across the light, world units: techniques with levels of detail
+// choose a level by it.
 void light_footprint(float side) {
 #ifdef TECHNIQUE_FOOTPRINTS
     look_up_footprint = side;
@@ -29,8 +30,8 @@ bool looks_away(Light light, vec3 normal, bool closed) {
     return closed && light.kind == LIGHT_DIRECTIONAL && dot(normal, light.direction) > 0.0;
 }
 
-// How much of a light, the scene's `index`-th, reaches a surface. `normal` is the outside of what is closed; for what is open it
-// is either side, and the light's is asked for.
+// How much of a light, the scene's `index`-th, reaches a surface. `normal` points out of a closed mesh; on an open one it may be either
+// side's, and the side towards the light is asked for.
 float surface_visibility(uint index, Light light, vec3 position, vec3 normal, bool closed) {
     if (looks_away(light, normal, closed)) {
 #ifdef TECHNIQUE_COLORS

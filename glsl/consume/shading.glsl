@@ -1,4 +1,4 @@
-// How light that arrives is turned into colour. Twin: reference::truth::picture.
+// Colour from arriving light and albedo. Twin: reference::truth::picture.
 #ifndef CONSUME_SHADING_GLSL
 #define CONSUME_SHADING_GLSL
 #include "world/caster.glsl"
@@ -7,19 +7,19 @@
 const vec3 PARTICLE_ALBEDO = vec3(0.92, 0.92, 0.95);
 const vec3 STRAND_ALBEDO = vec3(0.70, 0.42, 0.20);
 
-// What a surface turns of one light, as much of each color as is visible. Lambert, two-sided.
+// Light that a surface reflects from one light, by the visibility of each color. Lambert, two-sided.
 vec3 light_on_surface(Light light, vec3 position, vec3 normal, vec3 visibility) {
     float cosine = abs(dot(normal, light_direction(light, position)));
     return light_radiance(light, position) * cosine * visibility;
 }
 
-// `light` is the sum over all lights and what is ambient, here and below.
+// `light` is the sum over all lights and ambient light, here and below.
 vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 
 // Single scattering with an isotropic phase function, normalised so that a fully lit dense medium has its albedo.
 vec3 shade_caster(vec3 albedo, vec3 light) { return albedo * light; }
 
-// The colour of what has none of its own.
+// The colour of casters without a colour of their own.
 vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO; }
 
 // Where to ask for the light that arrives at `position` of a caster: a strand takes its light in one step, on whose

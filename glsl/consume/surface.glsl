@@ -19,7 +19,7 @@ float camera_z(View camera, vec3 position) {
     return z;
 }
 
-// `side` as world::Generations::sides has it: where there is an outside the normal is there.
+// `side` as in world::Generations::sides: on a closed mesh the normal points outside.
 Surface surface_of(View camera, Triangle triangle, int side) {
     vec3 z = vec3(camera_z(camera, triangle.corners[0]), camera_z(camera, triangle.corners[1]),
                   camera_z(camera, triangle.corners[2]));

@@ -1,5 +1,5 @@
-// What a surface turns of one light, as far as the technique lets it through.
-// Needs, declared before: lights[] and light_visibility.
+// The light that a surface reflects from one light, shadowed by the technique. Needs, declared before: lights[] and
+// light_visibility.
 #ifndef CONSUME_SURFACE_LIGHT_GLSL
 #define CONSUME_SURFACE_LIGHT_GLSL
 #include "consume/colored.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// lighting=vertex, second stage: a caster's quad, as large as caster_corner draws it, and into how many parts it is cut
-// along x and y, by its size on the screen. Source: Fife and Strugar 2013, Tessellation. Twin: reference::twin::vertex_lit.
-// Inputs: camera, casters. Outputs: the quad, levels. Invariant: what is not on the screen has level 0 and no triangles.
+// lighting=vertex, second stage: a caster's quad, as large as caster_corner draws it, and into how many parts it is cut along x and y, by
+// its size on the screen. Source: Fife and Strugar 2013, Tessellation. Twin: reference::twin::vertex_lit. Inputs: camera, casters. Outputs:
+// the quad, levels. Invariant: casters off the screen have level 0 and no triangles.
 #include "consume/picture_set.glsl"
 #include "world/caster.glsl"
 

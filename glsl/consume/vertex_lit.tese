@@ -24,10 +24,10 @@ layout(location = 1) patch in vec4 patch_corners;
 layout(location = 0) flat out uint caster_index;
 layout(location = 1) out vec3 light;
 
-// Where a vertex asks for its light. Of a sphere: where caster.frag does, at the middle of what the ray sees; past the
-// silhouette at its nearest point, since farther out there may be more light than anywhere inside. A mesh that cuts the
-// sphere cuts this too. One that stands in front of all of it hides this vertex, but perhaps not the pixels beside it: as
-// if it were not there. Of a strand: on its axis, where that comes nearest to the ray; most of a strand's quad is far off.
+// Where a vertex asks for its light. On a sphere: where caster.frag does, at the middle of the ray's stretch in it; past the silhouette at
+// its nearest point, since farther out there may be more light than anywhere inside. A mesh that cuts the sphere cuts this stretch too. A
+// mesh that stands in front of the whole sphere hides this vertex, but perhaps not the pixels beside it, so it is ignored. On a strand: on
+// its axis, where that comes nearest to the ray; most of a strand's quad is far off.
 vec3 caster_asked(Ray ray, Caster caster, float farthest) {
     if (caster_is_strand(caster)) {
         vec3 start, axis;

@@ -1,8 +1,7 @@
 #version 460
-// Marches a volume before what is behind it, front to back: in each cell of its field two steps of as much of the ray. What a step takes
-// is the integral of the trilinear densities, by two points of Gauss and Legendre; it is lit at its middle.
-// Inputs: lights, camera, fields, z of the meshes, the technique. Output: premultiplied colour, blended over.
-// Twin: reference::truth::picture.
+// Marches a volume and blends it over the picture, front to back: in each cell of its field two steps of equal length. A step's optical
+// depth is the integral of the trilinear densities, by Gauss-Legendre quadrature with two points; it is lit at its middle. Inputs: lights,
+// camera, fields, z of the meshes, the technique. Output: premultiplied colour, blended over. Twin: reference::truth::picture.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/shading.glsl"
 #include "visibility.glsl"
@@ -30,7 +29,7 @@ layout(location = 0) out vec4 color;
 
 // Steps of a cell. Twin: STEPS.
 const uint STEPS = 2u;
-// Where so little is left of what is behind, nothing more is asked: a picture lacks as much of the light there, at most.
+// The march ends where so little of the background's light is left: the picture lacks that share of light, at most.
 const float HIDDEN = 1e-4;
 
 // The first sample of a block among those of all fields; false where it is empty.
@@ -52,7 +51,7 @@ bool field_block(FieldPlace place, ivec3 block, out uint first) {
     return false;
 }
 
-// What is gathered on the way.
+// Sums along the march.
 vec3 scattered = vec3(0.0);
 vec3 transmittance = vec3(1.0);
 
@@ -83,7 +82,7 @@ void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z)
 void march_block(FieldPlace place, Ray ray, Ray within, uint first, vec2 z) {
     FieldWalk walk = field_walk(within, z);
     ivec3 cube;
-    // As many as a ray may meet of 8³, and what rounding adds.
+    // As many cells as a ray may meet of 8³, and some for rounding.
     for (uint i = 0u; i < 32u && is_seen() && field_next(within, walk, cube, z); ++i) {
         // Rounding may see a neighbour of the block, where it begins or ends.
         uvec3 at = uvec3(clamp(cube, ivec3(0), ivec3(FIELD_SIDE - 1)));

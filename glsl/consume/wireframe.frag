@@ -1,7 +1,6 @@
 #version 460
-// The sides of the triangles of lighting=vertex, black and as dense as the caster that is made of them is in its middle, so
-// that smoke does not drown in the lines of what is thin. Inputs: camera, casters, z of the meshes. Output: premultiplied
-// colour, blended over.
+// The sides of the triangles of lighting=vertex, black and as dense as the middle of their caster, so that smoke does not drown in the
+// lines of thin casters. Inputs: camera, casters, z of the meshes. Output: premultiplied colour, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/colored.glsl"
 #include "consume/distances_set.glsl"

@@ -14,7 +14,7 @@
 
 const float PI = 3.14159265;
 
-// A caster takes no more of a way of one voxel than what counts as opaque.
+// A caster's optical depth over a way of one voxel is clamped to that of an opaque one.
 uint media_units(float optical_depth) {
     precise float units = min(optical_depth, MAX_OPTICAL_DEPTH) * MEDIA_UNITS;
     return uint(units);
@@ -87,15 +87,15 @@ vec3 mote_place(Motes motes, uint i) {
     return place;
 }
 
-// So many 256ths of an amount, rounded down; what is left of it is the other side's, so that nothing is lost.
+// So many 256ths of an amount, rounded down; the rest goes to the other side, so that nothing is lost.
 uint part_of(uint amount, uint share) { return (amount >> 8) * share + (((amount & 255u) * share) >> 8); }
 
 // A sphere of a voxel's radius and more: two samples per voxel and axis, each of which is inside by a share that falls from 1 to 0
 // over half a voxel, the samples' distance, about its border.
 struct Ball {
     vec3 centre;    // voxels
-    float core;     // square of the radius, less what the border's slope adds to the volume: a 12th of its width's square
-    float sharp;    // what the square of a distance counts by: 1 / radius
+    float core;     // square of the radius, less a 12th of the square of the border's width, since the slope adds to the volume
+    float sharp;    // factor of a distance's square: 1 / radius
     uint amount;    // of a voxel that is all inside
     ivec3 first;
     ivec3 last;

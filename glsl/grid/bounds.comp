@@ -1,7 +1,6 @@
 #version 460
-// How far meshes, smoke and hair reach along the world's axes. Source: ours. Inputs: triangles, casters. Outputs: grid.low,
-// grid.high.
-// Twin: reference::twin::grid::bounds.
+// Bounds of meshes, smoke and hair along the world's axes. Source: ours. Inputs: triangles, casters. Outputs: grid.low, grid.high. Twin:
+// reference::twin::grid::bounds.
 layout(local_size_x = 64) in;
 #include "grid/build.glsl"
 #include "world/caster.glsl"

@@ -1,4 +1,4 @@
-// What the passes share that fill a grid. Twin: grid::GridPush.
+// Shared by the passes that fill a grid. Twin: grid::GridPush.
 #ifndef GRID_BUILD_GLSL
 #define GRID_BUILD_GLSL
 #include "grid/grid.glsl"
@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform GridPush {
     uint share;       // of grid.casters: voxels of a box up to which a caster is listed in each
 };
 
-// What only reads says so first (`readonly`): a device need not let vertices write.
+// A shader that only reads defines it first (`readonly`): a device need not let vertices write.
 #ifndef GRID_ACCESS
 #define GRID_ACCESS
 #endif

@@ -1,4 +1,4 @@
-// What the passes share that put casters into a grid. Twin: grid::media.
+// Shared by the passes that put casters into a grid. Twin: grid::media.
 #ifndef GRID_CAST_GLSL
 #define GRID_CAST_GLSL
 #include "grid/build.glsl"

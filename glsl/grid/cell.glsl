@@ -1,7 +1,7 @@
-// How much of a volume's cell is in which voxels. A voxel's number is what its middle has of the field's cells, each as mean over a cube
-// of a voxel's size that is turned as the cell is: cells that meet in a side share what lies between them, so that nothing is lost
-// or counted twice, however the volume is turned. Source: ours. Twin: reference::twin::media::Slab; not to the bit, since devices round
-// what a shape is packed as differently.
+// How much of a volume's cell goes into which voxels. A voxel's number is the field at its middle, averaged over a cube of a voxel's size
+// that is turned as the volume is: cells that share a side share the voxels between them, so that nothing is lost or counted twice, however
+// the volume is turned. Source: ours. Twin: reference::twin::media::Slab; not to the bit, since devices unpack a shape with different
+// rounding.
 #ifndef GRID_CELL_GLSL
 #define GRID_CELL_GLSL
 #include "grid/media.glsl"

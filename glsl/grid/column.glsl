@@ -1,4 +1,4 @@
-// The voxels of a column that a triangle meets, or the cells; `occupy` is whose they are. Twin: reference::twin::grid::Bits.
+// Finds the voxels, or mask cells, of a column that a triangle meets, and calls `occupy` for each. Twin: reference::twin::grid::Bits.
 #ifndef GRID_COLUMN_GLSL
 #define GRID_COLUMN_GLSL
 

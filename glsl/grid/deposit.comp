@@ -1,8 +1,8 @@
 #version 460
-// Puts smoke and hair into the voxels that they are in. One thread per caster; those of many voxels are listed, and in the variants
-// behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media,
-// their bits, the lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum
-// that goes past 32 bits does so whichever comes last, and sets its voxel's bit.
+// Adds smoke and hair to the voxels that they lie in. One thread per caster; those of many voxels are listed, and in the variants behind it
+// a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media, their bits, the
+// lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum that overflows 32 bits
+// does so in any order, and sets its voxel's bit.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
@@ -21,7 +21,7 @@ void deposit(uvec3 voxel, uint amount) {
         uint full = grid_bit(0u, voxel);
         atomicOr(media_bits[2u * grid_word(grid.size, 0u, voxel) + (full >> 5)], 1u << (full & 31u));
     }
-    // Whoever puts the first into a voxel says so above.
+    // The thread that puts the first amount into a voxel sets the bits on the levels above.
     for (uint level = 1u; level < GRID_LEVELS && before == 0u; ++level) {
         uint bit = grid_bit(level, voxel), word = 2u * grid_word(grid.size, level, voxel) + (bit >> 5);
         uint mask = 1u << (bit & 31u);
@@ -41,7 +41,7 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
     precise float radius = caster.radius * grid.per_unit;
     bool strand = caster_is_strand(caster);
     if (caster_is_gaussian(caster)) {
-        return 0u;  // who asks voxels of smoke and hair does not see splats
+        return 0u;  // splats are not in this grid: techniques that look it up refuse them
     }
     if (caster_is_cell(caster)) {
         Slab slab = slab_of(place, radius, caster.axis, caster.density * grid.voxel, grid.size);

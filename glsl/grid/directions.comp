@@ -1,6 +1,6 @@
 #version 460
-// How strands run in the voxels that they are in. One thread per strand. Source: ours. Inputs: casters, grid. Output: directions.
-// Twin: reference::twin::soft::Directions. Invariant: sums of whole numbers, so the same bytes each run.
+// Adds up the directions of strands in the voxels that they lie in. One thread per strand. Source: ours. Inputs: casters, grid. Output:
+// directions. Twin: reference::twin::soft::Directions. Invariant: sums of whole numbers, so the same bytes each run.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 #include "grid/directions.glsl"

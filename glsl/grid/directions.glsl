@@ -1,13 +1,13 @@
-// The directions of strands in the voxels of a grid: a matrix of six numbers per voxel, what strands take times their direction twice, in the
-// order of grid/media.glsl: xx, yy, zz, xy, yz, zx. The first three together are what strands take. In whole units, so that the order of sums
-// does not matter, two bits fewer than those of media: where a voxel is not full, no number passes 31 bits. Source: ours.
-// Twin: reference::twin::soft::Directions.
+// The directions of strands in the voxels of a grid: a symmetric matrix per voxel, the sum over strands of extinction times the outer
+// product of the direction with itself, voxels in the order of grid/media.glsl, numbers in the order xx, yy, zz, xy, yz, zx. Its trace is
+// the strands' extinction. In whole units, so that the order of sums does not matter, two bits fewer than those of media: where a voxel is
+// not full, no number passes 31 bits. Source: ours. Twin: reference::twin::soft::Directions.
 #ifndef GRID_DIRECTIONS_GLSL
 #define GRID_DIRECTIONS_GLSL
 
 const float DIRECTION_UNITS = 4194304.0;
 
-// What a strand takes across, of what it takes on average over all directions.
+// Extinction of a strand across its axis, over its mean over all directions: 4 / π.
 const float ACROSS = 1.27323954;
 
 // Between E[sin²] and its root, where the strands of a voxel do not run in one direction.

@@ -1,5 +1,5 @@
-// The triangles as a grid sees them, and the axis that each faces most: seen along it, none is edge on but those of no area.
-// Twin: reference::twin::grid::Facet.
+// Triangles in a grid's coordinates, and the axis that each faces most: seen along it, only triangles without area are edge on. Twin:
+// reference::twin::grid::Facet.
 #ifndef GRID_FACING_GLSL
 #define GRID_FACING_GLSL
 #include "grid/build.glsl"

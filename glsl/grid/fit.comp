@@ -1,6 +1,6 @@
 #version 460
-// The grid's place: a cube about all that casts, a voxel wider to each side. One thread. Source: ours. Input: grid.low, grid.high.
-// Output: the rest of it. Twin: reference::twin::grid::fit.
+// Places the grid: a cube about all casters, a voxel wider to each side. One thread. Source: ours. Input: grid.low, grid.high. Output: the
+// grid's other fields. Twin: reference::twin::grid::fit.
 layout(local_size_x = 1) in;
 #include "grid/build.glsl"
 

@@ -1,5 +1,6 @@
-// A grid of voxels in the world's axes, about all that casts: a bit each that meshes occupy, in bricks of 4 × 4 × 4 bits; and on two levels above which
-// of 64 bricks, and of 64 such blocks, are not empty. Source: ours. Twins: grid::GridData, reference::twin::grid.
+// A grid of voxels in the world's axes, about all casters: one bit per voxel, set where meshes occupy it, in bricks of 4 × 4 × 4 bits; and
+// two levels above, with bits for each of 64 bricks, and of 64 blocks of these, that is not empty. Source: ours. Twins: grid::GridData,
+// reference::twin::grid.
 #ifndef GRID_GRID_GLSL
 #define GRID_GRID_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -7,7 +8,7 @@
 struct Grid {
     vec3 origin;     // its corner, world units
     float voxel;     // a voxel's side, world units
-    float per_unit;  // voxels a world unit
+    float per_unit;  // voxels per world unit
     uint size;       // voxels per side
     uint low[3];     // of all that casts, as maps/extents.glsl orders floats
     uint high[3];

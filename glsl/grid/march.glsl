@@ -1,7 +1,7 @@
-// What a way through a grid meets: whether a voxel on it is occupied, or a cell of its mask (march_exact), or a voxel at even steps
-// (march_steps). Needs visibility_bits, visibility_masks and the constants GRID_SIZE and CELL.
-// Source: after Amanatides and Woo 1987; skipping what is empty on the levels above is ours. Twins: reference::twin::grid::Bits,
-// march_exact and march_steps; of masks reference::twin::masks::Masks.
+// Whether a way through a grid meets an occupied voxel, or an occupied cell of its mask (march_exact), or an occupied voxel at even steps
+// (march_steps). Needs visibility_bits, visibility_masks and the constants GRID_SIZE and CELL. Source: after Amanatides and Woo 1987;
+// skipping empty space on the levels above is ours. Twins: reference::twin::grid::Bits, march_exact and march_steps; of masks
+// reference::twin::masks::Masks.
 #ifndef GRID_MARCH_GLSL
 #define GRID_MARCH_GLSL
 #include "grid/masks.glsl"
@@ -24,8 +24,8 @@ bool grid_has_voxel(uvec3 voxel) {
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Every voxel on the way, and no other: from each the way goes on into the one that it enters next, or out of all that is empty
-// about it at once. Where voxels have masks their cells are what is met, and a voxel is one level more of what may be empty.
+// Visits every voxel on the way, and no other: from each it goes on into the next one that the way enters, or out of the largest empty cube
+// about it at once. Where voxels have masks it is their cells that are visited, and a voxel is one more level that may be empty.
 bool march_exact(vec3 from, vec3 way) {
     const float cells = float(1u << CELL_SHIFT);
     March march;
@@ -80,7 +80,8 @@ bool march_exact(vec3 from, vec3 way) {
     return false;
 }
 
-// Where the way begins, for a face that looks away is dark by its own voxel, and even steps: what lies between two of them is not seen.
+// At the way's beginning, where a face that looks away is dark by its own voxel, and at even steps: voxels between two of them are not
+// seen.
 bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     for (uint i = 0u; i <= steps && range.x <= range.y; ++i) {

@@ -1,7 +1,8 @@
-// What smoke and hair take of a way through a grid that lists them: every voxel on the way that has any, and in it its casters. One that
-// is listed in many counts in the voxel in which the way enters it, or begins: places along the way are floats that all voxels see alike,
-// and each voxel ends where the next begins, so that it counts once. Those that are listed for all voxels are asked first. Needs visibility_cast_bits, visibility_cast_lists
-// (glsl/grid/lists/place.glsl), visibility_casters and GRID_SIZE. Source: ours. Twin: the truth, in f64.
+// Optical depth of smoke and hair along a way through a grid that lists them: goes through every voxel on the way with a list, and through
+// the list's casters. A caster that is listed in many voxels counts in the voxel in which the way enters the caster, or begins: places
+// along the way are floats that all voxels see alike, and each voxel ends where the next begins, so that it counts once. Those that are
+// listed for all voxels are asked first. Needs visibility_cast_bits, visibility_cast_lists (glsl/grid/lists/place.glsl), visibility_casters
+// and GRID_SIZE. Source: ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_CASTERS_GLSL
 #define GRID_MARCH_CASTERS_GLSL
 #include "grid/lists/place.glsl"
@@ -25,7 +26,7 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
     uint first = 0u, side = grid_side(GRID_SIZE, 0u);
     float begin = -FARTHEST, ray_length = length(ray.direction), entry, sum = 0.0;
-    // What is listed for all voxels: every ray asks.
+    // The list that all voxels share: every ray goes through it.
     uint all = visibility_cast_lists[lists_of_all(GRID_SIZE)], behind = visibility_cast_lists[all + LIST_WORDS];
     for (uint i = visibility_cast_lists[all]; i < behind && sum < MAX_OPTICAL_DEPTH; i += LIST_WORDS) {
         sum += cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i + 1u]], 1.0, entry);

@@ -1,6 +1,6 @@
-// How much light a cone through a grid leaves: cells as wide as the cone, each by how much of it is occupied. Needs visibility_bits,
-// visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; that a wall is a wall on every level is ours.
-// Twin: reference::twin::cone::Cells::march_cone.
+// Transmittance of a cone through a grid: it meets cells as wide as itself, each of which ends light by its occupied share. Needs
+// visibility_bits, visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; that a wall is opaque on every
+// level is ours. Twin: reference::twin::cone::Cells::march_cone.
 #ifndef GRID_MARCH_CONE_GLSL
 #define GRID_MARCH_CONE_GLSL
 #include "grid/cells.glsl"
@@ -12,8 +12,7 @@ const float CONE_DARK = 1.0 / 256.0;
 // Between the middles of two cells a wall's cover is weighed, and where steps fall half a cell apart it weighs at least ¾.
 const float CONE_GAIN = 1.34;
 
-// What of the light a cell stops that goes through it along an axis: as much as a layer of voxels of its width. Outside there is
-// nothing.
+// The share of light that a cell stops along an axis: that of a layer of voxels as wide as the cell. Outside of the grid it is 0.
 float cell_cover(uint level, ivec3 cell) {
     if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(GRID_SIZE >> level)))) {
         return 0.0;

@@ -1,8 +1,8 @@
-// How much light smoke and hair take of a way through a grid: of every voxel on it (media_exact), or of voxels at even steps (media_steps).
-// Needs visibility_media, visibility_media_bits, the constant GRID_SIZE, and `media_towards`: what a voxel takes of a way in the direction
-// that is asked, of what it takes on average. Where MEDIA_VISIT is defined, `media_visit` is told of each stretch of a way in turn: what it takes
-// by the way's length, and where on the way, 0 to 1, it begins and ends. Source: after Amanatides and Woo 1987; skipping what is
-// empty on the levels above is ours. Twin: reference::twin::media::Media, march_exact and march_steps.
+// How much light smoke and hair take along a way through a grid: in every voxel on it (media_exact), or in voxels at even steps
+// (media_steps). Needs visibility_media, visibility_media_bits, the constant GRID_SIZE, and `media_towards`: a voxel's extinction in the
+// way's direction, from its mean extinction. Where MEDIA_VISIT is defined, `media_visit` is told of each stretch of a way in turn: its
+// extinction times the way's length, and where on the way, 0 to 1, it begins and ends. Source: after Amanatides and Woo 1987; skipping
+// empty space on the levels above is ours. Twin: reference::twin::media::Media, march_exact and march_steps.
 #ifndef GRID_MARCH_MEDIA_GLSL
 #define GRID_MARCH_MEDIA_GLSL
 #include "grid/media.glsl"
@@ -17,13 +17,13 @@ uvec2 media_bits(uint level, uvec3 word) {
     return uvec2(visibility_media_bits[at], visibility_media_bits[at + 1u]);
 }
 
-// What a way of one voxel's length takes through a voxel; `full` is its brick's word of level 0.
+// Optical depth of a way of one voxel's length through a voxel; `full` is its brick's word of level 0.
 float media_of(uvec3 voxel, uvec2 full) {
     float sum = float(visibility_media[media_at(GRID_SIZE, voxel)]) * (1.0 / MEDIA_UNITS);
     return grid_has(full, voxel) ? MEDIA_FULL : media_towards(sum, voxel);
 }
 
-// Every voxel on the way, each by as much of the way as is in it, and out of what is empty at once. It ends where nothing is left.
+// Every voxel on the way, each by the part of the way inside it, and out of empty space at once. It ends where no light is left.
 float media_exact(vec3 from, vec3 way) {
     March march;
     ivec3 voxel;

@@ -1,7 +1,7 @@
-// Whether a ray meets a triangle of a grid that lists them: every voxel on the way as march_exact goes (glsl/grid/march.glsl), and in
-// an occupied one the triangles whose boxes it passes. A hit counts wherever on the ray it is. Needs visibility_triangles, and
-// visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle intersection; boxes
-// and bounds are ours. Twin: the truth, in f64.
+// Whether a ray meets a triangle of a grid that lists them: goes through every voxel on the way, as march_exact does
+// (glsl/grid/march.glsl), and in an occupied one tests the triangles whose boxes it passes. A hit counts also beyond the voxel. Needs
+// visibility_triangles, and visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle
+// intersection; boxes and bounds are ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_TRIANGLES_GLSL
 #define GRID_MARCH_TRIANGLES_GLSL
 #include "grid/lists/box.glsl"
@@ -26,7 +26,7 @@ float grid_rounding(Grid grid) {
     return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
-// A ray that looks along z from the origin: the axis along which it goes most, and what of it goes along the two others.
+// A ray that looks along z from the origin: the axis along which it goes most, and its slopes along the two others.
 struct Shear {
     vec3 origin;
     uint axis;
@@ -138,7 +138,7 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
     bool goes_on = march_within(from, way, cast_clip(from, way), GRID_SIZE, march, voxel), hit = false;
     Shear shear = shear_of(origin, direction);
     float farthest = grid_farthest(visibility_grid), begin = march.range.x;
-    // Words of a block and of a brick, of which both are loaded where the way comes to another.
+    // Words of the present block and brick; both are loaded when the way enters another one.
     uint block = ~0u, brick = ~0u, side = grid_side(GRID_SIZE, 0u), first = 0u;
     uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
     // What of a list is not asked.

@@ -1,4 +1,4 @@
-// What the passes share that fill masks. Twin: grid::masks.
+// Shared by the passes that fill masks. Twin: grid::masks.
 #ifndef GRID_MASKS_SET_GLSL
 #define GRID_MASKS_SET_GLSL
 #include "grid/build.glsl"

@@ -1,12 +1,13 @@
-// What smoke and hair take in the voxels of a grid: a number per voxel, the optical depth of a way of one voxel's length, in whole
-// units so that the order of sums does not matter. They stand brick by brick, 64 of 4 × 4 × 4 voxels. Bits as those of grid/grid.glsl: on
-// level 0 of voxels whose sum went past 32 bits, above of bricks and of blocks in which there is anything. Source: ours.
-// Twin: reference::twin::media::Media.
+// Smoke and hair in the voxels of a grid: a number per voxel, the optical depth of a way of one voxel's length, in whole units so that the
+// order of sums does not matter. They stand brick by brick, each the 64 numbers of 4 × 4 × 4 voxels. Bits in the layout of grid/grid.glsl:
+// on level 0 for voxels whose sum overflowed 32 bits, above for bricks and blocks that are not empty. Source: ours. Twin:
+// reference::twin::media::Media.
 #ifndef GRID_MEDIA_GLSL
 #define GRID_MEDIA_GLSL
 #include "grid/grid.glsl"
 
-// Units an optical depth of 1; and what a voxel takes whose sum went past 32 bits, of which nothing is left.
+// Units per optical depth of 1; and the optical depth of a voxel whose sum overflowed 32 bits, behind which no light is
+// left.
 const float MEDIA_UNITS = 16777216.0;
 const float MEDIA_FULL = 256.0;
 

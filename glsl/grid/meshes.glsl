@@ -1,4 +1,4 @@
-// What meshes leave of a light, for look-ups of grids that hold smoke and hair alone. Needs
+// Visibility past meshes, from the opaque map, for look-ups of grids that hold smoke and hair alone. Needs
 // visibility_lights, visibility_maps (world/light.glsl) and visibility_opaque. Twin: reference::twin::receiver.
 #ifndef GRID_MESHES_GLSL
 #define GRID_MESHES_GLSL

@@ -1,4 +1,4 @@
-// Shares a part of what is smaller than a voxel among the eight voxels whose middles are about it. Needs `deposit`. Twin:
+// Shares a part of a caster that is smaller than a voxel among the eight voxels whose middles are about it. Needs `deposit`. Twin:
 // reference::twin::media::mote.
 #ifndef GRID_MOTE_GLSL
 #define GRID_MOTE_GLSL

@@ -1,7 +1,7 @@
 #version 460
-// How many occupied voxels stand before each brick. One workgroup a run of bricks: adds up its own (STEP 0), one workgroup all runs (STEP
-// 1), and each its bricks (STEP 2). Source: ours. Input: bits. Outputs: runs, the first part of masks.
-// Twin: reference::twin::masks::Masks.
+// How many occupied voxels stand before each brick. Three steps: a workgroup adds up its run of bricks (STEP 0), one workgroup adds up all
+// runs (STEP 1), each adds that to its bricks (STEP 2). Source: ours. Input: bits. Outputs: runs, the first part of masks. Twin:
+// reference::twin::masks::Masks.
 // variants: STEP 0 1 2
 #include "grid/masks_set.glsl"
 
@@ -14,7 +14,7 @@ const uint BRICKS = 16u;
 
 shared uint sums[THREADS];
 
-// The sum of what the threads before have.
+// The sum over the threads before.
 uint before_thread(uint thread, uint sum) {
     sums[thread] = sum;
     barrier();

@@ -1,4 +1,4 @@
-// The bits of what meshes occupy. Needs visibility_bits and the constant GRID_SIZE.
+// A bit per voxel: whether a mesh occupies it. Needs visibility_bits and the constant GRID_SIZE.
 #ifndef GRID_OCCUPIED_GLSL
 #define GRID_OCCUPIED_GLSL
 #include "grid/grid.glsl"

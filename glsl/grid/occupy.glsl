@@ -9,7 +9,7 @@ void occupy(uvec3 voxel) {
     if ((grid_bits[word] & mask) != 0u || atomicOr(grid_bits[word], mask) != 0u) {
         return;
     }
-    // Whoever sets the first bit of a word says so above.
+    // The thread that sets the first bit of a word sets the bits on the levels above.
     for (uint level = 1u; level < GRID_LEVELS; ++level) {
         bit = grid_bit(level, voxel);
         word = 2u * grid_word(grid.size, level, voxel) + (bit >> 5);

@@ -8,7 +8,7 @@
 #define FACET_CELLS 1
 #endif
 
-// Voxels and cells are by as much of a voxel larger to each side: what rounding could lose.
+// Voxels and cells are larger by this share of a voxel to each side, against rounding.
 #ifndef GRID_SLACK
 #define GRID_SLACK (1e-4 * float(FACET_CELLS))
 #endif

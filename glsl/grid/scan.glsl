@@ -1,4 +1,4 @@
-// Sums before each thread of a workgroup of 128. Source: Blelloch 1990. Twin: a loop.
+// Prefix sums over the threads of a workgroup of 128: for each, the sum before it. Source: Blelloch 1990. Twin: a loop.
 #ifndef GRID_SCAN_GLSL
 #define GRID_SCAN_GLSL
 

@@ -1,4 +1,4 @@
-// How threads share triangles, by how many voxels, or cells, their boxes have. Needs `occupy`.
+// How threads share out triangles, by the number of voxels, or cells, in their boxes. Needs `occupy`.
 #ifndef GRID_SHARE_GLSL
 #define GRID_SHARE_GLSL
 #include "grid/column.glsl"

@@ -1,11 +1,11 @@
-// What a way takes where a voxel's number stands for its middle and is linear between middles: at even steps, or at places drawn by
-// chance (ratio tracking), which has no bias. Needs what grid/march_media.glsl needs. Sources: Novák et al. 2014 (ratio tracking);
+// Transmittance of a way where voxels' numbers stand at their middles and are interpolated linearly: by even steps, or at random places
+// (ratio tracking), which has no bias. Needs the same declarations as grid/march_media.glsl. Sources: Novák et al. 2014 (ratio tracking);
 // O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::soft.
 #ifndef GRID_SOFT_GLSL
 #define GRID_SOFT_GLSL
 #include "grid/march_media.glsl"
 
-// What a way of one voxel's length takes.
+// Optical depth of a way of one voxel's length.
 float media_soft(vec3 place) {
     vec3 at = clamp(place - 0.5, vec3(0.0), vec3(GRID_SIZE - 1u));
     uvec3 corner = min(uvec3(at), uvec3(GRID_SIZE - 2u));
@@ -34,7 +34,7 @@ float media_soft_steps(vec3 from, vec3 way, uint steps, float offset) {
     return min(sum, MEDIA_DARK);
 }
 
-// What a voxel takes at most with ratio tracking: e⁻⁸ is left behind it.
+// A voxel's greatest optical depth with ratio tracking: e⁻⁸ is left behind it.
 const float RATIO_MOST = 8.0;
 
 uint ratio_hash(uint bits) {
@@ -43,7 +43,7 @@ uint ratio_hash(uint bits) {
     return word >> 22 ^ word;
 }
 
-// An estimate of what is left of the light: the mean of many is e to the power of minus what the way takes. No voxel takes more than `most`.
+// A random estimate of the transmittance of a way: its mean over many seeds is exp(−optical depth). No voxel takes more than `most`.
 float media_ratio(vec3 from, vec3 way, float most, uint seed) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float per_voxel = 1.0 / length(way), majorant = min(most, RATIO_MOST), left = 1.0, at = range.x;

@@ -1,8 +1,8 @@
 #version 460
-// Draws each triangle along the axis that it faces most, a texel a column of voxels, and wider: every column that it meets has
-// its middle in what is drawn, or with CONSERVATIVE is touched by it. Sources: Schwarz and Seidel 2010, section 3 (the axis);
-// Hasselgren, Akenine-Möller and Ohlsson 2005 (the wider triangle); the box of slivers is ours. Inputs: triangles, grid.
-// Outputs: position, the triangle. Invariant: what is drawn decides nothing but which columns glsl/grid/voxelize.frag tries.
+// Draws each triangle along the axis that it faces most, with one texel per column of voxels, and enlarged: for every column that the
+// triangle meets, the column's middle is covered, or with CONSERVATIVE touched. Sources: Schwarz and Seidel 2010, section 3 (the axis);
+// Hasselgren, Akenine-Möller and Ohlsson 2005 (the enlarged triangle); the box of slivers is ours. Inputs: triangles, grid. Outputs:
+// position, the triangle. Invariant: the draw only decides which columns glsl/grid/voxelize.frag tests.
 // variants: MASK 0 1
 #define GRID_ACCESS readonly
 #if MASK == 1

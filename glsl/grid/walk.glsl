@@ -1,5 +1,5 @@
-// A way through a grid from voxel to voxel, and out of what is empty at once.
-// Source: after Amanatides and Woo 1987; skipping what is empty on the levels above is ours. Twin: reference::twin::grid::Bits.
+// A way through a grid from voxel to voxel, and out of empty space at once. Source: after Amanatides and Woo 1987; skipping empty space on
+// the levels above is ours. Twin: reference::twin::grid::Bits.
 #ifndef GRID_WALK_GLSL
 #define GRID_WALK_GLSL
 #include "grid/grid.glsl"

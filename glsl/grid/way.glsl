@@ -1,10 +1,11 @@
-// The way from a point to a light through a grid that receivers do not leave: of smoke and hair alone. Source: ours.
+// The way from a point to a light through a grid of smoke and hair alone, from which receivers need not be moved away.
+// Source: ours.
 #ifndef GRID_WAY_GLSL
 #define GRID_WAY_GLSL
 #include "grid/grid.glsl"
 #include "world/light.glsl"
 
-// `from` and `way` are voxels, the way as long as the light is far, or out of the grid whichever way. False: what is no number has no voxel.
+// `from` and `way` are in voxels; the way ends at the light, or outside of the grid. False for NaN, which has no voxel.
 bool grid_way(Grid grid, Light light, vec3 position, out vec3 from, out vec3 way) {
     from = (position - grid.origin) * grid.per_unit;
     float size = float(grid.size);

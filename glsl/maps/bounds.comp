@@ -1,8 +1,7 @@
 #version 460
-// How far the casters and the meshes reach in each map's view. Twin: reference::twin::fit.
-// Inputs: maps, of which origin, axes and, in perspective, the scale are set; casters, triangles. Output: extents, of casters from
-// the volume's origin, of meshes from the opaque view's.
-// Invariant: the extents hold every sphere that the map can see, whatever the order of the atomics.
+// Bounds of the casters and of the meshes in each map's view. Twin: reference::twin::fit. Inputs: maps, of which origin, axes and, in
+// perspective, the scale are set; casters, triangles. Output: extents, of casters from the volume's origin, of meshes from the opaque
+// view's. Invariant: the extents hold every sphere that the map can see, whatever the order of the atomics.
 #include "maps/extents.glsl"
 #include "maps/scene.glsl"
 

@@ -1,14 +1,14 @@
-// Inverses by Newton's steps from a guess in whole numbers: products and sums alone, which every device
-// rounds alike, where Vulkan lets a quotient be off by 2.5 units in the last place. These are off by two. Twin:
+// Reciprocals by Newton's method from a guess in whole numbers: by products and sums alone, which every device rounds
+// alike, while Vulkan lets a quotient be wrong by 2.5 units in the last place. These are wrong by at most two. Twin:
 // reference::twin::exact.
 #ifndef MAPS_EXACT_GLSL
 #define MAPS_EXACT_GLSL
 
-// What is nearer to 0 or farther from it is taken for this.
+// Values nearer to 0 or farther from it are clamped to this.
 const float EXACT_LEAST = 1e-36;
 const float EXACT_MOST = 1e36;
 
-// 1 / a of what is not negative.
+// 1 / a for an `a` that is not negative.
 float reciprocal(float a) {
     float of = clamp(a, EXACT_LEAST, EXACT_MOST);
     precise float guess = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(of));

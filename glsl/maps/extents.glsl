@@ -1,5 +1,5 @@
-// How far casters reach along a view's axes: what maps/bounds.comp leaves to maps/fit.comp. Floats are kept as whole
-// numbers that order as they do, for atomicMin and atomicMax. Twin: reference::twin::fit, maps::fit::Extents.
+// Bounds of casters along a view's axes, which maps/bounds.comp writes and maps/fit.comp reads. Floats are kept as
+// whole numbers that order as they do, for atomicMin and atomicMax. Twin: reference::twin::fit, maps::fit::Extents.
 #ifndef MAPS_EXTENTS_GLSL
 #define MAPS_EXTENTS_GLSL
 #extension GL_EXT_scalar_block_layout : require

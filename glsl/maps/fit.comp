@@ -1,8 +1,8 @@
 #version 460
-// The views of all maps, fitted to what they see. Twin: reference::twin::fit; scene::View in f64 is the truth of it.
-// A thread per map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins,
-// and `far` the range over what the casters need. Output: maps.
-// Invariant: a view holds all that it was fitted to; the margin is more than the rounding of the extents.
+// Fits the views of all maps to their casters and meshes. Twin: reference::twin::fit; scene::View in f64 is the truth of it. A thread per
+// map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins, and `far` the view's range,
+// as a multiple of the casters' range. Output: maps. Invariant: a view contains all casters that it was fitted to; its margin is more than
+// the rounding of the extents.
 #include "maps/extents.glsl"
 #include "world/light.glsl"
 
@@ -22,7 +22,7 @@ layout(push_constant, scalar) uniform FitPush {
 
 // Widens a range by a hundredth of a texel of the largest map.
 const float MARGIN = 1.00001;
-// What rounding may take away, as a share of the distance from the origin.
+// A margin for rounding, as a share of the distance from the origin.
 const float ROUNDING = 5e-7;
 // The least range of a parallel view, as a share of its width: floats resolve no less for level ground straight under the
 // light.
@@ -80,7 +80,8 @@ void fit(inout View view, Range range) {
     }
 }
 
-// A view a power of two narrower, before the camera: its eye is at the side, as far as the whole view reaches. Moves by whole texels.
+// Narrows a view by a power of two for a cascade in front of the camera: the camera stands at the cascade's side, as far as the whole view
+// reaches. Moves by whole texels.
 void narrow(inout View view, uint cascade) {
     float share = 1.0 / float(1u << cascade);
     vec2 whole = 1.0 / vec2(view.scale_x, view.scale_y), half_size = whole * share;

@@ -1,11 +1,11 @@
-// Circles, and what segments of a ray are in them. Sines by products and sums: what a device's own round to is its own. Twin:
-// reference::twin::harmonics.
+// Sines and cosines of a range's harmonics, and their means over segments. Computed by products and sums, since devices round their own
+// sines differently. Twin: reference::twin::harmonics.
 #ifndef MAPS_HARMONICS_GLSL
 #define MAPS_HARMONICS_GLSL
 
 const float PI = 3.14159265;
 
-// What is shorter is a step.
+// A shorter segment is a step.
 const float LEAST_LENGTH = 1e-20;
 
 // cos and sin of so many full circles.

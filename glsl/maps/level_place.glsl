@@ -1,4 +1,4 @@
-// Where the texels of levels of detail stand: those of all maps of level 0, then those of level 1, half as many a side, rounded up,
+// Where the texels of levels of detail stand: those of all maps of level 0, then those of level 1, half as many per side, rounded up,
 // and so on. Twin: maps::levels.
 #ifndef MAPS_LEVEL_PLACE_GLSL
 #define MAPS_LEVEL_PLACE_GLSL

@@ -1,7 +1,6 @@
-// Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup makes of a tile of 8 × 8 texels of the level below `level` the
-// 4 × 4 of that level, of these 2 × 2 of the next, and of these one. So few passes wait for each other.
-// A technique includes it, and defines make_level, which all threads call.
-// Inputs: maps, texels of the level below. Outputs: those of the levels.
+// Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup turns a tile of 8 × 8 texels of the level below `level` into 4 × 4
+// texels of that level, these into 2 × 2 of the next, and these into one. So fewer passes wait for each other. A technique includes it, and
+// defines make_level, which all threads call. Inputs: maps, texels of the level below. Outputs: those of the levels.
 #ifndef MAPS_LEVEL_TILE_GLSL
 #define MAPS_LEVEL_TILE_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -34,7 +33,7 @@ struct LevelTile {
 // No texel.
 const uint NONE = ~0u;
 
-// So far along a range of depths; its end is exact, whatever a driver makes of mix, since what is behind it follows from that.
+// So far along a range of depths; its end is exact, however a driver computes mix, since the value behind the range depends on it.
 float depth_along(vec2 range, float along) { return along >= 1.0 ? range.y : mix(range.x, range.y, along); }
 
 uint tile_texels(LevelTile tile) { return tile.side * tile.side; }
@@ -45,7 +44,7 @@ uint made_place(LevelTile tile, uint t) {
     return all(lessThan(at, tile.size)) ? tile.first + at.y * tile.size.x + at.x : NONE;
 }
 
-// That of a texel below, of twice as many a side.
+// That of a texel below, of twice as many per side.
 uint below_place(LevelTile tile, uvec2 texel) {
     uvec2 at = 2u * tile.corner + texel;
     return all(lessThan(at, tile.below)) ? tile.below_first + at.y * tile.below.x + at.x : NONE;
@@ -56,7 +55,7 @@ uvec2 below_texel(LevelTile tile, uint t, uint i) {
     return 2u * uvec2(t % tile.side, t / tile.side) + uvec2(i & 1u, i >> 1u);
 }
 
-// Makes the texels of a tile. All threads come here, and what they write they see afterwards.
+// Makes the texels of a tile. All threads call this, and see each other's writes afterwards.
 void make_level(LevelTile tile);
 
 void main() {

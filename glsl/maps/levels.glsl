@@ -1,14 +1,14 @@
 // Look-ups through levels of detail: each texel of a level holds the mean transmittance of the four below it, and a look-up takes the
-// levels whose texels are about as wide as what asks. A technique includes it before maps/look_up.glsl, has its texels where
-// texel_place says, and defines MAP_TRANSMITTANCE as leveled_transmittance or calls it.
-// Invariant: with LEVELS 1, and where look_up_footprint is 0, it is filtered_transmittance.
+// levels whose texels are about as wide as its footprint. A technique includes this file before maps/look_up.glsl, stores its texels where
+// texel_place says, and defines MAP_TRANSMITTANCE as leveled_transmittance or calls it. Invariant: with LEVELS 1, and where
+// look_up_footprint is 0, it is filtered_transmittance.
 #ifndef MAPS_LEVELS_GLSL
 #define MAPS_LEVELS_GLSL
 #define TECHNIQUE_FOOTPRINTS
 #include "maps/level_place.glsl"
 #include "maps/look_up.glsl"
 
-// How wide it is what light is asked for, as a pixel is, across the light, world units; 0: a point.
+// Width of the receiver of the light, such as a pixel, across the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
 // A look-up weighs the texels about a place, so that it sees more than one: so many levels less.
@@ -39,7 +39,7 @@ LookUp in_level(LookUp l, uint level) {
     l.first = level_first(size, look_up_maps.length(), level);
     l.at *= exp2(-float(level));
     if (level > 0u && inside && l.view.projection == VIEW_PERSPECTIVE) {
-        // A face of a cube ends here, and what casts does not; wider texels have no room about it.
+        // A face of a cube ends here while casters go on; wider texels would not fit into its margin.
         l.at = clamp(l.at, vec2(0.5), vec2(its) - 0.5);
     }
     l.view.width = its.x;

@@ -1,7 +1,6 @@
-// The look-up of every technique with maps: which map answers, what the meshes leave, and the texels that are averaged.
-// Bindings 0 to 2 are what maps/look_up_set.glsl says, from 3 on what the technique says. A point light's faces have room for
-// every filter about their 90 degrees, so that no look-up needs two of them.
-// Bound by maps::Maps::look_up.
+// The look-up of every technique with maps: which map answers, visibility past the meshes, and the texels that are averaged. Bindings 0 to
+// 2 are those of maps/look_up_set.glsl, those from 3 on the technique's. A point light's faces have a margin about their 90 degrees that
+// holds every filter, so that no look-up needs two faces. Bound by maps::Maps::look_up.
 #ifndef MAPS_LOOK_UP_GLSL
 #define MAPS_LOOK_UP_GLSL
 #include "maps/filter.glsl"
@@ -16,7 +15,7 @@ struct LookUp {
     vec2 at;         // texels
     float depth;     // in the light's range
     bool in_front;   // of all casters: there is nothing to lose light to
-    float opaque;    // what the meshes leave
+    float opaque;    // visibility past the meshes
     uint first;      // texels before those of the level of detail that is looked up
 };
 
@@ -36,7 +35,7 @@ LookUp look_up(uint light, vec3 position, vec3 normal) {
 // The first row of a map in an image in which the maps stand one above the other.
 ivec2 stacked(LookUp l, ivec2 texel) { return texel + ivec2(0, l.map * l.view.height); }
 
-// What is left of the light at a depth of one texel's ray: a technique with texels defines it.
+// Transmittance up to a depth of one texel's ray: a technique with texels defines it.
 float texel_transmittance(LookUp l, ivec2 texel);
 
 // The mean over the filter's texels.
@@ -54,7 +53,7 @@ float filtered_transmittance(LookUp l) {
 #ifndef MAP_TRANSMITTANCE
 #define MAP_TRANSMITTANCE filtered_transmittance
 #else
-// Who has a quicker way for some filter.
+// For a technique that filters faster in a way of its own.
 float MAP_TRANSMITTANCE(LookUp l);
 #endif
 

@@ -1,4 +1,4 @@
-// What every look-up through maps is given. Bound by maps::Maps::look_up.
+// Bindings of every look-up through maps. Bound by maps::Maps::look_up.
 //   binding 0  lights (world/light.glsl)
 //   binding 1  maps of all lights (world/light.glsl)
 //   binding 2  the opaque map of maps/opaque.glsl: depths in red, D32_SFLOAT, D16_UNORM or R32_SFLOAT, fetched and gathered but not

@@ -1,5 +1,5 @@
 #version 460
-// Writes what is stored of a triangle where a light sees it. Inputs: map, z, the triangle's plane. Output: depth.
+// Writes the depth that is stored of a triangle. Inputs: map, z, the triangle's plane. Output: depth.
 #include "maps/scene.glsl"
 #include "maps/stored.glsl"
 

@@ -15,8 +15,8 @@ ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
     return ivec2(map / rows * view.width, map % rows * view.height);
 }
 
-// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; those outside the
-// map have what is in others.
+// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; those outside the map are other
+// maps' texels.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
     // Where the four meet: as far from any other four as a place can be.
     vec2 middle = vec2(corner + texel + 1);
@@ -35,21 +35,21 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
     return hits;
 }
 
-// How far a point of a surface leaves it along its normal, in what a texel's sides reach along that: more than the rasterizer's grid
-// and a place's rounding take.
+// How far a point of a surface is moved along its normal, as a share of a texel's extent along the normal: more than the rasterizer's grid
+// and rounding can move it.
 CONSTANT(float, NORMAL_BIAS, 0.3)
 
 // The normal of the surface that the next point is on, on the side that is asked; 0 of a point in space. light_receiver says it,
 // light_visibility forgets it.
 vec3 look_up_normal = vec3(0.0);
 
-// What texels about a point are compared with.
+// The receiver that texels about a point are compared with.
 struct Receiver {
     float point_z;
     float depth;     // no more than that of nothing
-    float along;     // what the distance above the surface's plane changes by a unit of z along the point's ray,
+    float along;     // change of the distance above the surface's plane per unit of z along the point's ray,
     vec2 across;     // by a texel to the right and up, in perspective at z = 1,
-    float least;     // and how much of it is above
+    float least;     // the height above the plane from which on a texel shadows the point
 };
 
 vec3 opaque_texel_right(View view) { return view.right * (2.0 / (float(view.width) * view.scale_x)); }
@@ -61,7 +61,7 @@ vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     vec3 offset = position - view.origin, coordinates = abs(position);
     float z = view.projection == VIEW_PARALLEL ? 1.0 : dot(offset, view.forward);
     float texels = abs(dot(normal, opaque_texel_right(view))) + abs(dot(normal, opaque_texel_up(view)));
-    // Twice what numbers may be off, as maps/stored.glsl has it.
+    // Twice the rounding that maps/stored.glsl assumes.
     float rounding = 2.4e-7 * (coordinates.x + coordinates.y + coordinates.z) + 1.2e-6 * length(offset);
     float by = NORMAL_BIAS * texels * z;
     // Never out of the light: half the way to where it stands above the surface at most.

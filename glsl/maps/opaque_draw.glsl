@@ -1,6 +1,6 @@
 // Drawing triangles into opaque maps, in whole numbers: corners are moved to the nearest 256th of a texel, a texel is
-// covered where its centre is inside, and of triangles that share an edge exactly one has a centre on it. So what is
-// covered is the same on every device, and so are the depths, of which each texel keeps the least. Source: Pineda 1988;
+// covered where its centre is inside, and of triangles that share an edge exactly one has a centre on it. So the same
+// texels are covered on every device, with the same depths, of which each texel keeps the least. Source: Pineda 1988;
 // clipping: Sutherland and Hodgman 1974. Twin: reference::twin::opaque.
 #ifndef MAPS_OPAQUE_DRAW_GLSL
 #define MAPS_OPAQUE_DRAW_GLSL
@@ -17,7 +17,7 @@ const float OPAQUE_GUARD = 1.5;
 const uint OPAQUE_CORNERS = 8u;
 // The square of twice an area, world units: of less no device would know the normal.
 const float OPAQUE_NO_AREA = 1e-30;
-// Texels per side of what a workgroup draws at a time.
+// Texels per side of the square that a workgroup draws at a time.
 const int OPAQUE_TILE = 32;
 
 // A triangle as a map sees it: a polygon in front of the near plane.
@@ -38,7 +38,7 @@ vec3 in_view(View view, vec3 corner) {
 
 float w_of(View view, vec3 corner) { return view.projection == VIEW_PARALLEL ? 1.0 : corner.z; }
 
-// How far inside one of five planes a corner is.
+// How far a corner is inside of one of five planes.
 float inside(View view, vec3 corner, uint plane) {
     float guard = OPAQUE_GUARD * w_of(view, corner);
     precise float away = plane == 0u ? corner.z - view.near
@@ -57,7 +57,7 @@ vec3 cut(vec3 a, float here, vec3 b, float there) {
     return place;
 }
 
-// What of a polygon is inside all planes.
+// Clips a polygon by all planes.
 uint cut_off(View view, inout vec3 corners[OPAQUE_CORNERS], uint count) {
     for (uint plane = 0u; plane < 5u && count > 0u; ++plane) {
         vec3 before[OPAQUE_CORNERS] = corners;
@@ -84,7 +84,7 @@ ivec2 place_of(View view, vec3 corner) {
     return ivec2(floor(rounded));
 }
 
-// Whether all corners are on the far side of a plane that bounds what the map sees, or of what is asked about.
+// Whether all corners are on the far side of a plane that bounds the view, or the part of it that is asked about.
 bool unseen(View view, vec3 corners[OPAQUE_CORNERS]) {
     vec3 x = vec3(corners[0].x, corners[1].x, corners[2].x), y = vec3(corners[0].y, corners[1].y, corners[2].y);
     vec3 z = vec3(corners[0].z, corners[1].z, corners[2].z), w = view.projection == VIEW_PARALLEL ? vec3(1.0) : z;
@@ -121,7 +121,7 @@ Seen see(View view, uint i) {
     precise vec3 first_side = triangle.corners[1] - triangle.corners[0], side = triangle.corners[2] - triangle.corners[0];
     vec3 normal = cross3(first_side, side);
     float square = dot3(normal, normal);
-    // What has no area casts nothing, though rounding may give it some.
+    // A triangle without area casts nothing, though rounding may give it some.
     if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
         seen.count = count;
     }
@@ -175,8 +175,8 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
             all_z = all_z.xzy;
             area = wide_cross(b - a, c - a);
         }
-        // Edges, each opposite of a corner: its value at the first centre is twice the area of what it and the centre
-        // span.
+        // Edges, each opposite of a corner: its value at the first centre is twice the area of the triangle that edge
+        // and centre make.
         ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
         Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
         bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);

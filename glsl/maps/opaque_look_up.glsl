@@ -1,11 +1,11 @@
-// What meshes leave of a light by its opaque map, for look-ups of techniques with maps and of grids that hold smoke and hair alone. Needs
+// Visibility past meshes, by a light's opaque map, for techniques with maps and for grids that hold smoke and hair alone. Needs
 // look_up_lights, look_up_maps (world/light.glsl) and look_up_opaque. Bound with maps::Maps::opaque_bindings. Twin:
 // reference::twin::receiver.
 #ifndef MAPS_OPAQUE_LOOK_UP_GLSL
 #define MAPS_OPAQUE_LOOK_UP_GLSL
 #include "maps/opaque.glsl"
 
-// A point of a surface leaves it by a part of a texel of the opaque map.
+// Moves a point of a surface off it, by a part of a texel of the opaque map.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = look_up_lights[light];

@@ -1,5 +1,5 @@
-// Set 1 of drawing opaque maps in compute: the depths, and the list of what is left to whole workgroups. Bound by
-// maps::opaque_compute.
+// Set 1 of drawing opaque maps in compute: the depths, and the list of triangles that are left to whole workgroups.
+// Bound by maps::opaque_compute.
 #ifndef MAPS_OPAQUE_SET_GLSL
 #define MAPS_OPAQUE_SET_GLSL
 #include "maps/scene.glsl"

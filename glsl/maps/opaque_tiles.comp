@@ -1,6 +1,6 @@
 #version 460
-// Draws the shares of large triangles that are listed, a workgroup each. Inputs: maps, triangles, items. Output:
-// depths. Twin: reference::twin::opaque::draw.
+// Draws the listed tiles of large triangles, one workgroup per tile. Inputs: maps, triangles, items. Output: depths.
+// Twin: reference::twin::opaque::draw.
 layout(local_size_x = 64) in;
 #include "maps/opaque_draw.glsl"
 

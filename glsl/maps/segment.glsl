@@ -1,11 +1,12 @@
-// The segment that a caster cuts out of a light ray; a strand's has no length. Twin: reference::twin::segment.
+// The part of a light ray inside a caster, as depths and optical depth; a strand's has no length. Twin:
+// reference::twin::segment.
 #ifndef MAPS_SEGMENT_GLSL
 #define MAPS_SEGMENT_GLSL
 #include "world/caster.glsl"
 #include "world/light.glsl"
 
-// Cuts what a ray is inside a caster, as caster_overlap has it (z.y > near): at the near plane, and where an optical depth of `dark` is
-// reached, since nothing is left behind it; the light fades as fast as it should. `ray_length` is that of the ray's direction.
+// Clips a ray's stretch in a caster, from caster_overlap (z.y > near): at the near plane, and where an optical depth of `dark` is reached,
+// since nothing is left behind it; the light fades as fast as it should. `ray_length` is that of the ray's direction.
 float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec3 z) {
     float optical_depth = caster.density;
     if (!caster_is_strand(caster)) {
@@ -26,7 +27,8 @@ float segment_cut(View view, float ray_length, Caster caster, float dark, inout 
 // Through a texel's centre, as depths in the light's range. False where the ray misses the caster or leaves it before the
 // near plane.
 bool texel_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out float optical_depth) {
-    // About the view's origin: far from the world's, a ray's own would be rounded to what floats are apart there.
+    // Relative to the view's origin: far from the world's origin, a ray's origin would be rounded to the step of floats
+    // there.
     caster.position -= view.origin;
     View about = view;
     about.origin = vec3(0.0);

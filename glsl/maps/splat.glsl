@@ -1,5 +1,5 @@
-// What draws of casters are pushed, one draw a map. Maps stand one above the other in what is drawn to.
-// Twin: maps::splat::SplatPush.
+// Push constants of draws of casters, one draw per map. Maps stand one above the other in the target. Twin:
+// maps::splat::SplatPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL
 #include "maps/bins/view_caster.glsl"

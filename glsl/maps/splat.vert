@@ -16,7 +16,7 @@ void main() {
     number = order[order_first + gl_VertexIndex / 6];
     Caster caster = casters[number];
     gl_Position = caster_corner(view, caster, gl_VertexIndex % 6);
-    // Once a vertex what each fragment would do.
+    // Done once per vertex, not once per fragment.
     caster = view_caster(view, caster);
     ball = vec4(caster.position, caster.radius);
     rest = vec4(caster.axis, caster.density);

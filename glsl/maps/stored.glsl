@@ -1,6 +1,6 @@
-// What is stored of a surface where the ray through a texel's centre meets it: its depth, and as much more as numbers may be
-// off, so that rounding alone puts nothing into shadow. All that draws opaque maps includes this. With EXACT to the same bits on
-// every device, else as fast as the device divides. Twin: reference::twin::opaque::stored.
+// The depth that an opaque map stores where the ray through a texel's centre meets a surface: a little more than the true one, so that
+// rounding alone puts nothing into shadow. Included by all passes that draw opaque maps. With EXACT to the same bits on every device, else
+// as fast as the device divides. Twin: reference::twin::opaque::stored.
 #ifndef MAPS_STORED_GLSL
 #define MAPS_STORED_GLSL
 #include "world/view.glsl"
@@ -17,8 +17,8 @@ float reciprocal(float a) { return 1.0 / a; }
 float longest3(vec3 a) { return length(a); }
 #endif
 
-// `off` is what a z may be off, world units: of a point that comes rounded to floats, one step of its coordinates; of its offset
-// from the view and of the rasterizer's z, ten. Twin: maps::opaque::rounding.
+// `off` is the possible error of a z, world units: one step of its coordinates for a point that was rounded to floats; ten for its offset
+// from the view and for the rasterizer's z. Twin: maps::opaque::rounding.
 float stored_depth(View view, Ray ray, float z) {
     PRECISE vec3 position = ray.origin + z * ray.direction;
     PRECISE vec3 offset = position - view.origin;

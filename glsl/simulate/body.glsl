@@ -1,4 +1,4 @@
-// A simulated particle: two quarters of a cache line's sector each, so that it is read and written whole. Twin: scene::Body.
+// A simulated particle: its size fits the cache's sectors, so that it is read and written whole. Twin: scene::Body.
 #ifndef SIMULATE_BODY_GLSL
 #define SIMULATE_BODY_GLSL
 

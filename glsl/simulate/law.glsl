@@ -1,4 +1,4 @@
-// What moves the particles of a fountain, in world units and steps. Twins: scene::Law, scene::Jet.
+// Constants of a fountain's motion, in world units and steps. Twins: scene::Law, scene::Jet.
 #ifndef SIMULATE_LAW_GLSL
 #define SIMULATE_LAW_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -10,7 +10,7 @@ struct Law {
     float drag;        // the share of its speed that a particle keeps in a step
     float pull;        // speed won for each unit of the way to the attractor, right at it
     float reach;       // 1 over the square of how far it reaches
-    float bounce;      // the share of its speed that a particle keeps across what it hits, turned round
+    float bounce;      // the share of its speed that a particle keeps when it bounces off, across the surface
     float slide;       // and along it
     float rest;        // less speed than this along an axis is none: no speed is so small that a device flushes it
     float fastest;     // more there never is

@@ -1,8 +1,8 @@
 #version 460
-// The window's picture in bytes: one of two pictures, both with a wipe between them, how far apart they are, or what the host or a slice
-// says. Inputs: two pictures in linear light, the least number of each of sRGB's 256 bytes, values of the host's or of a slice. Output: a
-// byte per channel, four per pixel, rows from the top. Twin: view::present::bytes.
-// Invariant: the bytes are those that scene::Picture::to_srgb8 has, since both find the last level that a number reaches.
+// The window's picture in bytes: one of two pictures, both with a wipe between them, their difference, or values from the host or a slice.
+// Inputs: two pictures in linear light, the least number of each of sRGB's 256 bytes, values of the host's or of a slice. Output: a byte
+// per channel, four per pixel, rows from the top. Twin: view::present::bytes. Invariant: the bytes are those that scene::Picture::to_srgb8
+// has, since both find the last level that a number reaches.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -18,7 +18,7 @@ layout(set = 0, binding = 4, scalar) writeonly buffer Shown { uint shown[]; };
 // Twins: view::present::Show.
 const uint FIRST = 0u, SECOND = 1u, WIPE = 2u, DIFFERENCE = 3u, SLICE = 4u, PAINTED = 5u;
 
-// In the place of a picture that nobody has.
+// In the place of an empty picture.
 const uvec3 NOBODY = uvec3(40u);
 
 layout(push_constant, scalar) uniform PresentPush {
@@ -27,7 +27,7 @@ layout(push_constant, scalar) uniform PresentPush {
     uint show;
     uint wipe;    // the first column of the second picture
     uint gain;    // differences times so much
-    uint sources;        // of the first picture bits 0 and 1, of the second 2 and 3: the values have it; nobody has it
+    uint sources;        // bits 0 and 1 for the first picture, 2 and 3 for the second: it comes from the values; it is empty
     uint blue_first;     // 1: bytes in the order blue, green, red
 };
 

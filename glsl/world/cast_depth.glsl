@@ -1,4 +1,4 @@
-// What a caster takes of a ray between its origin and an end. Twin: the truth, in f64.
+// Optical depth of a caster on a ray between its origin and an end. Twin: the truth, in f64.
 #ifndef WORLD_CAST_DEPTH_GLSL
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"
@@ -16,8 +16,8 @@ float gaussian_cast_depth(Ray ray, float ray_length, Caster caster, float end, o
     return min(caster.density * gaussian_length(along) * ray_length * max(upto - before, 0.0), MAX_OPTICAL_DEPTH);
 }
 
-// The optical depth that it has of the ray from 0 to `end`, in lengths of its direction; a step at either end counts. `entry`: where
-// the way enters it, or 0 where it begins inside.
+// Its optical depth on the ray from 0 to `end`, in lengths of its direction; a step at either end counts. `entry`: where the way enters it,
+// or 0 where it begins inside.
 float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     vec3 z;
     if (caster_is_gaussian(caster)) {

@@ -1,6 +1,6 @@
-// What lets some light pass: a sphere of constant extinction, a Gaussian of it, a cell of a volume, or a strand, a line segment drawn
-// as a ribbon that faces every ray. Their overlap with a ray and the quad that covers them. Twin: scene::Caster, reference::twin::segment,
-// reference::truth.
+// Translucent casters: a sphere of constant extinction, a Gaussian splat, a cell of a volume, or a strand, which is a line segment with the
+// width of a ribbon that faces every ray. Their overlap with a ray, and the quad that covers them. Twin: scene::Caster,
+// reference::twin::segment, reference::truth.
 #ifndef WORLD_CASTER_GLSL
 #define WORLD_CASTER_GLSL
 #include "world/cell.glsl"
@@ -27,19 +27,19 @@ bool caster_is_cell(Caster caster) {
     return GAUSSIANS && cell_marked(caster.axis);
 }
 
-// Either: what has a shape packed in its axis.
+// Splat or cell: a caster with a shape packed into its axis.
 bool caster_is_packed(Caster caster) { return caster_is_gaussian(caster) || caster_is_cell(caster); }
 
 bool caster_is_strand(Caster caster) {
     return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_packed(caster);
 }
 
-// From a strand's start to its end; 0 for what has one place.
+// From a strand's start to its end; 0 for other casters.
 vec3 caster_axis(Caster caster) {
     return caster_is_strand(caster) ? caster.axis : vec3(0.0);
 }
 
-// Whether `a` comes after `b` in an order of casters by what they are, wherever they are listed; neither does if they are the same.
+// Whether `a` comes after `b` in an order of casters by their values, wherever they are listed; neither does if they are the same.
 bool caster_after(Caster a, Caster b) {
     vec4 all_a[2] = { vec4(a.position, a.radius), vec4(a.axis, a.density) };
     vec4 all_b[2] = { vec4(b.position, b.radius), vec4(b.axis, b.density) };
@@ -93,8 +93,8 @@ bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     return dot(across, across) < strand.radius * strand.radius;
 }
 
-// The segment of even extinction that stands for a Gaussian, which lies within its reach; z.z is what it would be as long as, were its
-// extinction that of the middle.
+// The segment of even extinction that stands for a Gaussian, within its reach; z.z is the length that it would have with the extinction of
+// the middle.
 bool gaussian_overlap(Ray ray, Caster caster, out vec3 z) {
     GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = min(GAUSSIAN_CHORD * along.deviation, gaussian_half(along));
@@ -128,7 +128,7 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     return true;
 }
 
-// Optical depth of what the ray is inside from z.x to z.y.
+// Optical depth from z.x to z.y, all of it inside of the caster.
 float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
     if (caster_is_gaussian(caster)) {
@@ -162,7 +162,8 @@ vec3 view_axes(View view, vec3 offset) {
     return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
 }
 
-// In the view's axes: what is the same for all texels is worked out once per caster. Distances and z are what they were.
+// In the view's axes: values that are the same for all texels are worked out once per caster. Distances and z stay the
+// same.
 Caster view_caster(View view, Caster caster) {
     caster.position = view_axes(view, caster.position - view.origin);
     if (caster_is_strand(caster)) {

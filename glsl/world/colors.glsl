@@ -1,16 +1,16 @@
-// From what a look-up says of all light to what is left of each color, where smoke and hair take some color more than another:
-// transmittance is raised to that color's extinction, a multiple of the casters' own. What meshes leave is the same in each color, so that
-// look-ups with both say it apart. Where all casters have the same ratio of extinctions this is exact (Beer and Lambert): one curve, three
-// exponents. A technique that does not include this sees meshes alone.
-// Invariants: each color is in [0, what meshes leave], and no more than that of a lesser extinction; extinction 1 is the answer, to the bit.
+// Visibility of each color from a look-up's answer, where smoke and hair absorb some colors more than others: the transmittance is raised
+// to the power of the color's extinction, a multiple of the casters' own. Meshes leave the same of each color, so look-ups of both return
+// their part apart. Where all casters have the same ratio of extinctions this is exact (Beer and Lambert): one curve, three exponents. A
+// technique that does not include this sees meshes alone. Invariants: each color is between 0 and the meshes' visibility, and falls with
+// its extinction; extinction 1 gives the answer itself, to the bit.
 #ifndef WORLD_COLORS_GLSL
 #define WORLD_COLORS_GLSL
 #define TECHNIQUE_COLORS
 
-// Said by the look-up: what meshes leave of the light that was asked for last.
+// Set by each look-up: the visibility past meshes alone.
 float look_up_meshes = 1.0;
 
-// What of one color is left, where `visibility` was answered. Nothing of extinction 0 is lost but to meshes, however dark it is.
+// Visibility in one color, from the answer `visibility`. With extinction 0 only meshes take light, however dark the smoke is.
 float color_left(float visibility, float extinction) {
     if (extinction == 1.0 || !(look_up_meshes > 0.0)) {
         return visibility;
@@ -19,7 +19,7 @@ float color_left(float visibility, float extinction) {
     return extinction > 0.0 ? look_up_meshes * pow(clamp(visibility / look_up_meshes, 0.0, 1.0), extinction) : look_up_meshes;
 }
 
-// What of red, green and blue is left, by their extinctions, where `visibility` was answered last.
+// Visibility in red, green and blue, by their extinctions, from the last answer `visibility`.
 vec3 light_colors(float visibility, vec3 extinction) {
     return vec3(color_left(visibility, extinction.x), color_left(visibility, extinction.y), color_left(visibility, extinction.z));
 }

@@ -8,10 +8,10 @@
 struct FieldPlace {
     vec3 origin;        // of its lowest sample, world units
     float extinction;   // of density 1, 1 / world unit
-    vec3 rows[3];       // samples a world unit, along each of its axes
+    vec3 rows[3];       // samples per world unit, along each of its axes
     vec3 size;          // samples from its lowest to its highest
     uint first_slot;
-    vec3 color;         // what it sends back of the light
+    vec3 color;         // albedo
     uint last_slot;     // slots, a power of 2, less 1
     uint first_block;
 };

@@ -1,4 +1,4 @@
-// What of the caller's buffers becomes casters and triangles: what the passes that gather share. Twin: reference::twin::gather.
+// Shared by the passes that gather casters, triangles and lights from the caller's buffers. Twin: reference::twin::gather.
 #ifndef WORLD_GATHER_GLSL
 #define WORLD_GATHER_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -6,7 +6,7 @@
 // No word of a buffer.
 const uint NOWHERE = 0xFFFFFFFFu;
 
-// What there was. Twin: GatherTotals in src/world/gather.rs.
+// Counts of elements. Twin: GatherTotals in src/world/gather.rs.
 struct GatherTotals {
     uint asked;    // so many, by the caller's count
     uint refused;  // of those that there is room for, so many have no place or no size

@@ -1,4 +1,4 @@
-// What passes read and write that make casters of the caller's buffer.
+// Buffers of the passes that make casters from the caller's buffer.
 #ifndef WORLD_GATHER_SET_GLSL
 #define WORLD_GATHER_SET_GLSL
 #include "world/gather.glsl"

@@ -1,8 +1,7 @@
 #version 460
-// Triangles of the caller's buffers become ours, one thread per triangle. Behind the count, and where a corner has no place, stands a
-// corner of one that has: a triangle without any area, which casts nothing and lies in no other box. Source: ours.
-// Inputs: their vertices and indices, the count's buffer. Outputs: triangles, what there was. Twin:
-// reference::twin::gather::triangles.
+// Triangles of the caller's buffers become ours, one thread per triangle. A triangle behind the count, or with a corner that has no place,
+// gets three equal corners: it has no area, casts nothing and lies in no other box. Source: ours. Inputs: their vertices and indices, the
+// count's buffer. Outputs: triangles, how many there were. Twin: reference::twin::gather::triangles.
 layout(local_size_x = 64) in;
 #include "world/gather.glsl"
 

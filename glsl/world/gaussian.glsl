@@ -1,5 +1,5 @@
-// Splats: anisotropic Gaussians of extinction, what a ray has of one. Along a ray it is a Gaussian again, of a middle and a deviation,
-// whose optical depth up to a place is an erf. Source: docs/notebook/splats.md. Twins: scene::Gaussian, reference::twin::gaussian,
+// Splats: anisotropic Gaussians of extinction. Along a ray the extinction is a Gaussian again, with a middle and a deviation, so its
+// optical depth up to a place is an error function. Source: docs/notebook/splats.md. Twins: scene::Gaussian, reference::twin::gaussian,
 // reference::truth::gaussian.
 #ifndef WORLD_GAUSSIAN_GLSL
 #define WORLD_GAUSSIAN_GLSL
@@ -16,7 +16,8 @@ const float GAUSSIAN_OCTAVES = 12.0;
 const uint GAUSSIAN_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
-// What is within the reach stands for what is not, exp(−4.5) of all: many splats take as much on average as whole ones. Twin: WHOLE.
+// The part within the reach is scaled up for the part beyond, exp(−4.5) of all: many splats take as much light on average as whole ones.
+// Twin: WHOLE.
 const float GAUSSIAN_WHOLE = 1.01123452;
 
 bool gaussian_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == GAUSSIAN_MARK; }
@@ -84,15 +85,15 @@ vec3 gaussian_turned(View view, vec3 packed) {
     return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | turned);
 }
 
-// What a ray has of one: z of the middle, deviations in lengths of the ray's direction, the square of the least distance from the
-// middle in deviations.
+// One along a ray: z of the middle, deviations in lengths of the ray's direction, the square of the least distance from the middle in
+// deviations.
 struct GaussianRay {
     float middle;
     float deviation;
     float square;
 };
 
-// The nearest point of the ray to the middle comes first, so that a far origin costs no digits of what is divided by small deviations.
+// The point of the ray nearest to the middle is found first: a far origin then costs no digits in the division by small deviations.
 GaussianRay gaussian_ray(Ray ray, vec3 position, float radius, vec3 packed) {
     GaussianShape shape = gaussian_shape(radius, packed);
     vec3 offset = position - ray.origin;

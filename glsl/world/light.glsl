@@ -32,8 +32,7 @@ vec3 light_direction(Light light, vec3 position) {
     return light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(light.position - position);
 }
 
-// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius. For a virtual light, what
-// distance and the cosine leave.
+// Attenuation of the light at a point: 1 at the light, smoothly down to 0 at its radius. For a virtual light, by distance and cosine.
 float light_falloff(Light light, vec3 position) {
     vec3 offset = position - light.position;
     if (light.kind == LIGHT_VIRTUAL) {
@@ -45,7 +44,7 @@ float light_falloff(Light light, vec3 position) {
     return left * left;
 }
 
-// What the light sends towards a point if nothing stands between.
+// Radiance from the light towards a point if nothing stands between.
 vec3 light_radiance(Light light, vec3 position) {
     float cosine = dot(-light_direction(light, position), light.direction);
     return cosine >= light.cos_cone ? light.radiance * light_falloff(light, position) : vec3(0.0);

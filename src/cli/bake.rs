@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if !spec.entry.casts.are_in(scene.kinds()) {
         return Err(spec.entry.casts_from_nothing(&scene.name));
     }
-    // What is wrong with the place is found before a bake that takes minutes.
+    // The file's place is checked before a bake, which may take minutes.
     let (store, name) = place(&arguments.out)?;
     let context = arguments.device.open()?;
     let world = World::new(&context, &scene)?;

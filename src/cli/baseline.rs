@@ -8,11 +8,11 @@ use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What a run is held against, and what other tools are told of it.
+/// An earlier run to compare with, and files for other tools.
 #[derive(Args)]
 pub struct BaselineArguments {
-    /// Say what has changed since an earlier run of the same command: its results.json. With several --baseline a time's noise is
-    /// also that between the runs
+    /// Compare with an earlier run of the same command, by its results.json, and list the changes. With several --baseline a time's noise
+    /// includes the differences between these runs
     #[arg(long, value_name = "RESULTS.JSON")]
     baseline: Vec<PathBuf>,
     /// Fail where a time is longer than in the baseline, beyond its noise and by more than this [5% where none is given]
@@ -35,7 +35,7 @@ fn share(text: &str) -> std::result::Result<f64, String> {
     share.ok_or_else(|| "give percent: 5%, say".into())
 }
 
-/// What is printed as JSON: the results, and what has changed.
+/// The printed JSON: the results, and their changes.
 #[derive(Serialize)]
 struct Document<'a> {
     #[serde(flatten)]
@@ -44,7 +44,7 @@ struct Document<'a> {
     changes: Option<serde_json::Value>,
 }
 
-/// What a run is held against.
+/// The earlier results that a run is compared with.
 pub struct Baseline<'a> {
     arguments: &'a BaselineArguments,
     /// One after another, as they were given.
@@ -71,7 +71,7 @@ impl BaselineArguments {
 }
 
 impl Baseline<'_> {
-    /// Before anything is measured: whether `now` can be held against it.
+    /// Checks, before anything is measured, that `now` can be compared with it.
     ///
     /// # Errors
     /// [`Error::Input`] where it is of another device or driver, was measured otherwise, or is of another scene.
@@ -111,7 +111,8 @@ impl Baseline<'_> {
         self.before.as_ref().and_then(|before| change_of(before, row, self.margins))
     }
 
-    /// Prints what has changed, or with `json` all results and that, and writes what other tools want. False where the run fails by it.
+    /// Prints the changes, or with `json` all results and the changes, and writes the files for other tools. False where the run fails by
+    /// them.
     ///
     /// # Errors
     /// [`Error::Output`] where a file cannot be written.

@@ -26,7 +26,8 @@ use std::process::ExitCode;
 /// A scene of meshes under more lights than this is one of many lights.
 const FEW_LIGHTS: usize = 8;
 
-/// How often what seems slower than its baseline is measured again: a slower build stays slower, and whatever else ran is over.
+/// How often a row that seems slower than its baseline is measured again: a build that is slower stays slower, while a disturbance by
+/// another program passes.
 const MEASURED_AGAIN: u32 = 2;
 
 /// Pixels of a picture of a quick look, and on a software device where no technique is named.
@@ -50,38 +51,39 @@ pub struct Arguments {
     /// Measure the I-th of N shards of the rows, in a folder of its own: gobo join puts all together
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<[usize; 2]>,
-    /// Timed frames a row; with --moving, how many frames the world moves through
+    /// Timed frames per row; with --moving, how many frames the world moves through
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture, on a software device an eighth of the
     /// timed look-ups
     #[arg(long)]
     quick: bool,
-    /// Build everything, also what no look-up misses and where nothing has changed: skip=off for every technique
+    /// Build everything, also parts that no look-up reads or that have not changed: skip=off for every technique
     #[arg(long)]
     no_skip: bool,
-    /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
+    /// Also print the time of each pass of a build, and a build's time over that of copying as many bytes as it leaves
+    /// behind
     #[arg(long)]
     passes: bool,
-    /// Print what each pass did too, of one more build and picture: vertices and primitives that it took, fragments and threads
-    /// that it ran
+    /// Also print what each pass did, in one more build and picture: vertices and primitives read, fragments and threads run
     #[arg(long)]
     pipeline_statistics: bool,
     /// Write all timed builds, look-ups and pictures, pass by pass, as trace events, which Perfetto and Chrome open
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Print errors on surfaces in the shadow of meshes too, by how far these are from the light and from the surface
+    /// Also print errors on surfaces in the shadow of meshes, by the mesh's distance from the light and from the
+    /// surface
     #[arg(long, conflicts_with = "no_truth")]
     casters: bool,
-    /// Print errors against the mean of the truth over squares too, of 1/4 to 16 texels of a 256² map: what a pixel sees of
-    /// hair that is thinner than it
+    /// Also print errors against the mean of the truth over squares of 1/4 to 16 texels of a 256² map: a pixel sees such a mean of hair
+    /// that is thinner than it
     #[arg(long, conflicts_with = "no_truth")]
     footprints: bool,
-    /// Size of the pictures, pixels, up to 16384 a side [default: 640x360, or 320x180 of a quick look]
+    /// Size of the pictures, pixels, up to 16384 per side [default: 640x360, or 320x180 of a quick look]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     picture: Option<[u32; 2]>,
-    /// Let the camera go round what it looks at, by so many degrees over the frames, and hold 16 pictures, one after the
-    /// other, against the truth
+    /// Let the camera go round its target, by so many degrees over the frames, and compare 16 pictures, one after the
+    /// other, with the truth
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, conflicts_with = "no_truth", value_parser = degrees)]
     turn: Option<f64>,
     /// Map points: a fixed sample of the covered texels, whose standard error is stated, or all of them
@@ -96,7 +98,7 @@ pub struct Arguments {
     load: LoadArguments,
     #[command(flatten)]
     vpls: VplArgument,
-    /// With --vpls: compare pictures also with one bounce of the scene's lights, path traced by so many directions a pixel
+    /// With --vpls: also compare pictures with one bounce of the scene's lights, path traced with so many directions per pixel
     #[arg(long, value_name = "SAMPLES", requires = "vpls", conflicts_with = "no_truth", value_parser = clap::value_parser!(u32).range(2..=65536))]
     bounce: Option<u32>,
     #[command(flatten)]
@@ -109,7 +111,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.frames, self.quick, self.picture) = (self.frames.min(2), true, Some([32, 18]));
@@ -129,7 +131,7 @@ enum TruthArgument {
 fn size(text: &str) -> std::result::Result<[u32; 2], String> {
     let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| side(width).zip(side(height)));
-    sides.map(|(width, height)| [width, height]).ok_or_else(|| "give 1280x720, say: 1 to 16384 a side".into())
+    sides.map(|(width, height)| [width, height]).ok_or_else(|| "give 1280x720, say: 1 to 16384 per side".into())
 }
 
 fn shard(text: &str) -> std::result::Result<[usize; 2], String> {
@@ -170,8 +172,8 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     Effort { frames, warm_up: 5, space_points: 65536, lookups: LOOKUPS, picture, turning, footprints, counts, truth }
 }
 
-/// What a scene is in each frame, and the times of these. Where no truth is wanted of what the device simulates, the host knows
-/// of one frame alone.
+/// The scene in each frame, and the times of these frames. Without a truth to compare with, a simulated scene is needed in one frame alone:
+/// the device moves it.
 fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
     let scene = load(name, &arguments.load)?;
     let times_s = arguments.moving.times(&scene, arguments.frames)?;
@@ -304,7 +306,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
         let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
-            // A software driver compiles what it draws, when it does; what is told of pipelines is told in the order of the rows.
+            // Pipelines are made row by row: a software driver compiles a pipeline when it first draws, and reports stand in the order of
+            // the rows.
             if !context.features().is_software() && !arguments.pipeline_statistics {
                 let left = specs.iter().zip(of_scene.clone()).filter(|(_, place)| is_left(&rows, *place));
                 case.prepare(&left.map(|(spec, _)| spec).collect::<Vec<_>>())?;
@@ -377,7 +380,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     ended.map(|()| if holds { code } else { ExitCode::FAILURE })
 }
 
-/// By its build, and whatever else was timed beside it.
+/// Whether its build is quicker; other times do not count.
 fn is_quicker(row: &Row, other: &Row) -> bool {
     row.status == Status::Ok && row.build_ns.zip(other.build_ns).is_some_and(|(a, b)| a.median < b.median)
 }
@@ -400,7 +403,7 @@ fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     Ok(())
 }
 
-/// What figures depend on that neither the specs nor the device say.
+/// Conditions that figures depend on, beside specs and device.
 fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String> {
     let truth = effort.truth.word();
     let given = |value: Option<String>| value.unwrap_or_else(|| "none".into());
@@ -433,8 +436,8 @@ pub(super) fn has_many_lights(scene: &Scene) -> bool {
     scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
 }
 
-/// What is compared when no technique is named: of many lights, or as if there were, all that their entries say, so that what the device lacks is a row
-/// that says so, else as far as the device has what it needs.
+/// The specs to compare when no technique is named. Under many lights: all specs of the techniques' entries, so that a missing feature is a
+/// row that says so. Else: those whose features the device has.
 pub(super) fn default_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     if many_lights || has_many_lights(scene) {

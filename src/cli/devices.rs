@@ -15,13 +15,13 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What any technique takes, beside its paths.
+/// Requirements of all techniques, beside those of their paths.
 const ANY: [(&str, &[Requirement]); 2] = [
     ("lighting=vertex", &[Requirement::Tessellation]),
     ("render --wireframe", &[Requirement::Tessellation, Requirement::Lines]),
 ];
 
-/// (technique, path, what is missing).
+/// (technique, path, missing features).
 fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>)> {
     let of = |entry: &'static Entry| entry.paths.iter().map(move |path| (entry.name, path.name, path.requires));
     let all = REGISTRY.iter().flat_map(|entry| of(entry)).chain(ANY.map(|(name, requires)| ("any", name, requires)));

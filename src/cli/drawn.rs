@@ -17,9 +17,9 @@ const TIMED: usize = 9;
 pub(super) struct Drawn {
     /// Pixels.
     pub size: [u32; 2],
-    /// What is shown: three bytes per pixel, rows from the top.
+    /// The picture to show: three bytes per pixel, rows from the top.
     pub rgb8: Vec<u8>,
-    /// What is measured, where it was asked for.
+    /// The picture to measure, where it was asked for.
     pub plain: Option<Picture>,
     /// The device's time for a build and a plain picture, where it was asked for and the device has timestamps.
     pub frame_ms: Option<f64>,
@@ -69,7 +69,7 @@ pub(super) fn by_reference(
     Ok(())
 }
 
-/// Draws each state, lit by a technique. Returns what is to be said of it.
+/// Draws each state, lit by a technique. Returns notes for the user.
 pub(super) fn by_technique(
     arguments: &Arguments,
     context: &Context,

@@ -1,4 +1,4 @@
-//! What `--help` says behind the options, and `gobo help TECHNIQUE`: from the entries of techniques alone.
+//! The text of `--help` behind the options, and of `gobo help TECHNIQUE`: made from the entries of techniques alone.
 
 use super::hooks::OPTION;
 use crate::consume::{KEYS, parse};
@@ -35,7 +35,7 @@ pub fn techniques() -> String {
     text
 }
 
-/// The page of the technique that the arguments ask about, if they do: `gobo help avsm`. `commands` are what else there is help for.
+/// The page of the technique that the arguments ask about, if they do: `gobo help avsm`. `commands` also have help.
 ///
 /// # Errors
 /// [`Error::Input`] where the word is neither, but near one.
@@ -115,7 +115,7 @@ fn about(entry: &Entry) -> String {
     about + &fill("    ", &format!("casts from {}; {lifetime}", entry.casts.names()))
 }
 
-/// A paragraph a key.
+/// A paragraph per key.
 fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     let line = |key: &Key| {
         let values = match key.values {
@@ -129,7 +129,7 @@ fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     keys.map(line).collect()
 }
 
-/// Lines of the width: the first begins with `first`, and the others stand below what follows it.
+/// Lines of the width: the first begins with `first`, and the others are indented below the text behind it.
 pub fn fill(first: &str, words: &str) -> String {
     // Below a name of its own a paragraph is set in by four.
     let indent = if first.ends_with(": ") { 4 } else { first.chars().count() };

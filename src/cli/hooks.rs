@@ -7,10 +7,10 @@ use crate::gpu::{Fault, Testing};
 /// The option with which tests start the program.
 pub(super) const OPTION: &str = "--test-hooks";
 
-/// Does from now on, for the whole process, what the variables say:
+/// Applies these variables from now on, for the whole process:
 ///
 /// - `GOBO_TEST_LIMITS=lowest`: limits as low as Vulkan 1.3 allows.
-/// - `GOBO_TEST_FEATURES=none`: none of what is optional.
+/// - `GOBO_TEST_FEATURES=none`: no optional features.
 /// - `GOBO_TEST_VALIDATION=gpu-assisted`: the validation layer puts checks into shaders too.
 /// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails, with `N+` all later ones too; with 0 all succeed.
 /// - `GOBO_TEST_BURDEN=MIB`: each build also fills so many MiB, so that it takes longer than it should.

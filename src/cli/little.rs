@@ -45,7 +45,7 @@ pub(super) fn first<T>(all: &mut Vec<T>, few: usize) {
     }
 }
 
-/// The first of what is in it.
+/// The first casters of the scene.
 pub(super) fn scene(mut scene: Scene) -> Scene {
     if is_asked() {
         scene.particles.truncate(MOST_CASTERS);

@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// From black at the light to white at what is farthest.
+/// From black at the light to white at the farthest distance.
 fn paint(distances: &[f32], farthest: f32) -> Vec<[u8; 3]> {
     let grey = |distance: &f32| match distance.is_finite() {
         true => [(255.0 * distance / farthest.max(f32::MIN_POSITIVE)).round() as u8; 3],

@@ -55,7 +55,7 @@ use std::sync::LazyLock;
 #[derive(Parser)]
 #[command(version, max_term_width = help::WIDTH, after_long_help = help::techniques())]
 struct Cli {
-    /// Do what variables of tests say.
+    /// Apply the variables of tests.
     #[arg(long, hide = true)]
     test_hooks: bool,
     #[command(subcommand)]
@@ -90,21 +90,21 @@ enum Command {
     Map(map::Arguments),
     /// Draw the voxels that a scene's meshes occupy, or the nodes of its shadow's tree
     Voxels(voxels::Arguments),
-    /// Bake a technique of a scene that stands still, once, into a file: --technique voxelized:file=FILE reads it
+    /// Bake a technique for a still scene into a file, which --technique voxelized:file=FILE reads
     #[command(after_long_help = help::techniques())]
     Bake(bake::Arguments),
-    /// Sweep what breaks shadow techniques, one number of a scene at a time, and say how far each holds
+    /// Test techniques to their limits: vary one number of a scene at a time, and say how far each technique holds
     #[command(after_long_help = stress::help())]
     Stress(stress::Arguments),
     /// Measure the standard run, small rows of every technique, and write one file to share: nothing is sent
     Submit(submit::Arguments),
-    /// Hand out the look-up of techniques for shaders of other programs: one GLSL file each, which says all that it is given
+    /// Write look-ups for shaders of other programs: one GLSL file per technique, which lists its bindings and constants
     Glsl(glsl::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
-    /// Print what completes commands in a shell: `source <(gobo completions bash)`
+    /// Print a completion script for a shell: `source <(gobo completions bash)`
     Completions(shell::Completions),
-    /// Write the manual, a page a command
+    /// Write the manual, one page per command
     Man(shell::Man),
 }
 
@@ -126,10 +126,10 @@ impl DeviceArguments {
     }
 }
 
-/// What a scene is loaded with.
+/// Options of loading a scene.
 #[derive(Args)]
 struct LoadArguments {
-    /// How long what moves in three-emitters, lantern, courtyard, fountain and sequences of files has been running, seconds
+    /// The time in scenes that move (three-emitters, lantern, courtyard, fountain, sequences of files), seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
     /// How many lights courtyard has, 1 to 1024 [default: 32]
@@ -146,7 +146,7 @@ struct LoadArguments {
 /// Lights in the place of the scene's.
 #[derive(Args)]
 struct VplArgument {
-    /// Put N virtual lights in the place of the scene's lights, 64 to 4096: what its meshes send back of their light
+    /// Replace the scene's lights by N virtual lights, 64 to 4096: the light that its meshes reflect
     #[arg(long, value_name = "N")]
     vpls: Option<u32>,
 }
@@ -157,7 +157,7 @@ impl VplArgument {
         self.vpls.is_some()
     }
 
-    /// Before a device is opened: whether there may be so many, of such scenes.
+    /// Checks, before a device is opened, that there may be so many virtual lights, and of these scenes.
     fn check<'a>(&self, scenes: impl IntoIterator<Item = &'a Scene>) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         check_count(count).map_err(|error| error.with_name(|_| format!("--vpls {count}")))?;
@@ -182,7 +182,7 @@ impl VplArgument {
 #[derive(Args)]
 struct MovingArgument {
     /// Let the world move from the first time to the second, evenly over the frames; with one time, from there on at 30
-    /// frames a second
+    /// frames per second
     #[arg(long, value_name = "SECONDS[..SECONDS]", value_parser = span, allow_hyphen_values = true)]
     moving: Option<Span>,
 }
@@ -194,7 +194,7 @@ struct Span {
     to: Option<f64>,
 }
 
-/// Frames a second where no end is given.
+/// Frames per second where no end is given.
 const FRAMES_PER_SECOND: f64 = 30.0;
 
 fn span(text: &str) -> std::result::Result<Span, String> {
@@ -284,7 +284,7 @@ fn one_spec(text: &str) -> Result<Spec> {
     let mut specs = little::specs(specs(text)?);
     match (specs.pop(), specs.is_empty()) {
         (Some(spec), true) => Ok(spec),
-        _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value a key, or use compare")),
+        _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value per key, or use compare")),
     }
 }
 
@@ -306,14 +306,14 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The command as it was given, without the path of the program. One that goes on with an earlier one is that one: what both
-/// write is what one would have.
+/// The command as it was given, without the path of the program. A command with --resume counts as the earlier one that it goes on with:
+/// both together write what one would have written.
 fn command_line() -> String {
     let given = std::env::args().skip(1).filter(|argument| !["--resume", hooks::OPTION].contains(&argument.as_str()));
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
 }
 
-/// What the validation layer says, and what leaks, of all devices that are opened. It outlives them.
+/// Messages of the validation layer, and leaks, of all devices that are opened. It outlives them.
 static MESSAGES: LazyLock<Messages> = LazyLock::new(Messages::default);
 
 /// Fails where the validation layer said something.

@@ -59,11 +59,11 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
     Ok(ExitCode::SUCCESS)
 }
 
-/// What colours say of numbers, below a picture that is shown.
+/// The scale of colours below a picture that is shown.
 fn with_legend(picture: &Picture, colours: Colours, show: Option<Show>) -> ([u32; 2], Vec<u8>) {
     let size = [picture.width, picture.height];
     let (last, what, more) = match colours {
-        Colours::Speed { fastest } => (fastest, "speed, world units a step", ""),
+        Colours::Speed { fastest } => (fastest, "speed, world units per step", ""),
         Colours::Density { many } => (MOST * many, "particles over a pixel", " and more"),
         Colours::Light => return (size, picture.to_srgb8()),
     };

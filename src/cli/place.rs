@@ -1,9 +1,9 @@
-//! Whether a file can go where it is to go, which is found before anything is measured or drawn.
+//! Checks that a file can be written where it should go, before anything is measured or drawn.
 
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Checks a file that is written as `format`, an ending: what is named otherwise would be no such file.
+/// Checks that a file that is written as `format` has that ending.
 ///
 /// # Errors
 /// [`Error::Input`] for another ending, [`Error::Output`] where the folder is missing.

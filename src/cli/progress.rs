@@ -57,21 +57,21 @@ impl Progress {
     }
 }
 
-/// After so many of so many rows have ended: what the others may take, as these took.
+/// After so many of so many rows: the time that the others may take, judged by these.
 fn line([done, rows]: [usize; 2], took_s: f64, row: &Row, spec: &Spec) -> String {
     let left_s = took_s / done as f64 * (rows - done) as f64;
     let left = if done < rows { format!(", {left_s:.0} s left") } else { String::new() };
     format!("[{done}/{rows}] {took_s:.1} s{left} {}: {} {}", row.scene, spec.short(), outcome(row))
 }
 
-/// What is known of a row, in a few words.
+/// A row's main figures, in a few words.
 fn outcome(row: &Row) -> String {
     if row.status != Status::Ok {
         return row.reason.lines().next().unwrap_or_default().to_owned();
     }
     let mut words = vec![row.path.clone()];
     words.extend(row.build_ns.map(|build| format!("build {:.3} ms", build.median / 1e6)));
-    // What a reader judges by: surfaces where some are asked.
+    // The error that a reader judges by: that on surfaces, where some are asked.
     let error = row.error.as_ref().and_then(|error| {
         let surface = error.surface.map(|error| ("surface", error));
         surface.or(error.space.map(|error| ("space", error))).or(error.map.map(|error| ("map", error)))

@@ -16,11 +16,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The key of what draws opaque maps.
+/// The key that says what draws opaque maps.
 const OPAQUE: &str = "opaque";
 
-/// Timed frames and those before them: of a first look, on a software device, which has no clock to reach, and on others; of what is left
-/// after it, and of all, as `compare` has them.
+/// Timed frames, and frames before them: of the first look on a software device, which has no clock rate to reach, and on other devices; of
+/// the second look at what is left; and of all specs, as `compare` has them.
 const COARSE_SOFTWARE: [usize; 2] = [2, 0];
 const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
@@ -46,7 +46,7 @@ pub struct Arguments {
     /// The most bytes of the look-up: 67108864 or 64MiB
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
     max_bytes: Option<String>,
-    /// Measure what is for many lights, however few the scene has
+    /// Measure the techniques for many lights, however few lights the scene has
     #[arg(long)]
     many_lights: bool,
     /// Folder for the measured rows: results.json and results.csv, and those of the first look in a folder of their own
@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Go on where an earlier run of the same command ended: keep the rows in the folder
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Measure all that would be looked at properly, in half and twice the size too: takes many times as long
+    /// Measure every candidate in full, at half and twice the size too, without a first look: takes many times as long
     #[arg(long)]
     thorough: bool,
     /// A quick look, for slow devices: 3 frames, an eighth of the points, a quarter of the picture
@@ -71,7 +71,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it. What little there is takes what it takes.
+    /// The part of the command that is run; with little, it is so small that nothing need be left out.
     pub fn little(mut self) -> Self {
         if little::is_asked() && self.from.is_none() {
             (self.max_ms, self.max_error, self.max_flip, self.max_bytes) = (None, None, None, None);
@@ -145,7 +145,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// All that the device and the scene let run, a few times each and at few points; what may be an answer by then, properly.
+/// First look: all specs that run on the device for this scene, a few times each and at few points. Then those that may be the answer, in
+/// full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
@@ -292,9 +293,9 @@ fn lost(row: &Row) -> Error {
     }
 }
 
-/// What sees all that casts shadows in the scene, and no shadow: `specs`, what `compare` has, and of each technique that it leaves out one
-/// spec, or under meshes alone all ways to keep those. What `compare` has of one technique is under meshes alone one spec: the opaque
-/// maps of what also sees smoke do not differ by how it keeps smoke.
+/// Every spec whose technique sees all casters of the scene, and no shadow: `specs`, as `compare` has them, and one spec of each technique
+/// that is not among them; under meshes alone, every way to keep meshes. Under meshes alone each technique of `compare` has one spec: how
+/// it keeps smoke changes nothing in its opaque maps.
 fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     if !many_lights && !has_many_lights(scene) {
@@ -303,7 +304,7 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
             specs.retain(|spec| known.insert(spec.entry.name));
         }
         let of_meshes = runs(|runs| runs.stress_meshes, on_cpu)?;
-        // What a software device builds in no time.
+        // Specs that a software device builds in no time.
         let of_smoke = runs(|runs| runs.stress_smoke, on_cpu)?;
         for entry in REGISTRY {
             if specs.iter().any(|spec| spec.entry.name == entry.name) {
@@ -312,7 +313,7 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
             let is_its = |spec: &&Spec| spec.entry.name == entry.name;
             let usual = parse(entry.name)?;
             if only_meshes {
-                // All ways to keep meshes, as large as is usual, and four times as large where no bake makes that long.
+                // All ways to keep meshes, in their usual size, and four times as large unless a bake would take long.
                 let size = |spec: &Spec| {
                     let mut spec = spec.clone();
                     Name::SIZES.iter().for_each(|name| spec.set(*name, usual[0].text(*name)));
@@ -347,7 +348,7 @@ fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
     specs
 }
 
-/// What is not hopeless, and in half and twice the size what is an answer by now that may be another then.
+/// Specs that are not hopeless; and the answers so far in half and twice the size, which may change them.
 fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     let found = best_and_extremes(rows, limits);
     let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);
@@ -370,14 +371,14 @@ fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     with(left, to_be_sized(rows, limits).iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
 }
 
-/// The spec without what only pictures depend on.
+/// The spec without keys on which only pictures depend.
 fn built(spec: &Spec) -> String {
     let mut keys = spec.variant();
     keys.retain(|name, _| KEYS.iter().all(|key| key.name != name));
     format!("{} {keys:?}", spec.entry.name)
 }
 
-/// Those, and behind them what of `more` is not among them; not where little is wanted.
+/// Those, and behind them the specs of `more` that are not among them; not with little.
 fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec> {
     for near in more.into_iter().filter(|_| !little::is_asked()) {
         if specs.iter().all(|spec| spec.to_string() != near.to_string()) {
@@ -421,7 +422,8 @@ mod tests {
         }
     }
 
-    /// Under meshes alone one technique stands for all that draw its maps; what keeps meshes otherwise stays, and so does all of smoke.
+    /// Under meshes alone one technique stands for all that draw the same maps; techniques that keep meshes in other ways stay, and so do
+    /// all under smoke.
     #[test]
     fn opaque_maps_are_looked_at_once() {
         let names = |name: &str| {

@@ -16,7 +16,7 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The name of what is no technique.
+/// The name for the reference, which is no technique.
 const REFERENCE: &str = "reference";
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -32,7 +32,7 @@ enum Mesh {
 pub(super) enum ColoursArgument {
     /// A triangle per particle, coloured by its speed, lit by the technique
     Speed,
-    /// A triangle a particle, as white as smoke, in the colour of the light that the technique lets through
+    /// A triangle per particle, as white as smoke, in the colour of the light that the technique lets through
     Colour,
     /// How many particles cover each pixel
     Density,
@@ -42,8 +42,8 @@ pub(super) enum ColoursArgument {
 pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
-    /// Technique spec, or "reference" for the f64 reference on the CPU; several in one picture of panels, with their errors below
-    /// where the reference is one of them
+    /// Technique spec, or "reference" for the f64 reference on the CPU; several make one picture of panels, with their errors below if the
+    /// reference is one of them
     #[arg(long = "technique", default_value = usual::PICTURE, value_name = "SPEC")]
     pub(super) techniques: Vec<String>,
     /// The PNG to write
@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Height of the picture, or of each panel, pixels
     #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub(super) height: u32,
-    /// Samples a pixel: 1, 4, 8 or 16
+    /// Samples per pixel: 1, 4, 8 or 16
     #[arg(long, default_value_t = 4, value_name = "N")]
     samples: u32,
     /// How much brighter, in stops: 1 is twice as bright
@@ -82,10 +82,10 @@ pub struct Arguments {
     /// With --fog: equal steps along each camera ray
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     fog_steps: u32,
-    /// Instead of the picture, paint how many steps the look-ups of all lights take at what each pixel shows of the meshes
+    /// Instead of the picture, paint how many steps the look-ups of all lights take on the surface that each pixel sees
     #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
     steps: bool,
-    /// Draw simulated particles (of fountain) as the simulation left them: nothing of them leaves the device
+    /// Draw simulated particles (of fountain) straight from the simulation: none is copied from the device
     #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls", "eye", "target", "direction", "extinction"])]
     particles: Option<ColoursArgument>,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
@@ -104,7 +104,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.width, self.height, self.frames) = (32, 18, self.frames.min(2));
@@ -125,7 +125,7 @@ impl Arguments {
         }
     }
 
-    /// How it is shown; none of what is measured.
+    /// How the picture is shown to people; none for pictures that are measured.
     pub(super) fn show(&self) -> Result<Option<Show>> {
         let show = Show::new(self.samples, self.exposure);
         if self.plain {
@@ -140,7 +140,7 @@ impl Arguments {
         &self.scene
     }
 
-    /// What it is loaded with.
+    /// Options that it is loaded with.
     pub(super) fn load(&self) -> &LoadArguments {
         &self.load
     }
@@ -156,7 +156,7 @@ impl Arguments {
         air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))
     }
 
-    /// The one technique of what has no panels.
+    /// The one technique of a command that has no panels.
     pub(super) fn alone(&self, what: &str) -> Result<&str> {
         match &self.techniques[..] {
             [technique] => Ok(technique),
@@ -165,7 +165,7 @@ impl Arguments {
     }
 }
 
-/// What a picture is lit by.
+/// The technique, or the reference, that lights a picture.
 enum LitBy {
     Reference,
     Technique(Spec),
@@ -177,7 +177,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     run_scene(arguments, load(&arguments.scene, &arguments.load)?)
 }
 
-/// The same of a scene that is there.
+/// The same for a scene that is loaded already.
 pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode> {
     if let Some(colours) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
@@ -228,7 +228,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         check_messages()?;
         return said_of(&sequence.names(), &said);
     }
-    // What the device refuses it refuses at once: the reference may take minutes.
+    // The device's techniques come first: a refusal should not wait for the reference, which may take minutes.
     let is_reference = |lit_by: &LitBy| matches!(lit_by, LitBy::Reference);
     let mut order: Vec<usize> = (0..lit_by.len()).collect();
     order.sort_by_key(|i| is_reference(&lit_by[*i]));
@@ -254,7 +254,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
     said_of(&sequence.names(), &said)
 }
 
-/// Says what was written, and by what.
+/// Prints which files were written, and by which device.
 fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
     for (i, line) in said.iter().enumerate() {
         if i == 0 { say(format!("{names}: {line}"))? } else { say(line)? }
@@ -262,7 +262,7 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One picture a frame of all techniques' frames, with what is known of each below it.
+/// One picture per frame of all techniques' frames, with each one's figures below it.
 fn in_panels(
     arguments: &Arguments,
     states: &[Scene],

@@ -10,8 +10,8 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// What gobo compare has measured: results.json of each device, the first one to hold the others against. Shards of a run
-    /// (compare --shard) count as that run
+    /// Results of gobo compare: results.json of each device; the others are compared with the first. Shards of a run (compare --shard)
+    /// count as that run
     #[arg(value_name = "RESULTS.JSON", required = true)]
     results: Vec<PathBuf>,
     /// Folder for devices.html, devices.md and devices.csv

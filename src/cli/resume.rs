@@ -10,8 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
 use std::path::Path;
 
-/// For each row asked for (its scene's name and spec; in a shard those of the shard), finds what `folder` has of a run under the conditions of
-/// `now`. What has failed, or lacks one of its pictures, is measured again. A folder without results has none.
+/// For each row asked for (its scene's name and spec; in a shard those of the shard), finds the rows that `folder` has of a run under the
+/// conditions of `now`. A row that failed, or lacks one of its pictures, is measured again. A folder without results has none.
 ///
 /// # Errors
 /// [`Error::Input`] where the rows there are of another device, driver, version or scene, were measured otherwise, or are more
@@ -71,10 +71,10 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
     })
 }
 
-/// What a scene's fingerprint stands behind in [`Results::conditions`].
+/// The prefix of a scene's fingerprint in [`Results::conditions`].
 pub const SCENE: &str = "scene ";
 
-/// What a file's fingerprint stands behind there.
+/// The prefix of a file's fingerprint there.
 const FILE: &str = "file ";
 
 /// The fingerprints of all files that specs name: a bake may be another one by now.
@@ -93,7 +93,7 @@ pub fn files<'a>(specs: impl Iterator<Item = &'a Spec>) -> BTreeMap<String, Stri
     names.into_iter().map(|name| (format!("{FILE}{name}"), print(name))).collect()
 }
 
-/// Whether a row is that of a spec; what the spec leaves open the row may say.
+/// Whether a row is that of a spec; the row may have values for keys that the spec leaves open.
 fn is_of(row: &Row, spec: &Spec) -> bool {
     let says = |(key, value): (&String, &String)| value.is_empty() || row.variant.get(key) == Some(value);
     row.technique == spec.entry.name && spec.variant().iter().all(says)

@@ -18,7 +18,7 @@ pub struct Sequence {
     frames: u32,
     done: u32,
     animation: Option<GifEncoder<Bytes>>,
-    /// What is encoded of it; a file with the last frame.
+    /// The frames encoded so far; a file once the last is there.
     gif: Bytes,
 }
 
@@ -42,7 +42,7 @@ impl Sequence {
         Self { out: out.to_path_buf(), frames, done: 0, animation: None, gif: Bytes::default() }
     }
 
-    /// What is written in all, for people: one file, or the first, the last and the animation.
+    /// All files that are written, for people to read: one file, or the first, the last and the animation.
     pub fn names(&self) -> String {
         if self.frames == 1 {
             return self.out.display().to_string();

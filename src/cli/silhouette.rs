@@ -1,4 +1,4 @@
-//! `gobo slice`: what stands below and over the visibility of one depth.
+//! `gobo slice`: the picture below the visibility of one depth, and the casters' outline over it.
 
 use crate::report::{Paper, with_scale};
 use crate::scene::{Caster, Scene, View};
@@ -43,7 +43,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     covered
 }
 
-/// Grey visibility with the casters' silhouette over it, and below it what grey means and at which depth it is.
+/// Grey visibility with the casters' silhouette over it, and below it the scale of grey and the depth.
 pub(super) fn shown(scene: &Scene, view: &View, depth: f32, size: u32, mut rgb8: Vec<u8>) -> Paper {
     let sized = View { width: size, height: size, ..*view };
     let covered = covered(scene, &sized);
@@ -81,7 +81,7 @@ mod tests {
         assert!((count - wanted).abs() < 0.05 * wanted, "{count} pixels, not {wanted}");
         let (middle, _) = view.project(DVec3::ZERO);
         assert!(covered[middle.y as usize * 64 + middle.x as usize] && !covered[0]);
-        // Its rim is orange, and nothing else of what was white.
+        // The sphere's rim is orange, and no other white pixel is.
         let paper = shown(&scene, &view, 0.5, 64, vec![255; 3 * 64 * 64]);
         let orange = paper.rgb8.chunks_exact(3).filter(|p| **p == OUTLINE).count() as f64;
         let rim = 2.0 * std::f64::consts::PI / texel;

@@ -49,7 +49,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.size, self.frames) = (32, self.frames.map(|frames| frames.min(2)));

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// Rounds between two openings of the device. A device keeps each pipeline until it closes, and rounds have ever new ones.
 const ROUNDS: u64 = 25;
 
-/// How often it is said how far it is, and what there is so far is written.
+/// How often progress is printed, and the results so far are written.
 const NEWS: Duration = Duration::from_secs(60);
 
 /// Rounds for so many minutes, at least one, the first of which has the seed `seed`, the next the next. What came of it is printed, as JSON with
@@ -62,7 +62,7 @@ pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bo
     Ok(if soaked.is_flat == Some(false) || !soaked.failures.is_empty() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// Closes the device after the round of that seed; what is left or said then is a failure of it.
+/// Closes the device after the round of that seed; leaks or messages then are a failure of that round.
 fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
     let (host_bytes, said) = worker.reopen()?;
     let failure = |said| Failure { seed, broken: format!("as the device closed: {said}"), ..Failure::default() };
@@ -73,7 +73,7 @@ fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
     Ok(())
 }
 
-/// After every minute, so that an interrupted soak keeps what it has.
+/// After every minute, so that an interrupted soak keeps its results.
 fn write(store: &Store, soaked: &Soaked) -> Result<()> {
     let fail = |cause: serde_json::Error| Error::output(&store.dir().join("soak.json"), cause);
     store.write_text("soak.json", &(serde_json::to_string_pretty(soaked).map_err(fail)? + "\n"))

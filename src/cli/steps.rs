@@ -10,7 +10,7 @@ use crate::scene::{Scene, View};
 use crate::technique::{Spec, open};
 use crate::world::World;
 
-/// Counts each state's steps, then paints all of them by one range. Returns what is to be said of it.
+/// Counts each state's steps, then paints all of them by one range. Returns notes for the user.
 pub(super) fn by_technique(
     arguments: &Arguments,
     context: &Context,

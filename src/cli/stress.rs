@@ -24,13 +24,13 @@ pub struct Arguments {
     /// Folder for stress.json, stress.csv and stress.html, or soak.json and soak.html
     #[arg(long, default_value = "gobo-stress", value_name = "DIR")]
     out: PathBuf,
-    /// How long a technique may take for one value, 8 orders and 3 steps of it included, or for one round, seconds
+    /// The longest that a technique may take for one value, with its 8 orders and 3 steps, or for one round, seconds
     #[arg(long, default_value_t = 30.0, value_name = "SECONDS", value_parser = seconds)]
     limit: f64,
-    /// Build random scenes with random techniques for so long, one round at least, and watch what they answer and hold
+    /// Soak: build random scenes with random techniques for so long, one round at least, and check answers and memory
     #[arg(long, value_name = "MINUTES", value_parser = minutes, conflicts_with_all = ["asked", "techniques"])]
     soak: Option<f64>,
-    /// What the first round of a soak follows from; the next has the next [default: 0]
+    /// Seed of a soak's first round; each round takes the next number [default: 0]
     #[arg(long, value_name = "N", requires = "soak")]
     seed: Option<u32>,
     /// Print JSON in place of tables: the same figures, not rounded
@@ -44,7 +44,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             self.soak = self.soak.map(|_| 0.0);
@@ -155,7 +155,7 @@ fn ask_all(
     Ok(())
 }
 
-/// After every case, so that an interrupted run keeps what it has.
+/// After every case, so that an interrupted run keeps its results.
 fn write(store: &Store, results: &Results) -> Result<()> {
     let fail = |cause: serde_json::Error| Error::output(&store.dir().join("stress.json"), cause);
     let json = serde_json::to_string_pretty(results).map_err(fail)? + "\n";
@@ -171,7 +171,7 @@ fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
         (Some(runner), Some(program)) => vec![runner, program],
         _ => vec![std::env::current_exe().map_err(fail)?.into_os_string()],
     };
-    // What this one was told for tests holds for its worker too.
+    // Variables of tests hold for the worker too.
     command.extend(std::env::args_os().filter(|argument| argument == super::hooks::OPTION));
     command.extend(["stress", "--worker"].map(OsString::from));
     if let Some(device) = &arguments.device.device {

@@ -1,4 +1,4 @@
-//! `gobo submit`: the standard run as one file, and what speaks against such files.
+//! `gobo submit`: the standard run as one file, and checks of such files.
 
 use super::progress::Progress;
 use super::{DeviceArguments, MESSAGES, complain, little, say, say_json};
@@ -24,7 +24,7 @@ pub struct Arguments {
     /// The file to write
     #[arg(short, long, default_value = "gobo-submission.json", value_name = "FILE")]
     out: PathBuf,
-    /// Measure the errors in such files again on this device, and say what speaks against counting them
+    /// Measure the errors in such files again on this device, and say which files should not count, and why
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "out")]
     check: Vec<PathBuf>,
     /// Print the file's JSON in place of the table

@@ -25,7 +25,7 @@ pub struct Arguments {
     /// Height of the picture, pixels
     #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=8192))]
     height: u32,
-    /// Do what the lines of this file say, in place of keys and mouse: set KEY VALUE, key NAME, frames N, screenshot FILE, …
+    /// Follow the lines of this file in place of keys and mouse: set KEY VALUE, key NAME, frames N, screenshot FILE, …
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
     #[command(flatten)]

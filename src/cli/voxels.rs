@@ -14,7 +14,7 @@ use std::process::ExitCode;
 /// Colours of a grid's voxels, in turn, so that they are told apart.
 const VOXELS: [[f32; 3]; 2] = [[0.62, 0.58, 0.52], [0.46, 0.44, 0.42]];
 
-/// Colours of nodes, from one voxel a side up: Okabe and Ito 2008.
+/// Colours of nodes, from one voxel per side up: Okabe and Ito 2008.
 const NODES: [[f32; 3]; 6] = [
     [0.80, 0.11, 0.0],
     [0.80, 0.35, 0.0],
@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Voxels per side: 64, 128, 192 or 256; for a tree a power of two
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=256))]
     size: u32,
-    /// Instead of the grid of voxel-grid, the nodes of voxelized that are all in shadow, coloured by their size: red is one voxel
+    /// Instead of voxel-grid's voxels, draw the nodes of voxelized's tree that lie in shadow, coloured by size: red is one voxel
     #[arg(long)]
     tree: bool,
     /// With --tree: the light, from 0, which is directional
@@ -40,7 +40,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What is run of it.
+    /// The part of the command that is run.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             self.size = 64;
@@ -78,7 +78,7 @@ fn empty(name: String, albedo: [f32; 3]) -> Mesh {
     Mesh { name, positions: vec![], triangles: vec![], albedo, solid: false }
 }
 
-/// The occupied voxels of a grid about all meshes: their sides towards what is empty.
+/// The occupied voxels of a grid about all meshes: their sides towards empty space.
 fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     // Three levels of bits, each a quarter of the one below.
     if !size.is_multiple_of(64) {
@@ -138,7 +138,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let trees = opened.technique.trees()?;
     let data = trees[arguments.light];
     let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-    // A voxel's sides, world units: the axes are in voxels a world unit.
+    // A voxel's sides, world units: the axes are in voxels per world unit.
     let axes = [data.right, data.up, data.forward].map(|axis| wide(axis) / wide(axis).length_squared());
     let at = |voxel: [f64; 3]| wide(data.origin) + axes[0] * voxel[0] + axes[1] * voxel[1] + axes[2] * voxel[2];
     let voxel = |number: u32, size: u32| [number % size, number / size % size, number / size.pow(2)];
@@ -148,7 +148,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let query = Query::new(&context, arguments.light, &middles)?;
     let answers = query.ask(&opened.technique.answer())?;
     let mut meshes = scene.meshes.clone();
-    // What each node of a level is: dark, lit or both.
+    // The kind of each node of a level: dark, lit or both.
     let mut level: Vec<Option<bool>> = answers.iter().map(|visibility| Some(*visibility < 0.5)).collect();
     let (mut side, mut number) = (size, 0);
     while side > 1 {

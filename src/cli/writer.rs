@@ -5,7 +5,7 @@ use crate::report::Store;
 use crate::scene::Picture;
 use crate::{Error, Result};
 
-/// Writes what it can: after the first failure nothing more, so that the measuring goes on and its table is printed.
+/// Writes files until the first failure, and then no more, so that the measuring goes on and its table is printed.
 pub(super) struct Writer<'a> {
     pub store: &'a Store,
     /// Why nothing more is written.
@@ -19,10 +19,10 @@ impl Writer<'_> {
         }
     }
 
-    /// The picture of a row, by its place among its scene's, what it differs from the truth by, and the truth itself the first time; the bounce of light too, where
-    /// it was traced.
+    /// The picture of a row, by its place among its scene's, its difference from the truth, and the truth itself the first time; the bounce
+    /// of light too, where it was traced.
     pub fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &Case, drawn: &Drawn) {
-        // A row that was kept may have that number of another order.
+        // A row that was kept from an earlier run, in another order, may have that number already.
         let number = (place..).find(|n| results.rows.iter().all(|r| r.picture != Some(picture_name(row, *n, ""))));
         let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, number.unwrap_or(place), suffix));
         self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));

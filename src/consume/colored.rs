@@ -1,6 +1,6 @@
-//! Smoke and hair that take some color of light more than another: what look-ups and opacities are raised to in each channel. What is
-//! blended has an opacity of each channel's own, and a target has one alpha, so that channels are drawn one after the other.
-//! Twin: glsl/consume/colored.glsl.
+//! Smoke and hair that absorb some colors of light more than others: the powers to which look-ups and transmittances are raised in each
+//! channel. Each channel has an opacity of its own but a target has only one alpha, so channels are drawn one after the other. Twin:
+//! glsl/consume/colored.glsl.
 
 use super::{Renderer, Shading};
 use crate::gpu::{Blend, Constants};
@@ -20,7 +20,7 @@ impl Renderer {
         self.extinction_ratio == Scene::GREY
     }
 
-    /// How each kernel blends that draws casters, and its constants: one for all channels at once, or one a channel.
+    /// How each kernel blends that draws casters, and its constants: one for all channels at once, or one per channel.
     pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
         let constants = colored(constants, self.extinction_ratio);
         if self.is_grey() {

@@ -16,7 +16,7 @@ push_struct! {
     }
 }
 
-/// What lays fog over pictures of one [`Renderer`], lit by one technique.
+/// Lays fog over pictures of one [`Renderer`], lit by one technique.
 pub struct FogKernel(Kernel<FogPush>);
 
 impl Renderer {
@@ -31,7 +31,7 @@ impl Renderer {
         Ok(times.into_iter().next())
     }
 
-    /// What lays fog that is lit by `answer`.
+    /// Lays fog that is lit by `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.

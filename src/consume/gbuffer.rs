@@ -1,6 +1,5 @@
-//! What each pixel of a picture sees of the meshes: the number of its triangle is drawn; albedo, normal and depth follow from it once per
-//! pixel, however many triangles lie behind each other. Source: Burns and Hunt 2013, The visibility buffer. Twin:
-//! reference::twin::gbuffer.
+//! The meshes' surface at each pixel of a picture: the number of its triangle is drawn; albedo, normal and depth follow from it once per
+//! pixel, however many triangles lie behind each other. Source: Burns and Hunt 2013, The visibility buffer. Twin: reference::twin::gbuffer.
 
 use super::Renderer;
 use super::shown::Smooth;
@@ -34,7 +33,7 @@ impl CameraPush {
     }
 }
 
-/// What finds it.
+/// Finds it.
 pub(super) struct GBuffer {
     /// The number of each pixel's triangle, counted from 1; 0 where there is sky.
     pub(super) numbers: Image,

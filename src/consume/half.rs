@@ -7,7 +7,7 @@ pub(super) fn from_half(bits: u16) -> f32 {
     let magnitude = match exponent {
         // Multiples of 2⁻²⁴.
         0 => return f32::from_bits(sign | (fraction as f32 / 16_777_216.0).to_bits()),
-        // Infinite, or no number, which is made a quiet one.
+        // Infinity, or NaN, which is made quiet.
         31 if fraction == 0 => 0x7f80_0000,
         31 => 0x7fc0_0000 | (fraction << 13),
         // Biased by 127 and no longer by 15.

@@ -11,7 +11,8 @@ use crate::scene::{SKY, View};
 use crate::shaders::{constant, interleaved as shaders, set};
 use crate::technique::Answer;
 
-/// Pixels a side that have a part of the lights each, and how many of one part a side a workgroup asks for.
+/// Pixels per side of the square in which each pixel has another part of the lights, and pixels of one part per side
+/// that a workgroup shades.
 const PLACES: u32 = 4;
 const BLOCK: u32 = 8;
 
@@ -29,16 +30,16 @@ push_struct! {
     }
 }
 
-/// What asks one technique for the lights of a picture.
+/// Asks one technique for the lights of a picture.
 pub(super) struct Interleaved {
     ask: Kernel,
     pub(super) gather: Gather,
 }
 
-/// What averages what pixels found.
+/// Averages the light of neighbouring pixels.
 pub(super) struct Gather {
     size: [u32; 2],
-    /// What each pixel turns of the lights that it asked for, RGB.
+    /// The light that each pixel reflects from the lights that it asked for, RGB.
     pub(super) estimates: Buffer,
     kernel: Kernel<GatherPush>,
 }
@@ -65,7 +66,7 @@ impl Interleaved {
 }
 
 impl Gather {
-    /// With `shading` of that name. `whole`: what a pixel finds stands for all lights, and not for its part.
+    /// With `shading` of that name. `whole`: a pixel's light stands for all lights, and not for its part.
     pub(super) fn new(renderer: &Renderer, shading: &str, whole: bool) -> Result<Self> {
         let (context, size) = (&renderer.context, renderer.color.size());
         let what = format!("{} × {} pixels with shading={shading}", size[0], size[1]);
@@ -88,7 +89,7 @@ impl Gather {
     }
 }
 
-/// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame, a value per pixel, to compare with its twin.
+/// The last frame's values of `shading=interleaved` or `shading=reservoir`, one per pixel, read from the device, to compare with its twin.
 pub struct PartsSeen {
     /// The number of its triangle, counted from 1; 0 where there is sky.
     pub numbers: Vec<u32>,
@@ -100,6 +101,6 @@ pub struct PartsSeen {
     pub normal: Vec<[f32; 4]>,
     /// Along the camera's axis, world units.
     pub z: Vec<f32>,
-    /// With `shading=reservoir`, what each keeps; else none.
+    /// With `shading=reservoir`, the light that each pixel keeps; else none.
     pub reservoirs: Vec<ReservoirData>,
 }

@@ -1,4 +1,4 @@
-//! What draws a picture, by how meshes are shaded and where casters are lit.
+//! The kernels that draw a picture, by how meshes are shaded and where casters are lit.
 
 use super::colored::colored;
 use super::gbuffer::GBuffer;
@@ -19,14 +19,14 @@ push_struct! {
     pub(super) struct SpacingPush { spacing: f32 }
 }
 
-/// What draws a picture, lit by one technique.
+/// Draws a picture, lit by one technique.
 pub struct Kernels {
     pub(super) meshes: Meshes,
     pub(super) casters: Casters,
     pub(super) volumes: Option<VolumeKernel>,
 }
 
-/// What draws the meshes.
+/// Draws the meshes.
 pub(super) enum Meshes {
     Forward(Kernel),
     Deferred { gbuffer: GBuffer, deferred: Kernel },
@@ -35,9 +35,9 @@ pub(super) enum Meshes {
     Reservoir { gbuffer: GBuffer, reservoirs: Reservoirs },
 }
 
-/// What draws the casters.
+/// Draws the casters.
 pub(super) enum Casters {
-    /// One, or one a channel; so below.
+    /// One, or one per channel; so below.
     Fragment(Vec<Kernel>),
     Vertex(Vec<Kernel<SpacingPush>>, SpacingPush),
     /// Patches, and over some of them their sides.
@@ -50,7 +50,7 @@ pub(super) enum Casters {
 }
 
 impl Kernels {
-    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and what was kept is forgotten.
+    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and kept lights are forgotten.
     pub fn begin_at(&self, frame: u32) {
         if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
             reservoirs.begin_at(frame);
@@ -59,7 +59,7 @@ impl Kernels {
 }
 
 impl Renderer {
-    /// What draws casters as patches, lit at the vertices, or as lines: one kernel, or one a channel.
+    /// Draws casters as patches, lit at the vertices, or as lines: one kernel, or one per channel.
     pub(super) fn tessellated(
         &self,
         answer: &Answer,
@@ -77,7 +77,7 @@ impl Renderer {
         self.channels(answer.constants).into_iter().map(kernel).collect()
     }
 
-    /// What draws the picture, lit by `answer`.
+    /// Draws the picture, lit by `answer`.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device lacks what `lighting` needs or room for tiles, or tiles are asked about smoke of a color, [`Error::Input`] where there are
@@ -144,7 +144,7 @@ impl Renderer {
         })
     }
 
-    /// What draws the picture and, over some casters, the sides of the triangles that they are made of.
+    /// Draws the picture and, over some casters, the sides of the triangles that they are made of.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::kernels`].
@@ -156,7 +156,7 @@ impl Renderer {
         Ok(Kernels { casters: Casters::Outlined { filled, lines, push: SpacingPush { spacing } }, ..kernels })
     }
 
-    /// What draws the picture, lit by a technique after a build, or painted by it.
+    /// Draws the picture, lit by a technique after a build, or painted by it.
     ///
     /// # Errors
     /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints casters that are to be lit at their vertices or have a color.

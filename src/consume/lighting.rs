@@ -20,7 +20,7 @@ pub enum Lighting {
 }
 
 impl Lighting {
-    /// What is set.
+    /// The settings.
     pub fn of(settings: &ShadingSettings) -> Self {
         match settings.lighting {
             LightingKind::Vertex => Self::Vertex { spacing: VERTEX_SPACING },
@@ -28,7 +28,7 @@ impl Lighting {
         }
     }
 
-    /// What the device must have.
+    /// Requirements of the device.
     pub fn requires(self) -> &'static [Requirement] {
         match self {
             Self::Fragment => &[],

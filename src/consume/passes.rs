@@ -1,4 +1,4 @@
-//! The passes of a picture: meshes, what stands behind them, casters.
+//! The passes of a picture: meshes, the sky behind them, casters.
 
 use super::kernels::{Casters, Kernels, Meshes, SpacingPush};
 use super::{Renderer, Shading};
@@ -12,8 +12,8 @@ use std::ops::Range;
 const OUTLINED: u32 = 60;
 
 impl Renderer {
-    /// Draws the picture and, over some casters, the sides of the triangles that they are made of; what is nearer hides them.
-    /// With many casters only so many have sides, so that lines do not hide lines.
+    /// Draws the picture and, over some casters, the sides of the triangles that they are made of; nearer things hide them. With many
+    /// casters only so many have sides, so that lines do not hide lines.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].

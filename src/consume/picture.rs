@@ -39,7 +39,7 @@ pub struct Renderer {
     splats: Buffer,
     /// What `shading=tiled` keeps from frame to frame, once it was asked for.
     pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
-    /// What pictures have that a person is shown, and none that is measured.
+    /// Additions for pictures that people are shown; measured ones have none.
     pub(super) shown: Option<Shown>,
     pub(super) triangle_vertices: u32,
     /// All of the world's, cells of volumes too.
@@ -48,7 +48,7 @@ pub struct Renderer {
     pub(super) volumes: Option<Volumes>,
 }
 
-/// What is blended, and in which order.
+/// The things to blend, and their order.
 fn blended(world: &World, camera: &View) -> Result<Order> {
     if world.caster_count() == 0 {
         return Ok(Order::default());
@@ -138,7 +138,7 @@ impl Renderer {
         })
     }
 
-    /// Sees the world as it is now through another camera of as many pixels: the next frame.
+    /// Uses another camera, of as many pixels, for the world as it is now: for the next frame.
     ///
     /// # Errors
     /// [`Error::Input`] where the camera's picture is of another size, [`Error::Gpu`] where the device is lost.
@@ -169,8 +169,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the picture, lit by `answer`, and reads it. What is averaged with the frame before is drawn as often as it
-    /// takes to come to rest.
+    /// Draws the picture, lit by `answer`, and reads it. A picture that is averaged with earlier frames is drawn until
+    /// it settles.
     ///
     /// # Errors
     /// As [`Renderer::kernels`] and [`Renderer::draw`].
@@ -225,7 +225,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the meshes, and what `record` adds.
+    /// Draws the meshes, and then calls `record`.
     pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
         let times = self.context.try_submit(|commands| {
             self.meshes(commands, kernels)?;
@@ -265,7 +265,7 @@ impl Renderer {
         Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 
-    /// What the picture is drawn into, to be used further: 32-bit or half floats.
+    /// The image that the picture is drawn into, for further use: 32-bit or half floats.
     pub fn image(&self) -> &Image {
         &self.color
     }

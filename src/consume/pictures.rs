@@ -1,4 +1,4 @@
-//! Pictures of a scene as a person is shown them, or as they are measured: one way for every program that has either.
+//! Pictures of a scene, as people are shown them or as they are measured: shared by all commands that draw.
 
 use super::{Developed, Renderer};
 use crate::gpu::Context;
@@ -42,7 +42,7 @@ impl Pictures {
         self.renderer.look(world, &View::camera(&scene.camera, scene, sampled))
     }
 
-    /// What makes the picture that is shown of what was drawn; none where it is measured.
+    /// Makes the picture that people are shown from the one that was drawn; none where pictures are measured.
     pub fn developed(&self) -> Option<&Developed> {
         self.developed.as_ref().map(|(_, developed)| developed)
     }

@@ -12,7 +12,7 @@ use crate::shaders::set;
 use crate::shaders::{constant, consume as shaders};
 use crate::technique::Answer;
 
-/// What colours say of particles.
+/// The meaning of particles' colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Colours {
     /// How fast each is, lit by a technique.
@@ -78,10 +78,10 @@ push_struct! {
 /// A triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
 const SPECK: f32 = 0.5;
 
-/// Particles over a dense pixel, for each square of a radius that all of them have together.
+/// The number of particles over a dense pixel, by the sum of the squares of their radii.
 const DENSE: f32 = 0.17;
 
-/// What draws them.
+/// Draws them.
 pub struct Points {
     vertices: u32,
     way: Way,
@@ -93,7 +93,7 @@ enum Way {
 }
 
 impl Renderer {
-    /// What draws the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
+    /// Draws the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.

@@ -36,7 +36,7 @@ pub struct Asked<'a> {
 /// Points on the device, the lights that are asked about, and room for an answer each.
 pub struct Query {
     context: Context,
-    /// What each light is asked.
+    /// The points that each light is asked about.
     parts: Vec<QueryPush>,
     answers: Buffer,
     bindings: Bindings,
@@ -62,8 +62,8 @@ impl Query {
         Self::of_areas(context, asked, &[])
     }
 
-    /// The same of squares about the points, across the light, so wide each, world units: techniques with levels of detail say
-    /// how much of the light reaches these in the mean.
+    /// The same for squares about the points, across the light, of that width each, world units: techniques with levels of detail answer
+    /// with the mean over them.
     ///
     /// # Errors
     /// As [`Query::new`].
@@ -97,7 +97,7 @@ impl Query {
         self.parts.iter().map(|part| part.count as usize).sum()
     }
 
-    /// What asks `answer`.
+    /// Asks `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
@@ -107,7 +107,7 @@ impl Query {
         Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
     }
 
-    /// What asks `answer` for light of one color, of which all casters that are no meshes take `extinction` times what they take in general
+    /// Asks `answer` for light of one color, for which the extinction of all casters but meshes is multiplied by `extinction`
     /// ([`crate::scene::Scene::extinction_ratio`]).
     ///
     /// # Errors
@@ -141,7 +141,7 @@ impl Query {
         &self.answers
     }
 
-    /// The answers, one a point, those of the first light first.
+    /// The answers, one per point, those of the first light first.
     ///
     /// # Errors
     /// As [`Query::query`].
@@ -149,7 +149,7 @@ impl Query {
         self.answers.read(self.points())
     }
 
-    /// Asks `answer` for all points and reads what it says.
+    /// Asks `answer` for all points and reads its answers.
     ///
     /// # Errors
     /// As [`Query::kernel`] and [`Query::query`].

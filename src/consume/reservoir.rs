@@ -27,31 +27,32 @@ push_struct! {
     }
 }
 
-/// What a pixel keeps. Twin: Reservoir in glsl/consume/reservoir/ask.comp.
+/// The light that a pixel keeps, and its weight. Twin: Reservoir in glsl/consume/reservoir/ask.comp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ReservoirData {
     /// The light.
     pub light: u32,
-    /// What the pixel turns of that light, times this, has for its mean what it turns of all lights; 0: it keeps none.
+    /// Weight: the light reflected from that one, times this, has the light reflected from all lights as its mean; 0:
+    /// none is kept.
     pub weight: f32,
     /// Frames that it stands for; the highest bit says that the pixel saw the outside of something closed.
     pub frames: u32,
-    /// What the pixel saw, along the camera's axis, world units; 0 where there is sky.
+    /// Depth of the pixel's surface along the camera's axis, world units; 0 where there is sky.
     pub z: f32,
     /// Its normal.
     pub normal: [f32; 3],
 }
 
-/// What asks one technique for the lights of a picture, and what it keeps.
+/// Asks one technique for the lights of a picture, and keeps one light per pixel from frame to frame.
 pub(super) struct Reservoirs {
     size: [u32; 2],
     /// What is kept in even frames and in odd ones.
     kept: [Buffer; 2],
-    /// Which read the one and write the other.
+    /// Each reads one of them and writes the other.
     ask: [Kernel<ReservoirPush>; 2],
     before: Buffer,
-    /// What the frame before was seen with.
+    /// The camera of the frame before.
     seen: RefCell<Option<View>>,
     frame: Cell<u32>,
     pub(super) gather: Gather,
@@ -86,7 +87,7 @@ impl Reservoirs {
         self.gather.estimates.bytes() + self.kept.iter().map(Buffer::bytes).sum::<u64>()
     }
 
-    /// Frames are counted from `frame` on, which draws other lights; what was kept is forgotten.
+    /// Frames are counted from `frame` on, which draws other lights; kept lights are forgotten.
     pub(super) fn begin_at(&self, frame: u32) {
         self.frame.set(frame);
         *self.seen.borrow_mut() = None;
@@ -120,7 +121,7 @@ impl Reservoirs {
         commands.pass("reservoir.ask", |pass| pass.dispatch(ask, &push, [x, y, 1]));
     }
 
-    /// What the last frame kept.
+    /// The lights that the last frame kept.
     pub(super) fn kept(&self) -> Result<Vec<ReservoirData>> {
         let last = &self.kept[self.frame.get().wrapping_sub(1) as usize % 2];
         last.read(self.size[0] as usize * self.size[1] as usize)

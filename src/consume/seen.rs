@@ -1,4 +1,4 @@
-//! What passes left on the device, for whoever holds it against its twin.
+//! Buffers that passes wrote, read back for tests that compare them with the twins'.
 
 use super::Renderer;
 use super::interleaved::PartsSeen;
@@ -15,7 +15,7 @@ impl Renderer {
         self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
     }
 
-    /// Bytes that `shading=tiled` has between G-buffer and picture; none where no such kernels were made.
+    /// Bytes of the buffers of `shading=tiled`; none where no such kernels were made.
     pub fn tiles_bytes(&self) -> Option<u64> {
         self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }
@@ -29,8 +29,7 @@ impl Renderer {
         }
     }
 
-    /// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame of these kernels; none where they are
-    /// others.
+    /// The last frame's values of these kernels, with `shading=interleaved` or `shading=reservoir`; none with other shading.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.

@@ -21,13 +21,13 @@ words! {
     pub enum ShadingKind {
         /// In the pass that draws them.
         Forward = "forward",
-        /// Once a pixel, from a buffer of what is seen.
+        /// Once per pixel, from a buffer with the surface that each pixel sees.
         Deferred = "deferred",
         /// The same tile by tile, from a bit per light that says whether it is shadowed.
         Tiled = "tiled",
         /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
         Interleaved = "interleaved",
-        /// Each pixel asks one light, drawn by what it would turn of it, and keeps it from frame to frame.
+        /// Each pixel asks one light, drawn by how much it would reflect of it, and keeps it from frame to frame.
         Reservoir = "reservoir",
     }
 }
@@ -45,7 +45,7 @@ words! {
 }
 
 words! {
-    /// What asks for light, with `shading=tiled`.
+    /// How pixels ask for light, with `shading=tiled`.
     pub enum ShadowsKind {
         /// Each pixel, for one light after the other.
         Direct = "direct",
@@ -80,7 +80,7 @@ settings! {
     }
 }
 
-/// The key and its word with which those of tiles stand.
+/// The keys of tiled shading are allowed only together with this key and word.
 const TILED: (&str, &str) = ("shading", "tiled");
 
 /// Keys of pictures, which specs of every technique have.
@@ -94,7 +94,7 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
     crate::technique::parse(text, KEYS)
 }
 
-/// What is run of all techniques: [`runs::specs`] with [`KEYS`].
+/// The specs that run where a command names no technique: [`runs::specs`] with [`KEYS`].
 ///
 /// # Errors
 /// As that.
@@ -120,7 +120,7 @@ mod tests {
         crate::technique::settings::tests::goes_both_ways::<ShadingSettings>(&crate::technique::avsm::ENTRY, KEYS);
     }
 
-    /// What is said of tiles is in specs of tiles alone.
+    /// Keys of tiles stand only in specs with tiles.
     #[test]
     fn tiles_have_keys_of_their_own() {
         let specs = parse("avsm:shading=forward|tiled,dither=none|noise").expect("valid");

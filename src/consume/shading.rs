@@ -8,18 +8,19 @@ use super::settings::{DitherKind, ShadingKind, ShadingSettings, ShadowsKind};
 pub enum Shading {
     /// In the pass that draws them.
     Forward,
-    /// Once a pixel, from a buffer of albedo, normal and distance.
+    /// Once per pixel, from a buffer of albedo, normal and distance.
     Deferred,
     /// The same in tiles, each with the lights that reach it, from a bit per light that says whether it is shadowed.
     Tiled(Tiled),
-    /// Once a pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
-    /// that see the same surface.
+    /// Once per pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and their light is averaged over those that see
+    /// the same surface.
     Interleaved,
-    /// Once a pixel, by one light, drawn by what it would turn of it and of what it kept in the frames before.
+    /// Once per pixel, by one light, drawn by how much the pixel would reflect of it, from new lights and those it kept
+    /// in the frames before.
     Reservoir,
 }
 
-/// What there is to choose of [`Shading::Tiled`].
+/// Settings of [`Shading::Tiled`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tiled {
     /// Where neighbouring pixels ask for light.
@@ -28,7 +29,7 @@ pub struct Tiled {
     pub blur: bool,
     /// Shadows are averaged with those of the last frame.
     pub history: bool,
-    /// Who asks.
+    /// Whether each pixel asks for its lights, or a list of pixels and lights is shared out.
     pub shadows: ShadowsKind,
 }
 
@@ -44,7 +45,7 @@ impl Tiled {
 }
 
 impl Shading {
-    /// What is set.
+    /// The settings.
     pub fn of(settings: &ShadingSettings) -> Self {
         let ShadingSettings { dither, blur, history, shadows, .. } = *settings;
         match settings.shading {
@@ -56,7 +57,7 @@ impl Shading {
         }
     }
 
-    /// How often a picture of what stands still is drawn until it no longer changes, or no longer gets better.
+    /// In how many frames the picture of a still world stops to change, or to get better.
     pub fn frames_to_settle(self) -> usize {
         match self {
             Self::Tiled(Tiled { history: true, .. }) => 2,

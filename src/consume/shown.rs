@@ -1,5 +1,5 @@
-//! What a person is shown: a sky behind the picture, a ground that fades, smooth normals, many samples a pixel and a filmic curve.
-//! Passes of their own: measured pictures have none of them. Twin: reference::truth::shown.
+//! Pictures for people: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic curve. Passes of
+//! their own: measured pictures have none of them. Twin: reference::truth::shown.
 
 use super::Renderer;
 use super::gbuffer::CameraPush;
@@ -11,7 +11,7 @@ use crate::scene::{Backdrop, Picture, Show, smooth_normals};
 use crate::shaders::{consume as shaders, set};
 use crate::world::World;
 
-/// Pixels a side of a workgroup.
+/// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
 push_struct! {
@@ -45,7 +45,7 @@ impl BackdropPush {
     }
 }
 
-/// What shown pictures have between their meshes and their casters.
+/// Kernel and buffers for pictures that people are shown: what is drawn between the meshes and the casters.
 pub(super) struct Shown {
     backdrop: Kernel<BackdropPush>,
     push: BackdropPush,
@@ -54,7 +54,7 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// The sun may have moved; the ground fades as it did.
+    /// Updates the sun, which may have moved; the ground's fading stays.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let BackdropPush { sun, sunlight, horizon, zenith, .. } = BackdropPush::of(&Backdrop::of(world.scene()?));
         self.push = BackdropPush { sun, sunlight, horizon, zenith, ..self.push };
@@ -62,7 +62,7 @@ impl Shown {
     }
 }
 
-/// What puts smooth normals into a G-buffer.
+/// Puts smooth normals into a G-buffer.
 pub(super) struct Smooth(Kernel<CameraPush>);
 
 impl Smooth {
@@ -94,7 +94,7 @@ impl Renderer {
             colors: &[(self.color_format, Blend::Over)],
             depth: None,
         };
-        // It asks no technique, whose set is between these two: something has to be bound there.
+        // It asks no technique, but the technique's set number lies between these two, so a set has to be bound there.
         let sets = [&self.scene, &self.distances, &self.distances];
         let backdrop = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
         let normals: Vec<[f32; 3]> = scene.meshes.iter().flat_map(smooth_normals).flatten().collect();
@@ -108,7 +108,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Lays the sky behind what was drawn of the meshes.
+    /// Draws the sky behind the meshes.
     pub(super) fn backdrop(&self, commands: &mut Commands) {
         let Some(shown) = &self.shown else { return };
         commands.pass("consume.backdrop", |pass| {
@@ -127,7 +127,7 @@ pub struct Developed {
 }
 
 impl Developed {
-    /// For what `renderer` draws, whose picture has so many samples a pixel.
+    /// For pictures of `renderer`, with so many samples per pixel.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -149,12 +149,12 @@ impl Developed {
         commands.pass("consume.develop", |pass| pass.dispatch(&self.kernel, &self.push, [groups[0], groups[1], 1]));
     }
 
-    /// What is shown, linear RGB from 0 to 1, on the device.
+    /// The picture to show, linear RGB from 0 to 1, on the device.
     pub fn image(&self) -> &Image {
         &self.shown
     }
 
-    /// Develops what was drawn last, and reads it.
+    /// Develops the last picture, and reads it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.

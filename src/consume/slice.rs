@@ -17,7 +17,7 @@ push_struct! {
     }
 }
 
-/// What asks one technique over the view of a light's map.
+/// Asks one technique over the view of a light's map.
 pub struct Slice {
     answers: Buffer,
     kernel: Kernel<SlicePush>,

@@ -8,14 +8,14 @@ use crate::shaders::{consume as shaders, set};
 use crate::technique::{Answer, Painter};
 use std::rc::Rc;
 
-/// What draws them.
+/// Draws them.
 pub(super) struct Sliced {
     painter: Rc<Painter>,
     /// Slices from far to near, over the picture.
     over: Kernel,
-    /// Slices from near to far, behind what is in `seen`.
+    /// Slices from near to far are blended behind the picture in `seen`.
     under: Kernel,
-    /// What the camera sees of the casters alone.
+    /// The camera's picture of the casters alone.
     seen: Image,
     behind: Kernel,
 }

@@ -1,4 +1,4 @@
-//! How many steps look-ups take, pixel by pixel: what a look-up costs, and where.
+//! How many steps look-ups take, pixel by pixel: where look-ups cost most.
 
 use super::Renderer;
 use crate::gpu::{Blend, Commands, Format, Graphics, Image, ImageUse, Kernel, Target};
@@ -9,7 +9,7 @@ use crate::{Error, Result};
 /// Where nothing is.
 const NONE: f32 = -1.0;
 
-/// What counts the steps of one technique's look-ups in pictures of one [`Renderer`].
+/// Counts the steps of one technique's look-ups in pictures of one [`Renderer`].
 pub struct StepsKernel {
     kernel: Kernel,
     counts: Image,
@@ -21,15 +21,15 @@ impl StepsKernel {
         &self.counts
     }
 
-    /// What one of those floats says.
+    /// The meaning of one of those floats.
     pub fn count(float: f32) -> Option<u32> {
         (float >= 0.0).then_some(float as u32)
     }
 }
 
 impl Renderer {
-    /// How many steps the look-ups of all lights take together at what each pixel shows of the meshes, rows from the top; none
-    /// where it shows nothing of them. A step is what the technique counts as one.
+    /// How many steps the look-ups of all lights take together on the surface that each pixel sees, rows from the top; none where it sees
+    /// no mesh. What counts as a step is the technique's choice.
     ///
     /// # Errors
     /// As [`Renderer::steps_kernel`]; [`Error::Refused`] on an adopted device: it is read at once.
@@ -40,7 +40,7 @@ impl Renderer {
         Ok(kernel.counts.read::<f32>()?.into_iter().map(StepsKernel::count).collect())
     }
 
-    /// What counts the steps of the look-ups of `answer`.
+    /// Counts the steps of the look-ups of `answer`.
     ///
     /// # Errors
     /// [`Error::Input`] where the technique counts none, [`Error::Gpu`] where memory runs out.

@@ -18,13 +18,13 @@ pub struct FieldData {
     pub origin: [f32; 3],
     /// Extinction of density 1, 1 / world unit.
     pub extinction: f32,
-    /// Samples a world unit, along each of its axes.
+    /// Samples per world unit, along each of its axes.
     pub rows: [[f32; 3]; 3],
     /// Samples from its lowest to its highest.
     pub size: [f32; 3],
     /// Among the slots of all fields.
     pub first_slot: u32,
-    /// What it sends back of the light.
+    /// Albedo.
     pub color: [f32; 3],
     /// Slots, a power of 2, less 1.
     pub last_slot: u32,
@@ -38,7 +38,7 @@ pub struct FieldData {
 pub struct SlotData {
     /// Its lowest sample, in blocks from the field's lowest.
     pub block: [u32; 3],
-    /// Among the blocks of its field, from 1; 0: none is here.
+    /// Its number among the blocks of its field, from 1; 0: an empty slot.
     pub number: u32,
 }
 
@@ -50,7 +50,7 @@ struct Fields {
     samples: Vec<f32>,
 }
 
-/// What pictures have of volumes.
+/// Volumes of a picture, on the device.
 pub(super) struct Volumes {
     volumes: Vec<Volume>,
     places: Buffer,
@@ -64,7 +64,7 @@ push_struct! {
     struct VolumePush { volume: u32 }
 }
 
-/// What marches volumes, lit by one technique: one kernel, or one a channel.
+/// Marches volumes, lit by one technique: one kernel, or one per channel.
 pub(super) struct VolumeKernel(Vec<Kernel<VolumePush>>);
 
 /// Twin: `field_hash`.
@@ -131,7 +131,7 @@ impl Volumes {
         Ok(Some(Self { volumes, places, slots, samples, bindings }))
     }
 
-    /// Volumes may be others now, of no more blocks. Those that are the same are not written again.
+    /// Writes the volumes as they are now, with no more blocks than before. Unchanged ones are not written again.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         if scene.volumes == self.volumes {
@@ -169,7 +169,7 @@ fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Res
 }
 
 impl Renderer {
-    /// What marches volumes, lit by `answer`; none where there are none.
+    /// Marches volumes, lit by `answer`; none where there are none.
     pub(super) fn volume_kernel(&self, answer: &Answer) -> Result<Option<VolumeKernel>> {
         let Some(volumes) = &self.volumes else { return Ok(None) };
         let sets = [&self.scene, answer.bindings, &self.distances, &volumes.bindings];
@@ -186,7 +186,7 @@ impl Renderer {
         Ok(Some(VolumeKernel(channels.collect::<Result<_>>()?)))
     }
 
-    /// Draws all that is blended into a channel, or into all of them as the first, casters by what is given for their places in the order.
+    /// Draws casters and volumes into a channel, or into all of them at once, casters by the given places in the order.
     pub(super) fn draw_blended<'a>(
         &self,
         draw: &mut Draw<'_, '_, 'a>,
@@ -213,7 +213,8 @@ mod tests {
     use crate::scene::{Field, Placed};
     use std::sync::Arc;
 
-    /// Each block is found from its hash on without a gap, with the samples that the field has there; the second field's behind the first's.
+    /// Each block is found by linear probing from its hash on, with the field's samples; the second field's blocks stand behind the
+    /// first's.
     #[test]
     fn blocks_are_found() {
         let samples = (0..400).map(|i: i32| ([i * 37 % 211 - 100, i * 53 % 97, i * 71 % 131 - 7], 1.0 + i as f32));

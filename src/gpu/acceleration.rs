@@ -25,7 +25,7 @@ struct Inner {
     over: Over,
 }
 
-/// What it is built from.
+/// The geometry that it is built from.
 enum Over {
     Triangles { corners: Buffer, indices: Buffer, count: u32 },
     Boxes { boxes: Buffer, count: u32 },
@@ -74,7 +74,7 @@ impl Over {
             }
             Self::Boxes { boxes, .. } => {
                 let aabbs = vk::AccelerationStructureGeometryAabbsDataKHR::default().data(at(boxes)).stride(BOX_BYTES);
-                // Who adds up what a ray meets is told of each once.
+                // A look-up adds up every box that its ray meets, so each must be reported once.
                 let geometry = geometry.flags(vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION);
                 let geometry = geometry.geometry_type(vk::GeometryTypeKHR::AABBS);
                 geometry.geometry(vk::AccelerationStructureGeometryDataKHR { aabbs })
@@ -88,7 +88,7 @@ impl Over {
     }
 }
 
-/// A build of what `geometries` hold, made for quick rays.
+/// Builds `geometries` into a structure made for quick rays.
 fn build_info<'a>(
     over: &Over,
     geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],
@@ -193,7 +193,7 @@ fn loader(context: &Context) -> Result<&khr::acceleration_structure::Device> {
 }
 
 impl Pass<'_, '_> {
-    /// Builds a structure from what its buffers hold by now; one over an instance after the instance's own.
+    /// Builds a structure from its buffers as they are now; one over an instance after the instance's own.
     pub fn build(&mut self, structure: &AccelerationStructure) {
         let inner = &structure.0;
         let Some(loader) = inner.device.acceleration() else { return };

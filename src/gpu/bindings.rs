@@ -16,7 +16,7 @@ pub enum Resource {
     StorageImage(Image),
     /// `texture2D` in GLSL, read with `texelFetch`.
     Texture(Image),
-    /// `sampler2D`, `sampler3D` in GLSL, linear, with what lies outside.
+    /// `sampler2D`, `sampler3D` in GLSL, linear, with the value outside of the image.
     Sampled(Image, Border),
     /// `sampler2D` in GLSL, read with `texelFetch` and `textureGather`, at whose edges it goes on as it ends.
     Gathered(Image),
@@ -26,7 +26,7 @@ pub enum Resource {
     AccelerationStructure(AccelerationStructure),
 }
 
-/// What a sampler finds outside its image, in every channel.
+/// A sampler's value outside of its image, in every channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
     /// 0.
@@ -42,12 +42,12 @@ pub struct Bindings(Arc<Inner>);
 struct Inner {
     context: Link,
     shape: Arc<Shape>,
-    /// What is bound from now on. What was recorded before keeps the set that it was given.
+    /// The resources bound from now on. Commands recorded before keep the set that they were given.
     current: Mutex<Arc<Set>>,
     name: String,
 }
 
-/// What all sets of the same bindings have.
+/// Shared by all sets with the same bindings.
 struct Shape {
     device: Device,
     layout: vk::DescriptorSetLayout,
@@ -124,7 +124,7 @@ impl Shape {
         for resource in resources {
             let sampling = match resource {
                 Resource::Sampled(_, border) => sampler_info(*border),
-                // Not every format may be filtered; what is gathered is not.
+                // Not every format may be filtered; gathers do not filter.
                 Resource::Gathered(_) => vk::SamplerCreateInfo::default()
                     .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
                     .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE),
@@ -161,7 +161,7 @@ impl Set {
         // SAFETY: the pool was made for exactly this set.
         let sets = fault::creation(|| unsafe { device.allocate_descriptor_sets(&info) }).map_err(fail)?;
         set.handle = sets.first().copied().unwrap_or_default();
-        // SAFETY: the set is not in use yet, and what is written into it lives as long.
+        // SAFETY: the set is not in use yet, and the resources written into it live as long.
         unsafe { write(shape, &set.resources, set.handle, 0) };
         device.set_name(set.handle, name);
         Ok(set)
@@ -171,7 +171,7 @@ impl Set {
 /// Writes `resources` into a set from binding `first` on.
 ///
 /// # Safety
-/// The set has such bindings and is not in use; its user keeps what is written.
+/// The set has such bindings and is not in use; its user keeps the resources alive.
 unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, first: u32) {
     let device = &shape.device;
     for ((binding, resource), sampler) in (first..).zip(resources).zip(&shape.samplers) {
@@ -219,8 +219,8 @@ impl Bindings {
         Ok(Self(Arc::new(Inner { context: context.link(), shape, current: Mutex::new(set), name: name.into() })))
     }
 
-    /// Puts another buffer where binding `binding` has one; every kernel that was made with the set reads it in what is recorded
-    /// from now on.
+    /// Puts another buffer where binding `binding` has one; every kernel that was made with the set reads it in commands recorded from now
+    /// on.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver runs out of memory.
@@ -230,7 +230,7 @@ impl Bindings {
         if let Some(resource @ Resource::Buffer(_)) = resources.get_mut(binding) {
             *resource = Resource::Buffer(buffer.clone());
             let old = std::mem::replace(&mut *current, Arc::new(Set::new(&self.0.shape, &self.0.name, resources)?));
-            // Frames that run may read by other sets what only this one kept.
+            // Running frames may read, by other sets, resources that only this one kept.
             if let Some(context) = self.0.context.context() {
                 context.shared().frames.retire(old);
             }

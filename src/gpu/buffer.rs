@@ -40,7 +40,7 @@ struct Inner {
     name: String,
     bytes: u64,
     memory: Memory,
-    /// Whoever made it destroys it.
+    /// The caller, which made it, destroys it.
     is_theirs: bool,
 }
 
@@ -137,9 +137,9 @@ impl Buffer {
     /// [`Error::Gpu`] where `bytes` exceeds the device's largest storage buffer.
     ///
     /// # Safety
-    /// The buffer belongs to the context's device, is as large, and stays valid until all frames that use it are over and what
-    /// was made with it is gone. It was made for what it is used for: as a storage buffer at least, and for copies from and
-    /// to it where it is read or written.
+    /// The buffer belongs to the context's device, is as large, and stays valid until all frames that use it are over and everything made
+    /// with it is gone. It was created with the usage that it needs: as a storage buffer at least, and for copies from and to it where it
+    /// is read or written.
     pub unsafe fn adopt(context: &Context, name: &str, handle: vk::Buffer, bytes: u64) -> Result<Self> {
         let buffer = Self(Arc::new(Inner {
             device: context.device().clone(),
@@ -183,8 +183,8 @@ impl Buffer {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Writes `data` to the start of the buffer; where that is on the device, by a copy that is recorded with what is recorded
-    /// next: into a command buffer of the caller's before the next pass, else before the next submission.
+    /// Writes `data` to the start of the buffer; where that is on the device, by a copy that is recorded with the next commands: into a
+    /// command buffer of the caller's before the next pass, else before the next submission.
     ///
     /// # Errors
     /// [`Error::Gpu`] where `data` is larger than the buffer or memory runs out.

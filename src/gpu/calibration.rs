@@ -1,4 +1,4 @@
-//! The device's clock beside the host's.
+//! Relates the device's clock to the host's.
 
 use super::{Context, Features};
 use ash::{ext, vk};
@@ -7,14 +7,14 @@ use std::time::Instant;
 /// Readings, of which the one that took least stands: the host may be interrupted in the middle of one.
 const READINGS: usize = 8;
 
-/// A moment by both clocks. They drift apart, by some microseconds a second: it is for what ran shortly before or after.
+/// A moment by both clocks. They drift apart, by some microseconds per second: it is good for times shortly before or after.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration {
     /// By the host's.
     host: Instant,
     /// By the device's.
     ticks: u64,
-    /// How far the two may be apart, nanoseconds: half of what the reading took.
+    /// How far the two may be apart, nanoseconds: half of the time that the reading took.
     pub deviation_ns: f64,
     tick_ns: f64,
     valid_bits: u32,
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(later(u64::MAX, 64, 4), 10.0);
         assert_eq!(later((1 << 36) - 1, 36, 4), 10.0);
         assert_eq!(later(4, 36, (1 << 36) - 1), -10.0);
-        // What a clock shows beyond the bits of a timestamp does not count.
+        // Bits of a clock beyond those of a timestamp do not count.
         assert_eq!(later((7 << 36) + 4, 36, 9), 10.0);
     }
 }

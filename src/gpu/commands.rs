@@ -11,7 +11,7 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// What Vulkan takes in one vkCmdUpdateBuffer.
+/// The limit of bytes in one vkCmdUpdateBuffer.
 pub const MAX_UPDATE_BYTES: usize = 65536;
 
 /// The names of the passes of most builds.
@@ -37,7 +37,7 @@ pub struct Commands<'a> {
     whose: Whose,
     frame: u64,
     queries: vk::QueryPool,
-    /// What passes do; null unless asked for.
+    /// Query pool for counts of passes' work; null unless asked for.
     pub(super) counts: vk::QueryPool,
     passes: u32,
     /// Names of timed passes, one per line.
@@ -50,7 +50,7 @@ pub struct Commands<'a> {
     read_backs: Vec<(Buffer, ReadBack)>,
 }
 
-/// What a recording leaves.
+/// The result of a recording.
 pub(super) struct Recorded {
     pub used: Vec<Kept>,
     pub passes: u32,
@@ -87,12 +87,12 @@ impl<'a> Commands<'a> {
         Self { context, buffer, whose, frame, queries, counts, passes: 0, names, times_passes, used, read_backs }
     }
 
-    /// The frame that is recorded: what was given to [`Commands::on`], or the number of the submission.
+    /// The frame that is recorded: the number given to [`Commands::on`], or that of the submission.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// Records a pass: waits for all that came before, labels, and times what `record` adds.
+    /// Records a pass: waits for all commands before, labels and times those that `record` adds.
     pub fn pass(&mut self, name: &str, record: impl FnOnce(&mut Pass<'_, 'a>)) {
         self.record_pending();
         self.barrier(
@@ -130,8 +130,8 @@ impl<'a> Commands<'a> {
         true
     }
 
-    /// Behind the last pass: the end of all that are timed together, what is read back, and a barrier, so that whatever
-    /// follows sees all of it.
+    /// Behind the last pass: the end of passes that are timed together, copies to read back, and a barrier, so that
+    /// later commands see all of it.
     pub(super) fn finish(&mut self) -> Recorded {
         self.record_pending();
         if !self.times_passes && self.passes > 0 {
@@ -192,7 +192,7 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// New images' layouts and written data, in the middle of what is recorded for the caller.
+    /// New images' layouts and written data, in the middle of a caller's recording.
     fn record_pending(&mut self) {
         if self.whose == Whose::Theirs {
             let steps = self.context.shared().pending.take();
@@ -201,7 +201,7 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// Keeps what a recorded command uses.
+    /// Keeps the resources of a recorded command alive.
     pub(super) fn keep(&mut self, thing: Kept) {
         self.used.push(thing);
     }
@@ -319,7 +319,7 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(image.kept());
     }
 
-    /// Copies what was staged.
+    /// Copies staged data.
     pub fn copy_staged(&mut self, staged: &Staged) {
         self.copy_part((&staged.from, 0), (&staged.to, staged.at), staged.bytes);
     }

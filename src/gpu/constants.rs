@@ -21,7 +21,7 @@ impl<T> Constant<T> {
     }
 }
 
-/// What a specialization constant may hold: four bytes.
+/// Types of specialization constants: four bytes.
 pub trait ConstantValue {
     /// As Vulkan takes it.
     fn word(self) -> u32;
@@ -45,8 +45,8 @@ impl ConstantValue for f32 {
     }
 }
 
-/// Values of specialization constants. What is not set keeps the value that the shader states; what a shader does not
-/// declare is no matter.
+/// Values of specialization constants. A constant that is not set keeps the shader's default; one that a shader does
+/// not declare is ignored.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Constants(BTreeMap<u32, u32>);
 

@@ -41,40 +41,39 @@ pub struct Adopt {
     pub device: ash::Device,
     /// The family of the command buffers that are recorded into: graphics and compute.
     pub queue_family: u32,
-    /// What the device was opened with. What is not said here is not used, and a path that needs it is refused by its name.
+    /// Features that the device was opened with. Others are not used, and a path that needs one is refused, naming it.
     pub enabled: Enabled,
     /// Where memory comes from; none makes an allocator. With [`Enabled::ray_query`] it gives memory that has device
     /// addresses.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     /// Frames that may run at the same time, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` is over.
     pub frames_in_flight: u32,
-    /// Where it is said that something was never freed. What the validation layer says goes where the caller's messenger
-    /// sends it.
+    /// The list to which leaks are added. Messages of the validation layer go to the caller's messenger.
     pub messages: Messages,
 }
 
 /// An open device. Clones share it; the last one closes it, or leaves it to its owner.
 ///
-/// What was made on a device may outlive its context. Then it can no longer be written nor read back.
+/// Resources may outlive the context of their device. Then they can no longer be written or read back.
 #[derive(Clone)]
 pub struct Context(Arc<Shared>);
 
 /// Fields are destroyed in this order.
 pub(super) struct Shared {
-    /// What hands commands over, where the device is its own.
+    /// Hands commands over, where the device is its own.
     pub(super) queue: Option<Queue>,
     /// Recorded before the next pass.
     pub(super) pending: Pending,
-    /// What is in command buffers of the caller's.
+    /// Work that is recorded in the caller's command buffers.
     pub(super) frames: Frames,
     device: Device,
     /// The driver said so; nothing is submitted any more.
     lost: AtomicBool,
     /// Each pass of a submission is timed, not only all of them together.
     pub(super) times_passes: AtomicBool,
-    /// What stands before the driver, as far as a device that was opened here says.
+    /// Layers and tools between program and driver, as far as a device that was opened here reports them.
     tools: Vec<Tool>,
-    /// Each pass of a submission is asked what it did.
+    /// Each pass of a submission counts its work.
     pub(super) counts_passes: AtomicBool,
     pub(super) queue_family: u32,
     pub(super) frames_in_flight: u32,
@@ -121,7 +120,7 @@ struct Open<'a> {
 }
 
 impl Context {
-    /// Opens a device, with a queue on which what is recorded runs at once ([`Context::submit`]).
+    /// Opens a device, with a queue on which recorded commands run at once ([`Context::submit`]).
     ///
     /// # Errors
     /// [`Error::Gpu`] where there is no loader, driver or validation layer, [`Error::Input`] where `options.device`
@@ -188,7 +187,7 @@ impl Context {
         Ok(Self(Arc::new(Shared::new(open, None)?)))
     }
 
-    /// What the device can do and was opened with.
+    /// Features that the device has and was opened with.
     pub fn features(&self) -> &Features {
         self.0.device.features()
     }
@@ -198,12 +197,12 @@ impl Context {
         &self.0.tools
     }
 
-    /// The messages of the validation layer, and of what was never freed.
+    /// The validation layer's messages, those about objects that were never freed included.
     pub fn messages(&self) -> &Messages {
         self.0.device.messages()
     }
 
-    /// Bytes of the device's memory that are held by what was made here and is still there.
+    /// Bytes of the device's memory that resources made here still hold.
     pub fn allocated_bytes(&self) -> u64 {
         self.0.device.allocated_bytes()
     }
@@ -218,14 +217,14 @@ impl Context {
         self.device().pipelines().count()
     }
 
-    /// Whether each pass of what is recorded from now on is timed, as it is at first, or all passes of a submission together,
-    /// as one: a timestamp waits for all work before it, which takes a GPU some microseconds a pass.
+    /// Whether each pass that is recorded from now on is timed, as at first, or a submission as a whole: a timestamp waits for all work
+    /// before it, which takes a GPU some microseconds per pass.
     pub fn time_passes(&self, each: bool) {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
-    /// Whether each pass of what is submitted from now on says what it did ([`super::PassTime::counts`]), where the device can
-    /// tell ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
+    /// Whether each pass that is submitted from now on counts its work ([`super::PassTime::counts`]), where the device can tell
+    /// ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
     pub fn count_passes(&self, each: bool) {
         self.0.counts_passes.store(each, Ordering::Relaxed);
     }
@@ -243,7 +242,7 @@ impl Context {
         &self.0.device
     }
 
-    /// What something that was made on the device keeps of it.
+    /// The part of the device that its resources keep alive.
     pub(super) fn link(&self) -> Link {
         Link(Arc::downgrade(&self.0))
     }
@@ -253,7 +252,7 @@ impl Context {
         self.0.queue.as_ref().ok_or_else(|| Error::Refused { needs: NO_QUEUE.into() })
     }
 
-    /// Whether what was recorded can be run and read at once.
+    /// Whether recorded commands can be run, and their results read, at once.
     ///
     /// # Errors
     /// [`Error::Refused`] on an adopted device.
@@ -261,7 +260,7 @@ impl Context {
         self.queue().map(|_| ())
     }
 
-    /// What the driver answered to a submission. A lost device stays lost.
+    /// The driver's answer to a submission. A lost device stays lost.
     pub(super) fn note_lost(&self, result: vk::Result) {
         if result == vk::Result::ERROR_DEVICE_LOST {
             self.0.lost.store(true, Ordering::Relaxed);
@@ -269,7 +268,7 @@ impl Context {
     }
 }
 
-/// A context, as what was made on it knows it: it does not keep it.
+/// A context, as its resources know it: they do not keep it alive.
 #[derive(Clone)]
 pub(super) struct Link(Weak<Shared>);
 

@@ -1,11 +1,11 @@
-//! What passes did: one query of pipeline statistics per pass.
+//! Counts of a pass's work: one query of pipeline statistics per pass.
 
 use super::times::MAX_PASSES;
 use super::{Commands, device::Device, fault};
 use ash::prelude::VkResult;
 use ash::vk;
 
-/// What a pass did, as the device counted it.
+/// A pass's work, as the device counted it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
 pub struct PassCounts {
@@ -36,7 +36,7 @@ impl PassCounts {
     }
 }
 
-/// A pool of queries, one a pass.
+/// A pool of queries, one per pass.
 pub(super) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     let counted = vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_VERTICES
         | vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_PRIMITIVES
@@ -50,7 +50,7 @@ pub(super) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     fault::creation(|| unsafe { device.create_query_pool(&info, None) })
 }
 
-/// What the first so many passes did, which are over.
+/// Counts of the first so many passes, which are over.
 pub(super) fn read(device: &Device, pool: vk::QueryPool, passes: usize) -> VkResult<Vec<PassCounts>> {
     let mut counts = vec![[0u64; 4]; passes];
     let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;

@@ -21,7 +21,7 @@ pub(super) struct Device(Arc<Parts>);
 /// Fields are destroyed in this order.
 pub(super) struct Parts {
     pub allocator: Memory,
-    /// Bytes of memory that are held by what was made here.
+    /// Bytes of memory that resources made here hold.
     pub allocated: AtomicU64,
     pub pipelines: Pipelines,
     /// Where validation or captures read them.
@@ -30,7 +30,7 @@ pub(super) struct Parts {
     pub acceleration: Option<khr::acceleration_structure::Device>,
     /// Where the device's clock can be read.
     pub clock: Option<ext::calibrated_timestamps::Device>,
-    /// What the driver tells of pipelines.
+    /// The driver's reports about pipelines.
     pub executables: Executables,
     pub features: Features,
     pub messages: Messages,
@@ -40,11 +40,11 @@ pub(super) struct Parts {
     pub _instance: Option<InstanceOwner>,
 }
 
-/// Who gives memory.
+/// Where device memory is allocated from.
 pub(super) enum Memory {
     /// Dropped with the device.
     Own(Arc<Mutex<Allocator>>),
-    /// The caller's, who uses it too.
+    /// The caller's allocator, shared with the caller.
     Theirs(Arc<Mutex<Allocator>>),
 }
 
@@ -91,7 +91,7 @@ impl Drop for Parts {
                     self.messages.push("gobo-leak", &format!("{} ({} bytes) was never freed", leak.name, leak.size));
                 }
             }
-            // What else it holds is the caller's.
+            // Its other handles are the caller's.
             Memory::Theirs(_) => match *self.allocated.get_mut() {
                 0 => {}
                 bytes => self.messages.push("gobo-leak", &format!("{bytes} bytes were never freed")),
@@ -133,7 +133,7 @@ impl Device {
         self.0.acceleration.as_ref()
     }
 
-    /// What the driver tells of pipelines.
+    /// The driver's reports about pipelines.
     pub(super) fn executables(&self) -> &Executables {
         &self.0.executables
     }
@@ -143,7 +143,7 @@ impl Device {
         self.0.clock.as_ref()
     }
 
-    /// Bytes of memory that are held by what was made here.
+    /// Bytes of memory that resources made here hold.
     pub(super) fn allocated_bytes(&self) -> u64 {
         self.0.allocated.load(Ordering::Relaxed)
     }

@@ -28,7 +28,7 @@ impl Draw<'_, '_, '_> {
         }
     }
 
-    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices per triangle.
+    /// Draws by the VkDrawIndirectCommand at `offset` of `draws`, three vertices per triangle.
     pub fn draw_indirect<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, draws: &Buffer, offset: u64) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;
@@ -51,7 +51,7 @@ impl Draw<'_, '_, '_> {
         }
     }
 
-    /// Draws these of the vertices, three a triangle.
+    /// Draws these of the vertices, three per triangle.
     pub fn draw_part<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, vertices: Range<u32>) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;
@@ -60,7 +60,7 @@ impl Draw<'_, '_, '_> {
         unsafe { self.pass.commands.device().cmd_draw(buffer, count, 1, vertices.start, 0) };
     }
 
-    /// Draws `instances` times `vertices` vertices, three a triangle, or one a point for a kernel with a geometry shader.
+    /// Draws `instances` times `vertices` vertices, three per triangle, or one per point for a kernel with a geometry shader.
     pub fn draw<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, vertices: u32, instances: u32) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;

@@ -1,13 +1,13 @@
-//! Features beyond Vulkan 1.3 that a device is opened with: what a path needs, what a caller has enabled, and the Vulkan
-//! structures for them.
+//! Features beyond Vulkan 1.3 that a device is opened with: those that a path needs, those that a caller has enabled,
+//! and the Vulkan structures for them.
 
 use super::features::RAY_QUERY_EXTENSIONS;
 use super::{Features, Requirement};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
-/// Features, and the extensions that bring them. A caller says by it what its device was opened with
-/// ([`super::Adopt`]), and [`Requirement::any_of`] what a device has to be opened with.
+/// Features, and the extensions that bring them. A caller names by it the features that its device was opened with
+/// ([`super::Adopt`]), and [`Requirement::any_of`] those that a device must be opened with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Enabled {
     /// synchronization2 of Vulkan 1.3: nothing runs without it.
@@ -54,7 +54,7 @@ pub struct Enabled {
 }
 
 impl Enabled {
-    /// What nothing runs without, and no more.
+    /// The features that everything needs, and no more.
     pub const FLOOR: Self =
         Self { synchronization2: true, dynamic_rendering: true, scalar_block_layout: true, ..Self::NONE };
 
@@ -191,8 +191,7 @@ impl Enabled {
     }
 }
 
-/// [`Enabled`] as Vulkan is told it. A caller that has structures of its own for the same features sets in them what is set
-/// here.
+/// [`Enabled`] as Vulkan's structures. A caller that has structures of its own for the same features sets the same fields in them.
 pub struct EnabledStructures {
     /// Features of Vulkan 1.0.
     pub core: vk::PhysicalDeviceFeatures,
@@ -237,7 +236,7 @@ impl EnabledStructures {
 }
 
 impl Requirement {
-    /// What a device is opened with to have it, beside [`Enabled::FLOOR`]; any one of them will do.
+    /// Features that meet the requirement, beside [`Enabled::FLOOR`]; any one of these is enough.
     pub fn any_of(self) -> Vec<Enabled> {
         let none = Enabled::NONE;
         let geometry = Enabled { geometry_shader: true, multi_viewport: true, ..none };
@@ -259,7 +258,7 @@ impl Requirement {
 }
 
 impl Features {
-    /// What of them is switched on.
+    /// Those that are switched on.
     pub(super) fn only(self, enabled: &Enabled) -> Self {
         let floor = [
             (enabled.synchronization2, "synchronization2"),

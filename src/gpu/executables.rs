@@ -1,5 +1,4 @@
-//! What a driver reports of the programs that it compiled from shaders: registers, spills, memory, lanes. The occupancy follows from
-//! these.
+//! A driver's reports about the programs that it compiled from shaders: registers, spills, memory, lanes. The occupancy follows from these.
 
 use super::{Context, Features};
 use ash::{khr, vk};
@@ -13,11 +12,11 @@ use std::sync::{Mutex, PoisonError};
 pub struct Executable {
     /// The pipeline: the name of its compute or fragment shader.
     pub pipeline: String,
-    /// What the driver calls it.
+    /// The driver's name for it.
     pub name: String,
     /// Threads per subgroup.
     pub subgroup_size: u32,
-    /// What the driver counts, in its own words and order.
+    /// The driver's figures, in its own words and order.
     pub figures: Vec<(String, f64)>,
 }
 
@@ -40,7 +39,7 @@ impl Executables {
         self.functions.as_ref().filter(|_| self.is_wanted.load(Ordering::Relaxed))
     }
 
-    /// What a pipeline is created with.
+    /// Flags that a pipeline is created with.
     pub(super) fn flags(&self) -> vk::PipelineCreateFlags {
         match self.functions() {
             Some(_) => vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR,
@@ -48,7 +47,8 @@ impl Executables {
         }
     }
 
-    /// Keeps what the driver tells of a pipeline that was created with [`Executables::flags`]. What it does not tell is left out.
+    /// Keeps the driver's report about a pipeline that was created with [`Executables::flags`]. Figures that it does not report are left
+    /// out.
     pub(super) fn ask(&self, pipeline: vk::Pipeline, name: &str) {
         let Some(functions) = self.functions() else { return };
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
@@ -93,7 +93,7 @@ impl Context {
         self.device().executables().is_wanted.store(is_wanted, Ordering::Relaxed);
     }
 
-    /// What the driver has told, in the order in which the pipelines were made.
+    /// The driver's reports, in the order in which the pipelines were made.
     pub fn executables(&self) -> Vec<Executable> {
         self.device().executables().told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }

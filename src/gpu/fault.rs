@@ -7,7 +7,7 @@ use ash::vk;
 use gpu_allocator::AllocationError;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What can be made to fail.
+/// Kinds of calls that can be made to fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Call {
     /// Memory for a buffer or an image: none is left.
@@ -20,7 +20,7 @@ enum Call {
     Submission,
     /// Waiting for them: the same.
     Wait,
-    /// A file, or what is printed: the disk is full.
+    /// Writing a file, or to standard output: the disk is full.
     Write,
 }
 
@@ -47,7 +47,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// What `allocation:17` says; none where it says nothing of the kind.
+    /// Parses `allocation:17`; none where the text is no fault.
     pub fn read(text: &str) -> Option<Self> {
         let (kind, nth) = text.split_once(':')?;
         let (_, call) = CALLS.into_iter().find(|(name, _)| *name == kind)?;
@@ -82,7 +82,7 @@ pub(super) fn allocation(is_mapped: bool) -> Result<(), AllocationError> {
     Ok(())
 }
 
-/// What `make` makes.
+/// The result of `make`, or the fault.
 pub(super) fn creation<T>(make: impl FnOnce() -> VkResult<T>) -> VkResult<T> {
     if fails(Call::Creation) { Err(vk::Result::ERROR_OUT_OF_HOST_MEMORY) } else { make() }
 }
@@ -92,7 +92,7 @@ pub(crate) fn submission(submit: impl FnOnce() -> VkResult<()>) -> VkResult<()> 
     if fails(Call::Submission) { Err(vk::Result::ERROR_DEVICE_LOST) } else { submit() }
 }
 
-/// What `wait` waits for: the device runs on, so it is waited for all the same.
+/// The result of `wait`, or the fault: the device runs on, so it is waited for in any case.
 pub(super) fn wait(wait: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
     let fails = fails(Call::Wait);
     wait().and(if fails { Err(vk::Result::ERROR_DEVICE_LOST) } else { Ok(()) })

@@ -8,11 +8,11 @@ use ash::{ext, khr, vk};
 /// casters, triangles and seven buffers of bins, and writes curves.
 pub(super) const STORAGE_BUFFERS: u32 = 16;
 
-/// What [`Features::ray_query`] takes.
+/// Extensions that [`Features::ray_query`] needs.
 pub(super) const RAY_QUERY_EXTENSIONS: [&std::ffi::CStr; 3] =
     [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
 
-/// What a device is, by its own word.
+/// The device's own kind: discrete, integrated, virtual, CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "program", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum DeviceKind {
@@ -89,7 +89,7 @@ pub struct Features {
     pub calibrated_timestamps: bool,
     /// pipelineStatisticsQuery, but of lavapipe before 26, which dies of it (docs/drivers.md): a pass can be asked how many vertices, fragments and threads it had.
     pub pipeline_statistics_query: bool,
-    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver tells what it made of a shader.
+    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver reports about compiled shaders.
     pub pipeline_executable_info: bool,
     /// Threads per subgroup.
     pub subgroup_size: u32,
@@ -185,8 +185,8 @@ impl Requirement {
 }
 
 impl Features {
-    /// Whether threads of a workgroup take turns on a processor and do not run at the same time, so that more of them only
-    /// repeat work, and what all of them read is read by one after the other.
+    /// Whether threads of a workgroup take turns on a processor and do not run at the same time, so that more of them only repeat work, and
+    /// a value that all of them read is read one after the other.
     pub fn is_software(&self) -> bool {
         self.kind == DeviceKind::Cpu
     }
@@ -234,7 +234,7 @@ impl Features {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }
 
-    /// What keeps threads of a workgroup of `threads` from sharing what they hold, subgroup by subgroup: a subgroup
+    /// The reason why threads of a workgroup of `threads` cannot share values by subgroups, if there is one: a subgroup
     /// that is wider than the workgroup, or compiled narrower than it says, lacks lanes.
     pub fn lacks_full_subgroups(&self, threads: u32) -> Option<String> {
         let size = self.subgroup_size;
@@ -417,8 +417,8 @@ impl Features {
     }
 }
 
-/// Whether it is a lavapipe older than 26: 22.3 dies where statistics begin behind push constants, without a pipeline of each kind, and 26.1
-/// does not; what is between was not tried.
+/// Whether it is a lavapipe older than 26: 22.3 dies where statistics begin behind push constants, without a pipeline of each kind, and
+/// 26.1 does not; versions between were not tried.
 fn dies_of_statistics(driver: &str) -> bool {
     let version = driver.strip_prefix("llvmpipe Mesa ").and_then(|text| text.split('.').next()?.parse::<u32>().ok());
     version.is_some_and(|major| major < 26)

@@ -1,4 +1,4 @@
-//! Frames of the caller, some of which run while the next is recorded: what they use is kept until they are over.
+//! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
 
 use super::commands::{Kept, Recorded, Whose};
 use super::times::{PassTime, Queries};
@@ -49,8 +49,8 @@ impl Frames {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins a frame, or goes on with it; what it may not run beside is over. Hands out what was kept for that, in a list that may be
-    /// used again.
+    /// Begins a frame, or goes on with it; the frame that it may not run beside is over. Returns the resources that were kept for that one,
+    /// in a list that may be used again.
     fn begin(&self, number: u64) -> Result<Vec<Kept>> {
         let mut state = self.state();
         if let Some(last) = state.running.last().filter(|last| last.number > number) {
@@ -95,7 +95,7 @@ impl Frames {
         Ok(handle)
     }
 
-    /// Keeps what was recorded until the frame is over.
+    /// Keeps the recorded commands' resources until the frame is over.
     pub(super) fn keep(&self, number: u64, queries: vk::QueryPool, recorded: Recorded) {
         let mut state = self.state();
         if let Some(frame) = state.running.iter_mut().find(|frame| frame.number == number) {
@@ -110,7 +110,7 @@ impl Frames {
         }
     }
 
-    /// Keeps what is in use no more until the newest frame, which may still use it, is over.
+    /// Keeps a resource that was dropped until the newest frame, which may still use it, is over.
     pub(super) fn retire(&self, thing: Kept) {
         if let Some(frame) = self.state().running.last_mut() {
             frame.used.push(thing);
@@ -129,8 +129,8 @@ impl<'a> Commands<'a> {
     /// follows in the command buffer, and in those submitted after it, sees all that was recorded by the time that this is
     /// dropped.
     ///
-    /// `frame` counts the caller's frames. It rises; a frame may be recorded in parts, one after the other. By the time that
-    /// frame `f` is recorded, frame `f - frames_in_flight` is over: what it alone used is freed here.
+    /// `frame` counts the caller's frames. It rises; a frame may be recorded in parts, one after the other. By the time that frame `f` is
+    /// recorded, frame `f - frames_in_flight` is over: resources that it alone used are freed here.
     ///
     /// # Errors
     /// [`Error::Gpu`] where a later frame was recorded before, or memory runs out; [`Error::Refused`] on a device that was

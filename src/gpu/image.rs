@@ -12,7 +12,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// What an image is for.
+/// The uses of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageUse {
     /// Written, read and fetched by shaders (`imageLoad`, `imageAtomic…`, `texelFetch`).
@@ -295,12 +295,12 @@ impl Image {
         self.0.view
     }
 
-    /// What a render draws to.
+    /// For targets of renders.
     pub(super) fn attachment_view(&self) -> vk::ImageView {
         if self.0.layers == vk::ImageView::null() { self.0.view } else { self.0.layers }
     }
 
-    /// What shaders write.
+    /// For shaders to write.
     pub(super) fn storage_view(&self) -> vk::ImageView {
         if self.0.bits == vk::ImageView::null() { self.0.view } else { self.0.bits }
     }

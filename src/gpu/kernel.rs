@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Bytes of push constants that every kernel takes; Vulkan guarantees them everywhere.
 pub(super) const PUSH_BYTES: u32 = 128;
 
-/// How a colour target combines with what is there.
+/// How colours are blended into a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Blend {
     /// Replace.
@@ -56,11 +56,11 @@ pub struct Tessellated<'a> {
     pub control: &'a Shader,
     /// Makes the triangles' corners.
     pub evaluation: &'a Shader,
-    /// Draw the triangles' sides, and not what is inside.
+    /// Draw the triangles' sides, and not their insides.
     pub lines: bool,
 }
 
-/// What a kernel draws, and to what.
+/// Primitives and targets of a kernel that draws.
 #[derive(Clone, Copy)]
 enum Into<'a> {
     Targets,
@@ -71,7 +71,7 @@ enum Into<'a> {
 }
 
 impl Graphics<'_> {
-    /// What tells its pipeline from others.
+    /// Identifies its pipeline among others.
     fn key(&self, into: Into) -> State {
         let target = match into {
             Into::Targets => DrawnTo::Targets,
@@ -148,7 +148,7 @@ impl Drop for Module<'_> {
     }
 }
 
-/// The shader's module, if what it is pushed is a `P` or nothing.
+/// The shader's module, if its push constants are a `P` or none.
 fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'a>> {
     if !shader.push.is_empty() && shader.push != P::block() {
         return Err(Error::Gpu {
@@ -263,7 +263,7 @@ impl<P: Push> Kernel<P> {
         Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::COMPUTE, sets)), PhantomData))
     }
 
-    /// What draws into the targets of [`super::Pass::render`]; sets and constants as for [`Kernel::compute`], for both stages.
+    /// Draws into the targets of [`super::Pass::render`]; sets and constants as for [`Kernel::compute`], for both stages.
     ///
     /// # Errors
     /// As [`Kernel::compute`].
@@ -285,7 +285,7 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, state, Into::Patches(tessellated), sets, constants)
     }
 
-    /// What draws in [`super::Pass::render_layers`]; sets and constants for all its stages.
+    /// Draws in [`super::Pass::render_layers`]; sets and constants for all its stages.
     ///
     /// # Errors
     /// As [`Kernel::compute`].
@@ -299,7 +299,7 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, state, Into::Layers(layered), sets, constants)
     }
 
-    /// What draws in [`super::Pass::render_ordered`] into `attachments`, which are what its fragment shader reads
+    /// Draws in [`super::Pass::render_ordered`] into `attachments`, which are what its fragment shader reads
     /// and writes: it runs for one fragment of a texel at a time, in drawing order. Sets and constants as above.
     ///
     /// # Errors
@@ -432,7 +432,7 @@ impl<P: Push> Kernel<P> {
         layout.with(make, name)
     }
 
-    /// What a pass binds, and keeps alive.
+    /// The resources that a pass binds and keeps alive.
     pub(super) fn inner(&self) -> &Arc<Inner> {
         &self.0
     }

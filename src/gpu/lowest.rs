@@ -1,12 +1,12 @@
-//! For tests: a device seen as a lesser one, so that what the code does on such devices runs on those that there are.
+//! For tests: a device that reports less than it has, so that the code for lesser devices is tested on any.
 
 use super::Features;
 use super::features::STORAGE_BUFFERS;
 use super::testing::{lowered, testing};
 
 impl Features {
-    /// As it is, or less, where tests want it: limits as low as Vulkan 1.3 allows, none of what is optional. What is not
-    /// reported is not switched on, so that the validation layer sees its use.
+    /// The device as it is, or less, where tests want it: limits as low as Vulkan 1.3 allows, no optional features.
+    /// Features that are not reported are not switched on, so that the validation layer sees their use.
     pub(super) fn lowered_for_tests(self) -> Self {
         let limited = if testing().lowest_limits { self.with_lowest_limits() } else { self };
         let limited = if testing().no_features { limited.without_features() } else { limited };

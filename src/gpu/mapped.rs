@@ -1,4 +1,4 @@
-//! Files as memory. Here because it takes `unsafe`, and because what is mapped goes to the device.
+//! Files as memory. They are here because mapping takes `unsafe`, and because mapped files go to the device.
 
 use std::fs::File;
 use std::io;

@@ -113,7 +113,7 @@ impl OrderedAttachments {
         self.0.size
     }
 
-    /// A set in which attachment i is binding i: what the fragment shader reads (`subpassInput`).
+    /// A set in which attachment i is binding i: the fragment shader's input attachments (`subpassInput`).
     pub fn inputs(&self) -> &Bindings {
         &self.0.inputs
     }

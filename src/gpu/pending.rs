@@ -1,5 +1,5 @@
-//! What is on its way to the device: layouts of new images, and data that the host has written. It is recorded with what uses
-//! it.
+//! Work that waits to be recorded: layouts of new images, and copies of data that the host has written. It is recorded before the commands
+//! that use it.
 
 use super::commands::Kept;
 use super::device::Device;
@@ -11,14 +11,14 @@ use std::sync::{Mutex, PoisonError};
 pub(super) enum Step {
     /// A new image takes on the layout that it keeps.
     Layout(Image),
-    /// What the host has written into `from` goes to the start of `to`.
+    /// Data that the host has written into `from` go to the start of `to`.
     Copy { from: Buffer, to: Buffer, bytes: u64 },
     /// All of a new buffer is 0.
     Zero(Buffer),
 }
 
 impl Step {
-    /// What it uses.
+    /// The resources that it uses.
     pub fn kept(&self) -> impl Iterator<Item = Kept> {
         match self {
             Self::Layout(image) => [Some(image.kept()), None],
@@ -52,7 +52,7 @@ impl Pending {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Puts back what was taken and did not run, before what has come since.
+    /// Puts back work that was taken and did not run, before later work.
     pub fn put_back(&self, mut steps: Vec<Step>) {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         steps.append(&mut all);
@@ -114,7 +114,7 @@ fn make_general(device: &Device, buffer: vk::CommandBuffer, steps: &[Step]) {
     }
 }
 
-/// All that was written before is there for `access` in `stage`.
+/// A barrier that makes all earlier writes visible to `access` in `stage`.
 pub(super) fn barrier(
     device: &Device,
     buffer: vk::CommandBuffer,

@@ -14,7 +14,7 @@ pub(super) struct Pipeline {
     pub(super) layout: vk::PipelineLayout,
 }
 
-/// Shaders, by their names, and the state of what is fixed about them.
+/// Shaders, by their names, and the pipeline's fixed state.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) enum State {
     Compute {
@@ -30,7 +30,7 @@ pub(super) enum State {
     },
 }
 
-/// What is drawn, and to what.
+/// Primitives and targets.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) enum DrawnTo {
     Targets,
@@ -58,7 +58,7 @@ pub(super) struct Key {
     push: String,
     /// Specialization constants.
     constants: Vec<(u32, u32)>,
-    /// What each set holds.
+    /// The layout of each set.
     sets: Vec<Vec<vk::DescriptorType>>,
 }
 
@@ -97,7 +97,7 @@ impl Pipelines {
     pub(super) fn destroy(&self, device: &ash::Device) {
         let all = std::mem::take(&mut *lock(&self.0));
         for pipeline in all.into_values().filter_map(|slot| lock(&slot).take()) {
-            // SAFETY: they are the device's, which is idle: what used them is gone.
+            // SAFETY: they are the device's, which is idle: no command uses them any more.
             unsafe {
                 device.destroy_pipeline(pipeline.handle, None);
                 device.destroy_pipeline_layout(pipeline.layout, None);

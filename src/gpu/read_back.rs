@@ -1,4 +1,4 @@
-//! What the host reads of a frame: a copy for each frame that may run, so that nothing waits for it.
+//! Results that the host reads after a frame: one copy per frame in flight, so that nothing waits.
 
 use super::{Buffer, Context, Memory};
 use crate::Result;
@@ -40,7 +40,7 @@ impl ReadBack {
         self.0.copies[place].read(count).map(Some)
     }
 
-    /// What was recorded so far is not read any more: it says nothing of what has changed since.
+    /// Copies that were recorded so far are not read any more: they are older than the last change.
     pub fn forget(&self) {
         self.0.frames.lock().unwrap_or_else(PoisonError::into_inner).fill(None);
     }

@@ -8,13 +8,13 @@ use crate::Result;
 use ash::vk;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Command buffers with what they need.
+/// Command buffers with their pool and fence.
 pub(super) struct Recorder {
     device: Device,
     pub pool: vk::CommandPool,
-    /// What passes are recorded into.
+    /// The command buffer that passes are recorded into.
     pub buffer: vk::CommandBuffer,
-    /// What is pending when they are handed over: it runs before them.
+    /// Pending work at the time of submission: it runs before them.
     pub before: vk::CommandBuffer,
     pub fence: vk::Fence,
     pub queries: Queries,

@@ -11,7 +11,7 @@ pub struct Shader {
     pub name: &'static str,
     /// The block of its push constants, `Name { type member; … }`; empty where it has none.
     pub push: &'static str,
-    /// What is handed to Vulkan.
+    /// The words that Vulkan gets.
     pub spirv: &'static Spirv,
 }
 

@@ -80,15 +80,15 @@ impl Context {
         // SAFETY: the fence is that of what was handed over.
         let waited = fault::wait(|| unsafe { self.device().wait_for_fences(&[recorder.fence], true, u64::MAX) });
         if waited.is_err() {
-            // The host may be out of memory while the device runs on with what it was given. SAFETY: the queue is the
-            // context's own, and nothing else submits now.
+            // The host may be out of memory while the device runs on. SAFETY: the queue is the context's own, and
+            // nothing else submits now.
             let _ = unsafe { self.device().device_wait_idle() };
         }
         drop(alone);
         waited
     }
 
-    /// Hands over what is pending, then the passes.
+    /// Submits pending work, then the passes.
     fn hand_over(&self, queue: vk::Queue, recorder: &Recorder, steps: &[Step]) -> VkResult<()> {
         let device = self.device();
         let buffer = |buffer| vk::CommandBufferSubmitInfo::default().command_buffer(buffer);

@@ -1,4 +1,4 @@
-//! For tests of this library: a device seen as a lesser one, checks in shaders, calls that fail. Nothing of it happens unless a
+//! For tests of this library: a device that reports less than it has, checks in shaders, calls that fail. None of this happens unless a
 //! program asks for it by [`Testing::begin`]; the library reads no variable of the environment.
 
 use super::fault::Fault;
@@ -7,15 +7,15 @@ use crate::Result;
 use std::cell::Cell;
 use std::sync::OnceLock;
 
-/// What tests want of all devices that this process opens. By default nothing.
+/// Changes that tests want of all devices that this process opens. By default none.
 #[doc(hidden)]
 #[derive(Clone, Debug, Default)]
 pub struct Testing {
     /// Limits as low as Vulkan 1.3 allows.
     pub lowest_limits: bool,
-    /// None of what is optional.
+    /// No optional features.
     pub no_features: bool,
-    /// The validation layer puts checks into shaders too, so that what they read or write beyond a buffer is a message.
+    /// The validation layer puts checks into shaders too, so that a read or write beyond a buffer gives a message.
     pub checks_in_shaders: bool,
     /// A call that fails.
     pub fault: Option<Fault>,
@@ -51,7 +51,7 @@ pub(super) fn lowered() -> Option<Limit> {
     LOWERED.get()
 }
 
-/// What is wanted; nothing before testing has begun.
+/// The changes that are wanted; none before testing has begun.
 pub(super) fn testing() -> &'static Testing {
     static NONE: Testing = Testing {
         lowest_limits: false,

@@ -20,9 +20,9 @@ pub struct PassTime {
     pub start_ns: f64,
     /// Likewise.
     pub end_ns: f64,
-    /// What the device's clock showed when it began, ticks ([`super::Calibration`]).
+    /// The device's clock at its beginning, ticks ([`super::Calibration`]).
     pub began: u64,
-    /// What it did, where it was asked for ([`super::Context::count_passes`]).
+    /// Its counts, where they were asked for ([`super::Context::count_passes`]).
     pub counts: Option<PassCounts>,
 }
 
@@ -30,7 +30,7 @@ pub struct PassTime {
 pub(super) struct Queries {
     device: Device,
     pub handle: vk::QueryPool,
-    /// What counts passes, once it was asked for.
+    /// The queries that count passes' work, once asked for.
     counts: OnceLock<vk::QueryPool>,
 }
 
@@ -64,14 +64,14 @@ impl Queries {
         }
     }
 
-    /// What counts passes, reset in a command buffer; null on a device that cannot.
+    /// Counts passes, reset in a command buffer; null on a device that cannot.
     pub fn counts(&self, buffer: vk::CommandBuffer) -> VkResult<vk::QueryPool> {
         if !self.device.features().pipeline_statistics_query || self.handle == vk::QueryPool::null() {
             return Ok(vk::QueryPool::null());
         }
         let pool = match self.counts.get() {
             Some(pool) => *pool,
-            // Nobody else has it while something is recorded with it.
+            // It has no other user while commands are recorded with it.
             None => {
                 let pool = counts::pool(&self.device)?;
                 *self.counts.get_or_init(|| pool)
@@ -82,7 +82,7 @@ impl Queries {
         Ok(pool)
     }
 
-    /// The times of passes that are over, whose names are lines; with `counts`, what they did too.
+    /// The times of passes that are over, whose names are lines; with `counts`, their counts too.
     pub fn read(&self, names: &str, counts: vk::QueryPool, flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
         let names: Vec<_> = names.lines().take(MAX_PASSES as usize).collect();
         if names.is_empty() || self.handle == vk::QueryPool::null() {

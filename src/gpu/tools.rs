@@ -7,7 +7,7 @@ use ash::vk;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
-    /// What it calls itself.
+    /// Its own name.
     pub name: String,
     /// Its version, in its own words.
     pub version: String,
@@ -15,7 +15,7 @@ pub struct Tool {
     pub changes_features: bool,
 }
 
-/// Those that tell the driver's interface, and what tests do to the device. None where the device cannot be asked.
+/// Tools that report themselves by Vulkan, and tests' changes of the device. None where the device cannot be asked.
 pub(super) fn tools(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<Tool> {
     // SAFETY: `physical` comes from this instance, and is of Vulkan 1.3.
     let count = unsafe { instance.get_physical_device_tool_properties_len(physical) }.unwrap_or(0);

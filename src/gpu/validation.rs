@@ -34,7 +34,7 @@ pub const ALLOWED: [Allowed; 2] = [
     },
 ];
 
-/// What the validation layer said, warnings and errors only. Clones share one list, which outlives the context.
+/// Messages of the validation layer, warnings and errors only. Clones share one list, which outlives the context.
 #[derive(Clone, Debug, Default)]
 pub struct Messages(Arc<Mutex<Vec<String>>>);
 
@@ -57,7 +57,7 @@ impl Messages {
     }
 }
 
-/// Whether tests have the layer put checks into shaders too, so that what they read or write beyond a buffer is a message.
+/// Whether tests have the layer put checks into shaders too, so that a read or write beyond a buffer gives a message.
 pub fn is_gpu_assisted() -> bool {
     testing().checks_in_shaders
 }

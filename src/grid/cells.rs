@@ -30,7 +30,7 @@ impl Cells {
         Ok(Self { size, counts, kernel })
     }
 
-    /// Counts what is occupied, level by level.
+    /// Counts occupied voxels, level by level.
     pub(super) fn record(&self, commands: &mut Commands) {
         for level in FIRST..=self.size.ilog2() {
             let cells = u64::from(self.size >> level).pow(3);

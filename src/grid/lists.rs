@@ -11,13 +11,13 @@ use bytemuck::{Pod, Zeroable};
 /// Values that a workgroup adds up. Twin: SCANNED in glsl/grid/lists/scan.glsl.
 const SCANNED: u32 = 1024;
 
-/// Words of a used voxel, and of what is listed. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
+/// Words of a used voxel, and of an entry of a list. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
 const LIST_WORDS: u64 = 2;
 
 /// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box there.
 const PAIR_BYTES: u64 = 12;
 
-/// What there was of all. Twin: ListTotals in glsl/grid/lists/set.glsl.
+/// Totals over all lists. Twin: ListTotals in glsl/grid/lists/set.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ListTotals {
@@ -36,7 +36,7 @@ impl ListTotals {
     }
 }
 
-/// What is listed, and what its passes are called: that which clears, notes, numbers, fills, finds starts, ranks and sorts.
+/// The kind of lists, and the names of its passes: clear, note, number, fill, find starts, rank, sort.
 struct Listed {
     what: &'static str,
     passes: [&'static str; 7],
@@ -76,10 +76,10 @@ pub fn caster_share(context: &Context, casters: u32) -> u32 {
     (pairs / casters.max(1)).max(LEAST_SHARE)
 }
 
-/// The lists and the passes that make them. Pairs and lists grow to what there is of them.
+/// The lists and the passes that make them. Their buffers grow as needed.
 pub(super) struct Lists {
     context: Context,
-    /// The grid's, and that of what is listed for all voxels.
+    /// The grid's bricks, and one more for the list that all voxels share.
     bricks: u32,
     pairs: Buffer,
     /// As glsl/grid/lists/place.glsl has them.
@@ -101,7 +101,7 @@ pub(super) struct Lists {
     sort: Kernel<GridPush>,
 }
 
-/// Room for so many pairs, words, what their sums need, and triangles that are not sorted.
+/// Room for so many pairs, words, their prefix sums, and unsorted triangles.
 fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
@@ -123,8 +123,8 @@ impl Lists {
         Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
     }
 
-    /// Lists of what the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. There is room for `first`
-    /// pairs at first.
+    /// Lists of all pairs that the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. There is room for
+    /// `first` pairs at first.
     fn noted(
         context: &Context,
         size: u32,
@@ -168,7 +168,7 @@ impl Lists {
         self.list(commands, world, world.triangle_count());
     }
 
-    /// Lists what there is, of which there are so many.
+    /// Makes lists of so many triangles or casters.
     fn list(&self, commands: &mut Commands, world: &World, count: u32) {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
@@ -204,7 +204,7 @@ impl Lists {
         run(commands, sorting, &self.sort, pairs, THREADS);
     }
 
-    /// Looks at what there was in frame `frame`, which is over. Where it did not fit, makes room, and says so.
+    /// Reads frame `frame`'s counts, after the frame is over. Where they did not fit, makes room and returns true.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device has no room for it.
@@ -225,7 +225,8 @@ impl Lists {
         if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
+        // much.
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);
@@ -249,7 +250,7 @@ impl Lists {
         self.words.read(self.last.words(self.bricks) as usize)
     }
 
-    /// What only a build needs.
+    /// Buffers that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.pairs.bytes() + self.sums.bytes() + self.totals.bytes() + self.unsorted.bytes()
     }
@@ -266,7 +267,7 @@ pub(super) struct CastLists {
 }
 
 impl CastLists {
-    /// Pairs a caster that there is room for at first.
+    /// Pairs per caster that there is room for at first.
     const FIRST: u32 = 8;
 
     /// In a grid that stands where `data` says.
@@ -301,7 +302,7 @@ impl CastLists {
         self.lists.list(commands, world, world.caster_count());
     }
 
-    /// What a look-up needs.
+    /// Buffers that a look-up needs.
     pub(super) fn resident_bytes(&self) -> u64 {
         self.bits.bytes() + self.lists.words.bytes()
     }

@@ -11,12 +11,12 @@ use bytemuck::Zeroable;
 /// Workgroups that share the casters of many voxels.
 const LARGE_GROUPS: u32 = 4096;
 
-/// What a grid says of smoke and hair besides a number per voxel.
+/// Extra data of smoke and hair in a grid, besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Holds {
     /// How strands run in each voxel.
     pub directions: bool,
-    /// What any voxel takes at most.
+    /// The greatest number of any voxel.
     pub most: bool,
 }
 

@@ -1,5 +1,5 @@
-//! What techniques share in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, rebuilt where
-//! the world moves. It belongs to the world, not to a light: it costs the same for one light and for a thousand.
+//! Shared by techniques in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, rebuilt where the world moves.
+//! It belongs to the world, not to a light: it costs the same for one light and for a thousand.
 
 mod cells;
 mod lists;
@@ -45,7 +45,7 @@ pub struct GridData {
     pub origin: [f32; 3],
     /// A voxel's side, world units.
     pub voxel: f32,
-    /// Voxels a world unit.
+    /// Voxels per world unit.
     pub per_unit: f32,
     /// Voxels per side.
     pub size: u32,
@@ -80,8 +80,8 @@ push_struct! {
     }
 }
 
-/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (which voxels a triangle meets); levels and
-/// clearing are ours.
+/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (voxels that meet a triangle); levels and clearing are
+/// ours.
 pub struct Grid {
     size: u32,
     data: Buffer,
@@ -100,13 +100,13 @@ pub struct Grid {
     clear: Kernel<GridPush>,
     /// Where meshes are in it.
     voxelize: Option<Voxelize>,
-    /// Where it stands, if that is given and not fitted to what casts.
+    /// Where it stands, if that is given and not fitted to the casters.
     stands: Option<GridData>,
     voxelized: Made,
     deposited: Made,
 }
 
-/// What a grid of meshes holds besides a bit per voxel.
+/// Extra data of meshes in a grid, besides a bit per voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finer {
     /// Nothing.
@@ -117,7 +117,7 @@ pub enum Finer {
     Masks,
 }
 
-/// What a grid is to hold, and where.
+/// The content of a grid, and its place.
 struct Plan {
     size: u32,
     /// None: without meshes.
@@ -128,7 +128,7 @@ struct Plan {
     stands: Option<GridData>,
 }
 
-/// What a look-up is bound; the grid's bits stand for what there is not.
+/// Bindings of a look-up; the grid's bits are bound in place of buffers that there are not.
 #[derive(Clone, Copy)]
 pub struct GridBuffers<'a> {
     /// [`GridData`].
@@ -139,7 +139,7 @@ pub struct GridBuffers<'a> {
     pub media: &'a Buffer,
     /// A bit per voxel, set where it has some, and those of the levels above.
     pub media_bits: &'a Buffer,
-    /// What cones ask, or the lists of a grid that has them.
+    /// The cells that cones look up, or the lists of a grid that has them.
     pub cells: &'a Buffer,
     /// The masks of occupied voxels.
     pub masks: &'a Buffer,
@@ -166,7 +166,7 @@ impl Grid {
         Self::planned(context, world, &Plan { size, voxelizer, finer, media: None, cast: true, stands: None })
     }
 
-    /// One about smoke and hair alone, which holds what `holds` says of them.
+    /// A grid of smoke and hair alone, with the data that `holds` names.
     ///
     /// # Errors
     /// As [`Grid::new`].
@@ -188,7 +188,7 @@ impl Grid {
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         let Plan { size, voxelizer, finer, media, cast, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
-        // Passes that clear follow what is not 0.
+        // Clearing passes only visit words that are not 0.
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.triangle_capacity().max(1));
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
@@ -229,7 +229,7 @@ impl Grid {
         })
     }
 
-    /// What a look-up is bound.
+    /// Bindings of a look-up.
     pub fn buffers(&self) -> GridBuffers<'_> {
         let bits = &self.bits;
         let (media, media_bits) = self.media.as_ref().map_or((bits, bits), |media| (&media.voxels, &media.bits));
@@ -306,7 +306,8 @@ impl Grid {
         directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
     }
 
-    /// How strands run in each voxel, and what any voxel takes at most; the bits stand for what is not held.
+    /// Directions of strands in each voxel, and the greatest number of any voxel; the bits are bound in place of
+    /// buffers that the grid lacks.
     pub fn held_buffers(&self) -> [&Buffer; 2] {
         let media = self.media.as_ref();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
@@ -356,8 +357,8 @@ impl Grid {
         self.masks.as_ref().map_or(Ok(Vec::new()), Masks::read)
     }
 
-    /// Looks at what there was in frame `frame`, which is over: whether there is more room for lists or masks now, in another buffer, and
-    /// all has to be recorded again.
+    /// Reads frame `frame`'s counts, after the frame is over. Returns whether buffers of lists or masks have grown, so that all has to be
+    /// recorded again.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of so many masks, [`crate::Error::Gpu`] where memory runs out.
@@ -378,8 +379,8 @@ impl Grid {
         Ok(grew)
     }
 
-    /// Records the passes that fill it with all that casts as it is now: meshes where they or the grid's place have changed, smoke
-    /// and hair likewise. Smoke that moves inside the box about all that casts leaves what meshes meet as it is.
+    /// Records the passes that fill it with the casters as they are now: meshes if they or the grid's place have changed, smoke and hair
+    /// likewise. Smoke that moves inside the box about all casters does not change the meshes' voxels.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         if self.voxelized.make(world) {
             self.clear(commands);
@@ -413,7 +414,7 @@ impl Grid {
         self.deposited.forget();
     }
 
-    /// Nothing is occupied, and nothing is known of what casts: zeros where there was something.
+    /// Nothing is occupied, and the casters' bounds are unknown: zeros where there was something.
     fn clear(&self, commands: &mut Commands) {
         let unknown = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
         let start = self.stands.unwrap_or(unknown);

@@ -1,4 +1,4 @@
-//! Where a grid stands, as far as the host knows it.
+//! The place of a grid, as far as the host knows it.
 
 use crate::world::World;
 use glam::DVec3;

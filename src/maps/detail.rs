@@ -19,13 +19,13 @@ pub const BLOCK_TEXELS: u32 = TILE_TEXELS * TILE_TEXELS;
 /// The most blocks that a word of the table can tell apart.
 pub const MOST_BLOCKS: u32 = (1 << 28) - 1;
 
-/// What is known of a tile. Twin: Survey in glsl/maps/detail/survey.glsl.
+/// The survey of a tile. Twin: Survey in glsl/maps/detail/survey.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Survey {
     /// Bit 4 y + x: a caster meets cell (x, y) of 4 × 4.
     pub cells: u32,
-    /// Lengths of edges times what they take of the light.
+    /// Lengths of edges times the light that they take.
     pub edges: u32,
     /// Mean over the tile.
     pub optical_depth: u32,
@@ -43,9 +43,9 @@ push_struct! {
     }
 }
 
-/// The table of blocks and what fills it.
+/// The table of blocks and the passes that fill it.
 pub struct Detail {
-    /// glsl/maps/detail/blocks.glsl says what its words are: map after map, rows of tiles.
+    /// glsl/maps/detail/blocks.glsl has the layout of its words: map after map, rows of tiles.
     slots: Buffer,
     /// [`Survey`] of each tile.
     surveys: Buffer,
@@ -139,7 +139,7 @@ impl Detail {
         self.push.block_count
     }
 
-    /// Looks at what casters of so many maps there are; the surveys are 0.
+    /// Surveys the casters of so many maps; the surveys are 0 before.
     pub(super) fn survey(&self, commands: &mut Commands, push: &BinPush) {
         let [x, y] = self.surveying.groups(push.caster_count);
         let groups = [x, y, push.map_count];

@@ -96,7 +96,7 @@ impl Fit {
         })
     }
 
-    /// Fits `maps` to the world as it is now, so many of its casters; `aimed` is what they are before ([`Map::aimed`]), as far as the
+    /// Fits `maps` to the world as it is now, so many of its casters; `aimed` are the maps before fitting ([`Map::aimed`]), as far as the
     /// host knows the lights.
     ///
     /// # Errors

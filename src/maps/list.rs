@@ -27,7 +27,7 @@ pub struct SegmentData {
 /// Twin: NO_SEGMENT.
 pub const NO_SEGMENT: u32 = u32::MAX;
 
-/// Segments a texel that the buffer starts with. It grows to what a scene demands.
+/// Segments per texel that the buffer starts with. It grows as a scene needs.
 const FIRST_CAPACITY: u64 = 16;
 
 /// Which maps' lists stand at the same time.
@@ -54,9 +54,9 @@ pub struct List {
     keep: Keep,
     map_count: u32,
     size: [u32; 2],
-    /// The user fixed the capacity: what does not fit is lost, and counted.
+    /// The user fixed the capacity: segments that do not fit are lost, and counted.
     fixed: bool,
-    /// What `counters` held after the last build: fragments, stored or not.
+    /// The count of the last build: fragments, stored or not.
     fragments: Vec<u32>,
     /// Places in other buffers that each segment has.
     places: u64,
@@ -194,7 +194,8 @@ impl List {
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
+        // much.
         let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);
@@ -218,7 +219,7 @@ impl List {
         self.fragments.iter().map(|f| u64::from(f.saturating_sub(self.capacity))).sum()
     }
 
-    /// Heads, segments, counters and what is drawn.
+    /// Heads, segments, counters and the draw's buffers.
     pub fn bytes(&self) -> u64 {
         self.drawn.as_ref().map_or(0, |(splat, _)| splat.bytes())
             + self.heads.bytes()

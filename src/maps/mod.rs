@@ -1,4 +1,4 @@
-//! What techniques share in a light's view: the maps of all lights, the depth maps of meshes, bins of casters, casters
+//! Shared by techniques in a light's view: the maps of all lights, the depth maps of meshes, bins of casters, casters
 //! drawn as quads, per-texel lists, filters.
 //!
 //! A light is looked up through one map, a point light through the six faces of a cube, a directional light with cascades
@@ -60,8 +60,8 @@ pub struct Map {
 /// Maps of a scene: in a dispatch the map is the workgroup's z, of which every device takes so many.
 const MAX_MAPS: usize = 65535;
 
-/// A driver that gives an invocation's loops fewer rounds than the casters of `place` take (glsl/maps/rounds.glsl): what was
-/// built is too bright.
+/// A driver that gives an invocation's loops fewer rounds than the casters of `place` take (glsl/maps/rounds.glsl): the result is too
+/// bright.
 fn cut_short(place: &str) -> Error {
     Error::Refused {
         needs: format!(
@@ -90,7 +90,7 @@ pub struct Maps {
     cascades: u32,
     views: Made,
     sees_casters: bool,
-    /// What follows from the volume views.
+    /// Results of the volume views.
     orders: Made,
     buffer: Buffer,
     /// Its copies for the host, which are newer than `all` after a fit.
@@ -100,7 +100,7 @@ pub struct Maps {
     moves: bool,
     draws: bool,
     drawn: Made,
-    /// Whether any build has fitted them: what they are before is no view.
+    /// Whether any build has fitted them: before the first they are not valid.
     ready: bool,
     fit: Fit,
     lights: Buffer,
@@ -109,7 +109,7 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// What the opaque maps and their views are made of.
+    /// Inputs of the opaque maps and their views.
     pub const OPAQUE: Parts = Parts::MESHES.and(Parts::LIGHTS);
 
     /// What the volume views are, and whatever is made of casters in them: the meshes do not matter there.
@@ -302,7 +302,7 @@ impl Maps {
         Ok(())
     }
 
-    /// Whether the last recording moved casters or the volume views: what was kept and follows from both is made anew.
+    /// Whether the last recording moved casters or the volume views: results that depend on them are made anew.
     pub fn moved(&self) -> bool {
         self.moves
     }
@@ -312,8 +312,8 @@ impl Maps {
         self.drawn.forget();
     }
 
-    /// After frame `frame`: the host has the maps as they were fitted. Returns whether the build has to run again, because of the
-    /// caller (`grew`) or of a list of the opaque maps; then what it made is made again, so that its last submission is all of it.
+    /// After frame `frame`: the host has the maps as they were fitted. Returns whether the build has to run again, because the caller's
+    /// buffers grew (`grew`) or a list of the opaque maps did; then everything is made again, so that the last submission is complete.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read.

@@ -12,16 +12,16 @@ use std::ops::Range;
 /// Texels per side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
 
-/// [`OpaqueMaps::normal_bias`] of bilinear weights, of what is two texels wide. Twin: NORMAL_BIAS.
+/// [`OpaqueMaps::normal_bias`] of bilinear weights, which are two texels wide. Twin: NORMAL_BIAS.
 const NORMAL_BIAS: f32 = 0.3;
 
 /// A step of the coarsest rasterizer's grid, texels.
 const COARSEST_SNAP: f64 = 0.0625;
 
-/// What the rounding of a stored depth and of the look-up's projection is at least, of the light's range.
+/// Least rounding of a stored depth and of the look-up's projection together, as a share of the light's range.
 const DEPTH_ROUNDING: f64 = 1e-5;
 
-/// What the rounding of a stored depth alone is.
+/// Rounding of a stored depth alone.
 const STORED_ROUNDING: f64 = 4e-6;
 
 /// What a z may be off, world units, at the farthest that the view sees: more than that where a light stands far from the
@@ -40,13 +40,13 @@ fn rounding(view: &View) -> f64 {
 /// How opaque maps are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OpaqueWay {
-    /// By the device's rasterizer, a draw a map.
+    /// By the device's rasterizer, one draw per map.
     Raster,
     /// By shaders in whole numbers, all maps at once: the same bits on every device.
     Compute,
 }
 
-/// What opaque maps are made of, and how they will be asked.
+/// Settings of opaque maps, and how they will be looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpaqueMaps {
     /// Texels per side of a map where there are meshes.
@@ -55,8 +55,8 @@ pub struct OpaqueMaps {
     pub format: Format,
     /// No point that is compared with a texel is farther from its centre, texels across and down.
     pub reach: f32,
-    /// How far a point of a surface leaves it, in what a texel's sides reach along its normal. Twin: NORMAL_BIAS in
-    /// glsl/maps/opaque.glsl.
+    /// How far a point of a surface is moved along its normal, as a share of a texel's extent along the normal. Twin:
+    /// NORMAL_BIAS in glsl/maps/opaque.glsl.
     pub normal_bias: f32,
     /// Maps of a light, each a half as wide as the one before; of directional lights alone, whose world has a camera.
     pub cascades: u32,
@@ -81,7 +81,7 @@ impl OpaqueMaps {
     }
 
     /// The way that is taken: in compute on a GPU. Whole numbers of 16 bits are the rasterizer's; software devices draw
-    /// faster than they compute, by what was measured.
+    /// faster than they compute, as measured.
     fn way(self, context: &Context) -> OpaqueWay {
         let drawn = self.format == Format::D16_UNORM || context.features().is_software();
         let best = if drawn { OpaqueWay::Raster } else { OpaqueWay::Compute };
@@ -119,7 +119,7 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one
+/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 per map without meshes. Maps stand one
 /// above the other, and where the device has no images of so many rows, in further columns beside them.
 ///
 /// # Errors

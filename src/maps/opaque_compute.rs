@@ -14,7 +14,8 @@ use std::ops::Range;
 /// Texels per side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
 const TILE: u32 = 32;
 
-/// Texels of a triangle's bounds that a thread draws by itself, at most: for a few more a workgroup is faster.
+/// A triangle whose bounds have at most so many texels is drawn by one thread: a whole workgroup is faster beyond that
+/// only.
 const SMALL: u32 = 64;
 
 /// Texels across and down that a workgroup clears. Twin: local_size in glsl/maps/opaque_clear.comp.
@@ -68,7 +69,7 @@ push_struct! {
     }
 }
 
-/// The passes that draw opaque maps, and the list of what is left to whole workgroups.
+/// The passes that draw opaque maps, and the list of triangles that are left to whole workgroups.
 pub(super) struct OpaqueCompute {
     context: Context,
     totals: Buffer,
@@ -132,8 +133,8 @@ impl OpaqueCompute {
         commands.read_back(&self.totals, &self.totalled);
     }
 
-    /// Makes room for what the build of frame `frame`, which is over, asked for, as far as the device has it; whether it has made some. What had
-    /// none was drawn all the same, slowly, and on devices that end a shader's long loops not to the end.
+    /// Makes the room that the build of frame `frame`, which is over, needed, as far as the device has it; returns whether it has made
+    /// some. Triangles without room were drawn all the same, but slowly, and on devices that end a shader's long loops incompletely.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));

@@ -44,13 +44,13 @@ const ROUNDS: u32 = 4;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ItemData {
-    /// What is sorted by.
+    /// The sort key.
     pub key: u32,
     /// The caster's index.
     pub index: u32,
 }
 
-/// Keys, the sort and what it leaves.
+/// Keys, the sort and its result.
 pub struct Order {
     /// Caster indices, those of map m from m · capacity on.
     pub sorted: Buffer,
@@ -113,7 +113,7 @@ impl Order {
         }
     }
 
-    /// What is needed only while it sorts.
+    /// Buffers that are needed only while it sorts.
     pub fn bytes(&self) -> u64 {
         self.sorted.bytes() + self.items.bytes() + self.counts.bytes()
     }

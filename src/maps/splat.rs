@@ -37,12 +37,12 @@ pub enum DrawingOrder {
     NearToFar,
 }
 
-/// What is drawn of each map.
+/// The draw's arguments for each map.
 pub struct Splat {
-    /// What sorts; none where casters are drawn by index.
+    /// The sort; none where casters are drawn by index.
     order: Option<Order>,
     set: Bindings,
-    /// What is left where casters are culled.
+    /// The casters that are left after culling.
     culled: Option<Compact>,
     /// Between the orders of two maps.
     capacity: u32,
@@ -99,7 +99,7 @@ impl Splat {
         Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 
-    /// What draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is
+    /// Draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is
     /// `more`.
     ///
     /// # Errors

@@ -15,9 +15,9 @@ use crate::{Error, Result};
 /// Most targets that sums are drawn to, of four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
 const MOST_TARGETS: u32 = 8;
 
-/// What makes them. The constants that they are made with say what SUM_RANGE is.
+/// Makes them. SUM_RANGE is among their constants.
 pub struct SumKernels<'a> {
-    /// Labels of the binned pass, of the one that draws, of the one that keeps what was drawn, and of those that make levels of detail.
+    /// Labels of the binned pass, of the one that draws, of the one that packs drawn sums, and of those that make levels of detail.
     pub labels: [&'static str; 4],
     /// Sums of a texel, at most 32.
     pub sums: u32,
@@ -27,7 +27,7 @@ pub struct SumKernels<'a> {
     pub binned: &'a Shader,
     /// Draws a caster, maps/sums/raster.glsl: to 1, 2, 4 or 8 targets.
     pub raster: [&'a Shader; 4],
-    /// Keeps what was drawn: maps/sums/pack.glsl.
+    /// Packs drawn sums: maps/sums/pack.glsl.
     pub pack: &'a Shader,
     /// Makes levels of detail: maps/sums/levels.glsl.
     pub levels: &'a Shader,
@@ -37,10 +37,10 @@ pub struct SumKernels<'a> {
 
 /// The texels' words, map after map, and the way to them.
 pub struct Sums {
-    /// What look-ups fetch.
+    /// Bindings of look-ups.
     pub words: Buffer,
     way: Way,
-    /// What makes coarser levels behind them.
+    /// Makes coarser levels behind them.
     levels: Option<Levels>,
 }
 
@@ -49,7 +49,7 @@ enum Way {
     Raster(Raster),
 }
 
-/// Casters drawn twice: for each texel's ends, where its range hangs on them, and for its sums.
+/// Casters drawn twice: for the ends of each texel's range, where the technique needs these, and for the texel's sums.
 struct Raster {
     labels: [&'static str; 2],
     splat: Splat,

@@ -13,11 +13,11 @@ use crate::world::World;
 pub enum TexelWay {
     /// Casters are drawn and blended.
     Raster,
-    /// A workgroup of 8×8 threads a tile goes through its casters.
+    /// A workgroup of 8×8 threads per tile goes through its casters.
     Binned,
 }
 
-/// What makes them.
+/// Makes them.
 pub struct TexelKernels<'a> {
     /// Labels of the raster pass, of the binned one, and of those that make levels of detail.
     pub labels: [&'static str; 3],
@@ -27,7 +27,7 @@ pub struct TexelKernels<'a> {
     pub fragment: &'a Shader,
     /// How it combines with those before it.
     pub blend: Blend,
-    /// What the image is before the first.
+    /// The image's value before the first caster.
     pub empty: [f32; 4],
     /// Writes a tile's texels: maps/bins/part.glsl, the image as set 2.
     pub binned: &'a Shader,
@@ -39,7 +39,7 @@ pub struct TexelKernels<'a> {
     pub level_words: u32,
 }
 
-/// What makes the texels of all maps, in one way or another, and keeps them.
+/// Makes the texels of all maps, in one way or another, and keeps them.
 pub trait TexelPasses {
     /// Makes them for the world as it is now.
     ///
@@ -56,7 +56,7 @@ pub trait TexelPasses {
     /// The bins, where they are made from them.
     fn bins(&self) -> Option<&Bins>;
 
-    /// What look-ups fetch, from binding 3 on.
+    /// Bindings of look-ups, from 3 on.
     fn kept(&self) -> Vec<Resource>;
 
     /// Bytes of that, and those needed only while building, without the bins'.
@@ -65,7 +65,7 @@ pub trait TexelPasses {
 
 /// The image, the maps one above the other, and the way to it.
 pub struct Texels {
-    /// What look-ups fetch.
+    /// Bindings of look-ups.
     pub image: Image,
     /// The texels of coarser levels (maps/image_levels.glsl); a stand-in where there are none.
     pub coarser: Buffer,

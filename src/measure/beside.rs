@@ -11,15 +11,15 @@ use std::collections::BTreeMap;
 /// same the other one goes.
 pub const ROUNDING: f64 = 1e-3;
 
-/// What stands before a scene's name in [`Results::conditions`].
+/// The prefix of a scene's name in [`Results::conditions`].
 const SCENE: &str = "scene ";
-/// What stands before the name of a baked file there.
+/// The prefix of a baked file's name there.
 const FILE: &str = "file ";
 
 /// Conditions by which another world is measured, or another work.
 const WORLD: [&str; 4] = ["--moving", "--turn", "--vpls", "--validation"];
 
-/// What was measured on one device, with one driver and one edition of this program.
+/// Results of one device, one driver and one edition of this program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// As short as tells it from the others.
@@ -37,7 +37,7 @@ pub struct Line {
     pub rows: Vec<Option<usize>>,
 }
 
-/// What frames take, or builds alone where columns have no frame in common.
+/// Which times are compared: of frames, or of builds alone where the columns have no frame in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
     /// A build and a picture.
@@ -46,7 +46,7 @@ pub enum Times {
     Build,
 }
 
-/// An error that is not the same in all columns: it must be.
+/// An error that differs between columns, though it should be the same on every device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
     /// Place of the line.
@@ -79,7 +79,7 @@ pub struct Beside {
     pub columns: Vec<Column>,
     /// Scene after scene.
     pub lines: Vec<Line>,
-    /// What is compared.
+    /// The values to compare.
     pub times: Times,
 }
 
@@ -149,7 +149,7 @@ impl Beside {
         (0..self.lines.len()).filter(move |&line| self.lines[line].rows.iter().flatten().count() >= least)
     }
 
-    /// What is compared of a row.
+    /// A row's values to compare.
     pub fn time(&self, row: &Row) -> Option<Timing> {
         match self.times {
             Times::Frame => frame(row),
@@ -167,7 +167,7 @@ impl Beside {
         ratio([row, other], |row| self.time(row))
     }
 
-    /// Whether two columns say the same of a scene, and of what happens in it. What one of them does not say is taken for the same.
+    /// Whether two columns are about the same scene, moving the same way. A condition that one of them does not name is taken for the same.
     pub fn is_same_world(&self, scene: &str, one: usize, other: usize) -> bool {
         let moves = |column: usize| {
             let is = |key: &str| self.columns[column].results.conditions.get(key).is_some_and(|value| value != "none");
@@ -183,7 +183,7 @@ impl Beside {
         of(one).zip(of(other)).is_none_or(|(a, b)| a == b)
     }
 
-    /// What columns say otherwise of how they were measured: the condition, and each column's value.
+    /// Conditions of measuring in which columns differ: the condition, and each column's value.
     pub fn differing_conditions(&self) -> Vec<(String, Vec<Option<String>>)> {
         let mut all: BTreeMap<&str, Vec<Option<String>>> = BTreeMap::new();
         for (place, column) in self.columns.iter().enumerate() {
@@ -284,7 +284,8 @@ pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Opt
     (other.median > 0.0).then(|| (time.median / other.median, time_verdict(other, time, 0.0, steady && enough)))
 }
 
-/// Build and picture. They are timed apart: the band's ends are sums of theirs, which is no narrower than the band of the sums.
+/// The timing of build and picture together. They are timed apart: the band's ends are the sums of both bands' ends, which makes it no
+/// narrower than the band of the true sums.
 fn frame(row: &Row) -> Option<Timing> {
     let (median, build, draw) = (row.frame_ns?, row.build_ns?, row.draw_ns?);
     if median < build.median + draw.median {
@@ -322,7 +323,7 @@ fn is_part(there: &Results, more: &Results) -> bool {
         && !twice()
 }
 
-/// A row with every key that its technique has: what an older program did not know stands at its default.
+/// A row with every key that its technique has: a key that an older program did not know has its default.
 fn whole(row: &Row) -> Row {
     let mut row = Row {
         scene: row.scene.clone(),
@@ -365,7 +366,7 @@ fn lines(columns: &[Column]) -> Vec<Line> {
 
 /// The device where that tells them apart, else the driver, else the commit, else the file too.
 fn name(columns: &mut [Column]) {
-    // What stands in brackets are versions of what they are made of, behind a dash that of a distribution's package.
+    // In brackets stand versions of the parts; behind a dash stands that of a distribution's package.
     let whole = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
     let short = |text: &str| {
         let words = whole(text);

@@ -3,7 +3,7 @@
 use super::Answers;
 use serde::{Deserialize, Serialize};
 
-/// Where classes of distances begin, parts of the diagonal of all meshes: octaves, and what is nearer or farther.
+/// Where classes of distances begin, parts of the diagonal of all meshes: octaves, and all nearer or farther distances.
 pub const CLASSES: [f64; 6] = [0.0, 1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0];
 
 /// Surface points that a mesh keeps all light from, by the mesh on the way that is nearest to the light, and
@@ -23,14 +23,14 @@ pub struct CasterClass {
     pub from: f64,
     /// How many points.
     pub points: u64,
-    /// Mean of what the answer says: none of it is true. Absent without points.
+    /// Mean of the answers, all of which should be 0. Absent without points.
     pub mean_abs: Option<f64>,
     /// Points at which the answer says more than half.
     pub leaks: u64,
 }
 
 impl Answers {
-    /// By the distances of casters; none without points in a mesh's shadow.
+    /// Errors by the distance of the caster; none without points in a mesh's shadow.
     pub fn caster_error(&self) -> Option<CasterError> {
         let [from_light, from_receiver] = [0, 1].map(|end| {
             let mut classes = CLASSES.map(|from| CasterClass { from, points: 0, mean_abs: None, leaks: 0 });
@@ -56,7 +56,8 @@ impl Answers {
 mod tests {
     use super::*;
 
-    /// Each in its class at either end, within the resolution too; what is lit and a light that is infinitely far in none.
+    /// Each in its class at either end, within the resolution too; lit points, and distances of lights that are infinitely far, are in
+    /// none.
     #[test]
     fn each_point_is_in_one_class() {
         let far = f64::INFINITY;

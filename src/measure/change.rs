@@ -1,4 +1,4 @@
-//! What has changed since an earlier comparison: times with their noise, errors and bytes, row by row.
+//! Changes since an earlier comparison: times with their noise, errors and bytes, row by row.
 
 use super::{Results, Row, Status, Timing};
 
@@ -11,7 +11,7 @@ const UNSTEADY: f64 = 2.0;
 /// An error below this is rounding of 32-bit visibility.
 const ROUNDING: f64 = 1e-7;
 
-/// From where on a row has changed, as shares of what it was: 0.05 is 5 %.
+/// From where on a row has changed, as a share of the earlier figure: 0.05 is 5 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// Tolerated change of times.
@@ -26,7 +26,7 @@ impl Default for Margins {
     }
 }
 
-/// What became of a figure.
+/// How a figure has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// By less than the margin, or than the noise.
@@ -42,18 +42,18 @@ pub enum Verdict {
 /// One figure of a row, before and now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// What it is: `build`, `look-up`, `draw`, `map error`, `space error`, `surface error`, `FLIP`, `resident`.
+    /// Its name: `build`, `look-up`, `draw`, `map error`, `space error`, `surface error`, `FLIP`, `resident`.
     pub name: &'static str,
     /// Nanoseconds, a mean absolute error, or bytes.
     pub before: f64,
     /// The same.
     pub now: f64,
-    /// What became of it.
+    /// How it has changed.
     pub verdict: Verdict,
 }
 
 impl Figure {
-    /// How much more it is now, as a share of what it was; nothing where it was 0.
+    /// How much more it is now, as a share of the earlier figure; nothing where that was 0.
     pub fn share(&self) -> Option<f64> {
         (self.before != 0.0).then(|| self.now / self.before - 1.0)
     }
@@ -69,21 +69,21 @@ impl Figure {
     }
 }
 
-/// A row, and what it was.
+/// A row, and the same row before.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change<'a> {
-    /// It is there before and now.
+    /// It exists before and now.
     Both {
         /// The row of now.
         now: &'a Row,
-        /// What both have measured.
+        /// Rows that both have measured.
         figures: Vec<Figure>,
     },
     /// Measured before, and refused or failed now; or the other way round.
     Status {
-        /// What it was.
+        /// The earlier value.
         before: &'a Row,
-        /// What it is.
+        /// The value now.
         now: &'a Row,
     },
     /// It was not there before.
@@ -142,8 +142,8 @@ pub(super) const ERRORS: [Named<f64>; 4] = [
     ("FLIP", |row| Some(row.error.as_ref()?.image?.flip_mean)),
 ];
 
-/// Every row of now with what it was, in the order of now, and behind them those that are gone. A row is the same where scene
-/// and technique are, and all keys that both say; each row of before is one of now at most.
+/// Every row of now with the same row before, in the order of now, and behind them those that are gone. A row is the same where scene and
+/// technique are, and all keys that both say; each row of before is one of now at most.
 pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> Vec<Change<'a>> {
     let mut left: Vec<&Row> = before.rows.iter().collect();
     let mut changes: Vec<Change> = now

@@ -1,4 +1,4 @@
-//! How far answers are from the truth in each color, where smoke takes some of them more than others.
+//! How far answers are from the truth in each color, where smoke absorbs some colors more than others.
 
 use super::points::at_once;
 use super::truth::{Points, Truth};
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Colors of light, as the channels of a picture.
 pub const COLORS: [&str; 3] = ["red", "green", "blue"];
 
-/// Errors of what is left of one color.
+/// Errors of the light that is left, in one color.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColorError {
     /// One of [`COLORS`].

@@ -52,11 +52,11 @@ pub struct Effort {
     pub lookups: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
-    /// Whether the pictures of frames one after the other are held against the truth's.
+    /// Whether pictures of consecutive frames are compared with the truth's.
     pub turning: bool,
-    /// Whether answers are held against what areas see too. Where the world moves, in its first frame.
+    /// Whether answers are also compared with means over areas. Where the world moves, in its first frame.
     pub footprints: bool,
-    /// Whether passes are asked what they did, in one more build and picture. Where the world moves, in its last frame.
+    /// Whether passes count their work, in one more build and picture. Where the world moves, in its last frame.
     pub counts: bool,
     /// How much of the truth.
     pub truth: Extent,
@@ -73,24 +73,24 @@ impl Effort {
 pub struct Case<'a> {
     pub(super) context: &'a Context,
     pub(super) frames: Frames<'a>,
-    /// What moves the world on the device, where something does.
+    /// Moves the world on the device, where something does.
     pub(super) simulation: Option<Simulation>,
     truths: &'a [Truth<'a>],
     pub(super) world: World,
     pub(super) effort: Effort,
     /// Pictures of consecutive frames, once they are asked for.
     references: OnceCell<Arc<Vec<Picture>>>,
-    /// What virtual lights are to come to, once it is asked for.
+    /// The bounce of light that virtual lights stand for, once asked for.
     bounce: OnceCell<Bounce>,
-    /// What areas see, once it is asked for.
+    /// Means over areas, once asked for.
     footprints: OnceCell<Footprints>,
     pub(super) clock: Arc<ClockMeter>,
     /// Per light, for the timing of look-ups.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
 }
 
-/// Uploads a scene, which is what `frames` say in each of them, and calls `measure` with it. The truth is computed beside the
-/// measuring where the device is no processor and there are processors to spare.
+/// Uploads a scene, whose state in each frame is in `frames`, and calls `measure` with it. The truth is computed during the measuring where
+/// the device is no CPU and there are CPU cores to spare.
 ///
 /// # Errors
 /// [`Error::Gpu`] where memory runs out, and those of `measure`.
@@ -256,7 +256,7 @@ impl Case<'_> {
         row.variant.extend(facts.found);
         row.counters = facts.counters;
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
-        // What paints has no look-up in space: what would be asked of it there is absent.
+        // A painter has no look-up in space: its errors there are absent.
         if self.effort.lookups > 0 && opened.technique.painter().is_none() {
             timed.built.lookups = self.time_lookups(opened.technique.as_ref())?;
             timed.built.lookups_clock = self.context.calibrate();
@@ -281,8 +281,8 @@ impl Case<'_> {
         timed.built.draws_clock = self.context.calibrate();
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
-            // A frame of what the device simulates draws its particles as they stand there. The picture that is compared with the
-            // truth blends them in an order that the host makes, which is no part of a frame.
+            // A frame of a simulated scene draws particles as they come from the device. The picture that is compared with the truth blends
+            // them in an order that the host makes, which is no part of a frame.
             drawn = timed.draws;
         }
         row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
@@ -292,7 +292,7 @@ impl Case<'_> {
         }
         row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.counters.extend(renderer.estimates_bytes(&kernels).map(|bytes| ("estimates_bytes".into(), bytes)));
-        // What is baked once is no part of a frame in which nothing moved.
+        // A bake is no part of a frame in which nothing moved.
         let bakes = spec.entry.lifetime == Lifetime::Baked && self.frames.count() == 1;
         let build = if bakes { Some(0.0) } else { row.build_ns.map(|build| build.median) };
         row.frame_ns = build.zip(row.draw_ns).map(|(build, draw)| build + draw.median);
@@ -332,7 +332,7 @@ impl Case<'_> {
         Ok(Drawn { picture, beside_truth, builds: timed.built })
     }
 
-    /// What passes did, by name, in what `run` submits.
+    /// Counts of passes, by name, in the submissions of `run`.
     fn counted(&self, run: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Vec<PassCount>> {
         self.context.count_passes(true);
         let passes = run();
@@ -367,7 +367,7 @@ impl Case<'_> {
         Ok(View::camera(&scene.camera, scene, size))
     }
 
-    /// What the map points say beside their error.
+    /// Figures of the map points beside their error.
     fn count(&self, asked: &Moments, nodes: Option<u32>, row: &mut Row) {
         let Some(first) = asked.maps.first() else { return };
         let n = asked.maps.len() as f64;
@@ -383,7 +383,8 @@ impl Case<'_> {
         }
     }
 
-    /// Goes through all frames once more, asks at the moments for errors and in each for flicker, which it returns.
+    /// Goes through all frames once more, asks in some of them for errors and in all of them for flicker, which it
+    /// returns.
     fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
         let moments = moments(self.frames.states.len());
         let moves = self.frames.states.len() > 1;
@@ -410,7 +411,7 @@ impl Case<'_> {
             }
             asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
             self.ask_colors(technique, truth, &mut asked.colors)?;
-            // What has no maps has no map error.
+            // A technique without maps has no map error.
             let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
             if !views.is_empty() && whole && !paints {
                 let maps = truth.maps(views);
@@ -421,7 +422,7 @@ impl Case<'_> {
         Ok(flicker.rms())
     }
 
-    /// What is answered at points of all lights.
+    /// Answers at points of all lights.
     fn ask_all(
         &self,
         technique: &dyn Technique,

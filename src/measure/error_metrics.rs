@@ -65,7 +65,8 @@ impl PointError {
         })
     }
 
-    /// Files of schemas 1 and 2 keep what is within apart: the same over all points, as far as that can be known.
+    /// Files of schemas 1 and 2 keep errors within the resolution apart: the same over all points, as far as that can
+    /// be known.
     pub(super) fn over_all_points(&mut self) {
         let Some(within) = self.within.filter(|within| within.points > 0) else { return };
         let beyond = self.points.unwrap_or(0);
@@ -82,9 +83,9 @@ impl PointError {
 /// Answers at points, with the truth there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
-    /// What a technique says.
+    /// A technique's answer.
     pub approximate: Vec<f32>,
-    /// What is.
+    /// The truth.
     pub truth: Vec<f64>,
     /// Whether each point is nearer to an opaque shadow's edge than the technique resolves; empty where nothing opaque casts.
     pub within: Vec<bool>,
@@ -103,7 +104,7 @@ pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<Option<PointErr
 }
 
 impl Answers {
-    /// What they are off by, all of them, and beside it those within the resolution. `None` without points.
+    /// Errors of all of them, and beside them of those within the resolution. `None` without points.
     ///
     /// # Errors
     /// As [`point_error`].
@@ -244,7 +245,7 @@ mod tests {
         assert_eq!((all.mean_abs, all.beyond().expect("none").mean_abs), (4.25 / 7.0, None));
     }
 
-    /// What schema 2 kept apart is put together as far as it can be: a mean is, a percentile is not.
+    /// Figures that schema 2 kept apart are merged where that is possible: means are, percentiles are not.
     #[test]
     fn older_errors_are_over_all_points_too() {
         let old = r#"{"points":4,"mean_abs":0.625,"bias":0.0,"rms":0.7,"p99":1.0,"max":1.0,"leaks":1,"false_shadows":1,
@@ -262,7 +263,7 @@ mod tests {
         use rand::Rng;
         let mut random = rand_pcg::Pcg32::new(1, 2);
         let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
-        // Four points a texel that err alike, half of all texels not at all.
+        // Four points per texel that err alike, half of all texels not at all.
         let errors: Vec<f64> = (0..2000).map(|_| (fraction() - 0.5).max(0.0)).collect();
         let (mut means, mut stated) = (Vec::new(), Vec::new());
         for _ in 0..400 {

@@ -1,4 +1,4 @@
-//! Flicker: what answers change from frame to frame that the truth does not.
+//! Flicker: changes of answers from frame to frame that the truth does not have.
 
 use super::Answers;
 use super::truth::Points;
@@ -31,7 +31,7 @@ impl Flicker {
         self.before = Some((answers, shines));
     }
 
-    /// The root mean square of what the changes differ by; none without changes.
+    /// The root mean square of the differences between changes; none without changes.
     pub fn rms(&self) -> Option<f64> {
         (self.changes > 0).then(|| (self.squares / self.changes as f64).sqrt())
     }

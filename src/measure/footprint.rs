@@ -1,5 +1,5 @@
-//! How far answers are from what an area sees. Hair thinner than a pixel is judged as a pixel sees it: by the mean of the truth over
-//! a square across the light about each point.
+//! Errors of answers against the mean over an area. Hair thinner than a pixel is judged as a pixel sees it: by the mean of the truth over a
+//! square across the light about each point.
 
 use super::truth::{Points, Truth};
 use crate::reference::truth::Casters;
@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Sides of the squares, in texels of a map of 256 texels per side that is fitted to what casts.
+/// Sides of the squares, in texels of a map of 256 texels per side that is fitted to the casters.
 pub const FOOTPRINTS: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
 
 /// Texels per side of the map that footprints are told in.
@@ -23,20 +23,20 @@ const STRATA: u32 = 6;
 /// Error of answers against means over squares of one size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FootprintError {
-    /// The square's side, texels of a map of 256² that is fitted to what casts.
+    /// The square's side, texels of a map of 256² that is fitted to the casters.
     pub texels: f64,
     /// Points that were asked.
     pub points: u64,
     /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two means that share
     /// no ray, and may come out below 0 where there is no error: 0 then.
     pub rms: f64,
-    /// The error that the standard error of that square comes to: what is less than this cannot be told from none.
+    /// The square root of that estimate's standard error: an error below this cannot be told from none.
     pub noise: f64,
     /// Mean of (answer − mean of the truth).
     pub bias: f64,
 }
 
-/// What areas about some points see.
+/// Means of the truth over areas about some points.
 pub(crate) struct Footprints {
     /// One list per light.
     pub points: Vec<Points>,
@@ -91,7 +91,7 @@ fn mean(casters: &Casters, light: usize, centre: DVec3, sides: [DVec3; 2], seed:
     sum / f64::from(STRATA * STRATA)
 }
 
-/// Errors of what is answered for squares of each size at the points of all lights; none without points.
+/// Errors of the answers for squares of each size at the points of all lights; none without points.
 pub(crate) fn footprint_errors(answers: &[Vec<f32>], footprints: &Footprints) -> Vec<FootprintError> {
     let of = |(i, texels): (usize, f64)| footprint_error(answers.get(i)?, texels, &footprints.means[i]);
     FOOTPRINTS.into_iter().enumerate().filter_map(of).collect()
@@ -116,7 +116,7 @@ mod tests {
     use crate::scene::tests::on_the_axis;
     use crate::scene::{LightKind, Strand};
 
-    /// Means that miss the truth to both sides say no error of an answer that is it.
+    /// An answer equal to the truth has no error, though its estimated means miss the truth to both sides.
     #[test]
     fn noise_of_the_truth_is_no_error() {
         let mut random = Random::new([1, 1]);
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(footprint_error(&[], 4.0, &[]), None);
     }
 
-    /// Ribbons side by side over a light that shines down: what a square sees is what of its width is between them.
+    /// Ribbons side by side over a light that shines down: a square's mean is the share of its width between them.
     #[test]
     fn a_lattice_has_a_closed_form() {
         let (spacing, radius, opacity, count) = (0.25, 0.03125, 0.75, 64);

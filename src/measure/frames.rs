@@ -11,11 +11,11 @@ use crate::world::World;
 /// A scene in each frame.
 #[derive(Clone, Copy)]
 pub struct Frames<'a> {
-    /// What it is then, one where it stands still. A scene that is simulated needs one only where no truth is wanted.
+    /// Its state in each frame; one for a still scene. A simulated scene needs only one if no truth is wanted.
     pub states: &'a [Scene],
     /// The times of a scene that moves: where the device can simulate it, it goes through them and not through the states.
     pub times_s: &'a [f64],
-    /// What pictures under virtual lights are compared with beside their own truth.
+    /// A bounce of light, with which pictures under virtual lights are also compared.
     pub bounce: Option<Traced<'a>>,
 }
 
@@ -24,7 +24,7 @@ pub struct Frames<'a> {
 pub struct Traced<'a> {
     /// The scene in the last frame, under the lights that virtual ones stand for.
     pub scene: &'a Scene,
-    /// Directions a pixel on either side of what it sees.
+    /// Directions per pixel, on each side of the surface that it sees.
     pub samples: u32,
 }
 

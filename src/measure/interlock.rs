@@ -1,9 +1,9 @@
-//! What fragment shader interlock gains: the paths that build the same representation, on each device.
+//! The gain of fragment shader interlock: the paths that build the same representation, on each device.
 
 use super::beside::ratio;
 use super::{Beside, Line, Row, Status, Verdict};
 
-/// With interlock, and what does without: two passes, the order of rasterization, bins.
+/// With interlock, and paths that do without: two passes, rasterization order, bins.
 pub const PATHS: [&str; 4] = ["interlock", "two-pass", "raster-order", "binned"];
 
 /// One scene and spec on one device, built by every path.

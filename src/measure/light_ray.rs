@@ -1,4 +1,4 @@
-//! The transmittance along one light ray: what is true, and what techniques say.
+//! The transmittance along one light ray: the truth and techniques' answers.
 
 use crate::consume::Query;
 use crate::gpu::Context;
@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 /// (depth in the range of the light's map, transmittance), in order of depth.
 pub type RayPoints = Vec<(f64, f64)>;
 
-/// What one technique says.
+/// One technique's curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayLine {
     /// Its answers at [`LightRay::truth`]'s depths.
@@ -72,7 +72,8 @@ impl LightRay {
             nodes.push(if stands_in_it { opened.technique.nodes(map, texel)? } else { Vec::new() });
         }
 
-        // What is asked is a point of three floats: its depth is theirs, and no two are nearer than these can tell apart.
+        // A point that is asked about has three floats, so its depth is rounded to these, and no two points are closer than floats can tell
+        // apart.
         let [near, far] = [0.0, 1.0].map(|depth| ray.at(view.z(depth)));
         let apart =
             2.0 * f64::from(f32::EPSILON) * near.abs().max(far.abs()).max_element() / (view.z(1.0) - view.z(0.0));
@@ -101,7 +102,7 @@ impl LightRay {
         Ok(Self { view, segments, truth, lines })
     }
 
-    /// What a plot of it is called.
+    /// The title of its plot.
     pub fn title(&self, scene: &str, [x, y]: [u32; 2]) -> String {
         format!("{scene}, texel {x},{y}: {} segments", self.segments)
     }

@@ -9,8 +9,8 @@ pub fn frame_ns(passes: &[PassTime]) -> Option<f64> {
     Some(passes.last()?.end_ns - passes.first()?.start_ns)
 }
 
-/// One timing a pass name, in the order of the frame that has most: the time of all passes of that name in a frame, since a
-/// build runs a pass once for each map. A frame to which nothing had moved has fewer.
+/// One timing per pass name, in the order of the frame with most passes: the time of all passes with that name in a frame, since a build
+/// may run one pass for each map. A frame to which nothing had moved has fewer.
 pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     let longest = frames.iter().rev().max_by_key(|passes| passes.len());
     let mut names: Vec<&str> = Vec::new();
@@ -27,7 +27,7 @@ pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     names.into_iter().filter_map(timing).collect()
 }
 
-/// What passes did, one a name, in the order in which they first ran; none of those that were not asked.
+/// Counts of passes, one entry per name, in the order in which they first ran; without passes that did not count.
 pub fn pass_counts(passes: &[PassTime]) -> Vec<PassCount> {
     let mut all: Vec<PassCount> = Vec::new();
     for (name, counts) in passes.iter().filter_map(|pass| Some((&pass.name, pass.counts?))) {
@@ -58,7 +58,7 @@ mod tests {
         let timings = pass_timings(&[frame(1.0), frame(3.0), frame(5.0)]);
         let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
         assert_eq!(medians, [("a", 4.0), ("b", 5.0)]);
-        // What only some frames have stands where those have it.
+        // Passes that only some frames have stand where those frames have them.
         let timings = pass_timings(&[vec![pass("b", 0.0, 1.0)], frame(1.0), frame(3.0)]);
         let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
         assert_eq!(medians, [("a", 2.0), ("b", 3.0)]);

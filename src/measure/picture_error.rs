@@ -11,13 +11,14 @@ fn rmse(picture: &Picture, reference: &Picture) -> f64 {
     (square / a.len().max(1) as f64).sqrt()
 }
 
-/// How far a picture is from one bounce of light, and that from what it would be by any number of directions: RMSE, and as
-/// standard error the half of what both halves differ by.
+/// How far a picture is from one bounce of light, and how far that is from its limit at any number of directions: RMSE, and as standard
+/// error half of the difference between its two halves.
 pub(super) fn bounce_error(picture: &Picture, bounce: &Bounce) -> [f64; 2] {
     [rmse(picture, &bounce.picture), 0.5 * rmse(&bounce.halves[0], &bounce.halves[1])]
 }
 
-/// RMSE of the display-referred numbers, and the mean of FLIP (Andersson et al. 2020) at its usual 67 pixels a degree.
+/// RMSE of the display-referred numbers, and the mean of FLIP (Andersson et al. 2020) at its usual 67 pixels per
+/// degree.
 /// Both pictures have the same size.
 pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
     let image = |p: &Picture| nv_flip::FlipImageRgb8::with_data(p.width, p.height, &p.to_srgb8());
@@ -31,8 +32,8 @@ pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
     }
 }
 
-/// What pictures of frames one after the other change, pixel by pixel, that their references do not: the root mean square over
-/// pixels and channels, display-referred. None for fewer than two. All pictures have the same size.
+/// Changes between consecutive pictures, pixel by pixel, that their references do not have: the root mean square over pixels and channels,
+/// display-referred. None for fewer than two. All pictures have the same size.
 pub fn picture_flicker(pictures: &[Picture], references: &[Picture]) -> Option<f64> {
     let off = |(picture, reference): (&Picture, &Picture)| -> Vec<f64> {
         let (a, b) = (picture.to_srgb(), reference.to_srgb());

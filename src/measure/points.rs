@@ -1,10 +1,10 @@
-//! At how many points a case is asked, and how many at a time.
+//! How many points are asked per case, and how many at a time.
 
 use super::compare::LOOKUPS;
 use super::truth::Points;
 use crate::consume::Asked;
 
-/// Lights that have all the points that are wanted. Where there are more, they share what so many would have.
+/// So many lights have all the points that are wanted each. More lights share that total.
 const FULLY_ASKED: usize = 8;
 
 /// Points per light at least, however many lights there are.

@@ -13,8 +13,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const AT_ONCE: usize = 8;
 
 impl Case<'_> {
-    /// Makes what rows of these specs build, ask and draw with, as far as it is made before the first build. What cannot be made is
-    /// made again, and says why, where its row is measured. To be called before anything is timed.
+    /// Makes the pipelines with which rows of these specs build, ask and draw, as far as they are made before the first build. One that
+    /// fails is made again where its row is measured, and says why there. To be called before anything is timed.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the world's scene is not known to the host.
@@ -32,7 +32,7 @@ impl Case<'_> {
                     let Ok(renderer) = Renderer::new(context, world, &camera) else { return };
                     while let Some(spec) = specs.get(next.fetch_add(1, Ordering::Relaxed)) {
                         let _ = make(context, world, &renderer, spec);
-                        // What new buffers wait for holds them until then.
+                        // Pending work holds new buffers until then.
                         let _ = context.submit(|_| {});
                     }
                 });

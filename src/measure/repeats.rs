@@ -18,13 +18,13 @@ pub(super) const SLOW_WARM_UP: Duration = Duration::from_secs(6);
 /// How often it is asked then.
 const ASK_AGAIN: Duration = Duration::from_millis(50);
 
-/// When to stop building what is baked once: a bake may take a minute, and is no part of a frame.
+/// When to stop repeating a bake: it may take a minute, and is no part of a frame.
 const BAKE_BUDGET: Duration = Duration::from_secs(2);
 
-/// When to stop building what is built each frame: maps of a thousand lights take minutes each on a software device.
+/// When to stop repeating a build of each frame: maps of a thousand lights take minutes each on a software device.
 const FRAME_BUDGET: Duration = Duration::from_secs(60);
 
-/// The same where a row is only to be chosen: what takes a second is told from what takes less by a few.
+/// The same where rows are only compared for a choice: a few repeats are enough to see a difference.
 const CHOICE_BUDGET: Duration = Duration::from_secs(5);
 
 /// How many builds warm up, how many are timed, and for how long.
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(least(true, 1000), 200);
     }
 
-    /// Nothing but what is timed.
+    /// Nothing but timed repeats.
     #[test]
     fn a_software_device_need_not_warm_up() {
         for lifetime in [Lifetime::Frame, Lifetime::Baked] {

@@ -28,18 +28,17 @@ pub struct Results {
     pub changed: Option<bool>,
     /// The command that made it.
     pub command: String,
-    /// What the figures depend on beside the specs and the device: option → value, `scene NAME` → the scene's fingerprint. New
-    /// in version 2.
+    /// Conditions of the figures beside specs and device: option → value, `scene NAME` → the scene's fingerprint. New in version 2.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub conditions: BTreeMap<String, String>,
     /// Which part of the run's rows this is. Absent where it is all. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// What it ran on.
+    /// The device and driver that it ran on.
     pub device: DeviceFacts,
-    /// One a scene and variant, in the order they were measured.
+    /// One per scene and variant, in the order they were measured.
     pub rows: Vec<Row>,
-    /// What the driver made of the shaders, where it was asked (`compare --pipeline-statistics`) and tells. New in version 3.
+    /// The driver's reports about compiled shaders, where asked for (`compare --pipeline-statistics`) and available. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub executables: Vec<Executable>,
 }
@@ -64,7 +63,7 @@ pub struct DeviceFacts {
 }
 
 impl DeviceFacts {
-    /// The facts of a device; what it copies is not measured.
+    /// The facts of a device, without its measured copy rate.
     pub fn of(features: &Features) -> Self {
         Self {
             name: features.name.clone(),
@@ -86,7 +85,7 @@ pub enum Status {
     Ok,
     /// The device lacks a feature; `reason` names it.
     Refused,
-    /// Something broke; `reason` says what.
+    /// Something broke; `reason` names it.
     Failed,
 }
 
@@ -108,8 +107,8 @@ pub struct Row {
     /// Casters of the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unseen: Vec<String>,
-    /// The first build since the technique was opened, device time: what was recorded again, since something had no room, is
-    /// in it. New in version 3.
+    /// The first build since the technique was opened, device time: commands that were recorded again, since a buffer had too little room,
+    /// count. New in version 3.
     #[serde(default)]
     pub first_ns: Option<f64>,
     /// The same, host time. New in version 3.
@@ -132,20 +131,20 @@ pub struct Row {
     /// the bake too). New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
-    /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
+    /// The passes of a build, in order; and, though no part of it, before them `world.move` where the world moves, or
     /// `simulate.step`, all steps of a frame together, where the device simulates it.
     pub passes: Vec<PassTiming>,
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
-    /// What the passes of a build did, and behind them those of drawing the picture. Absent unless asked for. New in version 3.
+    /// Counts of the passes of a build, and behind them of drawing the picture. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counts: Vec<PassCount>,
     /// Bytes that the look-up needs. Absent where nothing was built.
     pub bytes_resident: Option<u64>,
     /// Bytes needed only while building. Absent where nothing was built.
     pub bytes_transient: Option<u64>,
-    /// Bytes of the file that `gobo bake` writes. Absent for what is not baked. New in version 2.
+    /// Bytes of the file that `gobo bake` writes. Absent for techniques that are not baked. New in version 2.
     #[serde(default)]
     pub bytes_on_disk: Option<u64>,
     /// Counts such as `fragments`, `overflowed`, `covered_texels`.
@@ -154,8 +153,8 @@ pub struct Row {
     pub error: Option<RowError>,
     /// The lowest mean absolute map error of any curve of as many nodes with its vertices on the true curve.
     pub limit_mean_abs: Option<f64>,
-    /// What the map error's mean absolute would differ by, had all covered texels been looked at and not a sample of them.
-    /// Absent where all were. New in version 2.
+    /// Standard error of the map error's mean absolute, since only a sample of the covered texels was asked. Absent where all were. New in
+    /// version 2.
     #[serde(default)]
     pub standard_error: Option<f64>,
     /// Over the frames of a moving world, the root mean square of (change of the answer − change of the truth) at fixed points.
@@ -165,7 +164,7 @@ pub struct Row {
     /// Pictures of consecutive frames, with the camera going round. Absent where it stands still. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
-    /// Against what areas see, for each size of them. Absent unless asked for. New in version 3.
+    /// Errors against means over areas, for each size of area. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
     /// Errors of each color, where smoke takes some more than others. Absent elsewhere. New in version 3.
@@ -190,7 +189,7 @@ pub struct PassTiming {
     pub p95_ns: f64,
 }
 
-/// What all passes of one name did in a build, or in drawing a picture.
+/// Counts of all passes of one name in a build, or in drawing a picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassCount {
     /// The passes' label.
@@ -209,7 +208,7 @@ pub struct RowError {
     pub map: Option<PointError>,
     /// At low-discrepancy points in the casters' bounds. Absent for a technique without a look-up.
     pub space: Option<PointError>,
-    /// At points on what the camera sees and on all meshes. Absent without meshes. New in version 2.
+    /// At points on surfaces that the camera sees and on all meshes. Absent without meshes. New in version 2.
     #[serde(default)]
     pub surface: Option<PointError>,
     /// Errors at surface points in the shadow of meshes, by how far these are. Absent without such points. New in

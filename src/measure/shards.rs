@@ -75,7 +75,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
         return Err(input(first_name, format!("shard {number}/{of} of its run is not there"), SAME));
     }
     let mut joined = Results { shard: None, command: whole(&first.command), rows: Vec::new(), ..first.clone() };
-    // What the driver made of one shader is the same in every shard.
+    // The driver's reports about a shader are the same in every shard.
     for executable in shards.iter().flat_map(|(_, results)| &results.executables) {
         if !joined.executables.contains(executable) {
             joined.executables.push(executable.clone());
@@ -92,7 +92,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     }
 }
 
-/// What two shards of one run have in common and these have not: its name, and both values.
+/// A condition that shards of one run must share and in which these differ: its name, and both values.
 fn difference(one: &Results, other: &Results) -> Option<(String, String, String)> {
     let of = |results: &Results| {
         let DeviceFacts { name, driver, api, features, .. } = &results.device;
@@ -115,7 +115,7 @@ fn difference(one: &Results, other: &Results) -> Option<(String, String, String)
     })
 }
 
-/// The command of a run without what is one shard's.
+/// The command of a run without options that differ between shards.
 fn whole(command: &str) -> String {
     let mut left = Vec::new();
     let mut words = command.split(' ');
@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// What a device copies is measured in each.
+    /// A device's copy rate is measured in each.
     #[test]
     fn what_is_measured_may_differ() {
         let mut all = shards(6, 3);

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Smoke, hair, and meshes in a room and in the open.
 pub const SCENES: [&str; 4] = ["plume_8k", "hair", "cornell", "houses"];
 
-/// Seconds for which what moves has been running.
+/// The time of scenes that move, seconds.
 pub const TIME_S: f64 = 20.0;
 
 /// How much is measured of each row.
@@ -41,9 +41,9 @@ pub fn scenes() -> Result<Vec<Scene>> {
     SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
 }
 
-/// The rows of a scene, as small as on a software device: of smoke what `compare` has of each technique, else what `stress` has, and of
-/// hair one of these; of meshes what `stress` has, and of what casts from meshes alone what is usual. So a technique that is new in the
-/// registry has rows here.
+/// The specs of a scene, as small as on a software device. Under smoke: the specs of `compare`, or for techniques without one those of
+/// `stress`. Under hair: one of these per technique. Under meshes: those of `stress`, and for techniques that see meshes alone the usual
+/// one. So a technique that is new in the registry has rows here.
 ///
 /// # Errors
 /// [`crate::Error::Input`] where an entry names what is no setting.
@@ -58,7 +58,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
             let specs: Vec<Spec> = list.iter().filter(|spec| spec.entry.name == entry.name).cloned().collect();
             (!specs.is_empty()).then_some(specs)
         };
-        // The opaque maps of what also sees smoke are the same, and one stands for them.
+        // Techniques that also see smoke have the same opaque maps, and one stands for them.
         let is_usual = if only_meshes { !entry.casts.particles && !entry.casts.strands } else { entry.casts.particles };
         let sees = entry.casts == Casts::NONE || entry.casts.are_in(scene.kinds());
         let mut specs = match lists.iter().find_map(of_list) {
@@ -74,7 +74,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
     Ok(all)
 }
 
-/// What figures depend on that neither the specs nor the device say.
+/// Conditions of the figures beside specs and device.
 pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     let [width, height] = EFFORT.picture;
     let mut all: BTreeMap<String, String> = [
@@ -91,12 +91,12 @@ pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     all
 }
 
-/// What came of measuring the errors of a submission again.
+/// The result of measuring a submission's errors again.
 #[derive(Clone, Debug, Default)]
 pub struct Again {
     /// Rows with the same errors, to rounding.
     pub agree: usize,
-    /// A line for each of the others: what differs, or that it is no row any more.
+    /// A line for each of the others: the difference, or that it is no row any more.
     pub against: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Techniques that stand as they were built for a scene, to be asked along rays of light.
+//! Techniques that are built for a scene once and then asked along rays of light.
 
 use crate::Result;
 use crate::gpu::Context;
@@ -12,12 +12,12 @@ pub struct Standing {
     pub opened: Vec<Opened>,
     /// Spec and path of each.
     pub names: Vec<String>,
-    /// What they were built for.
+    /// The scene that they were built for.
     _world: World,
 }
 
 impl Standing {
-    /// Opens and builds what `specs` name.
+    /// Opens and builds the techniques of `specs`.
     ///
     /// # Errors
     /// As [`World::new`], [`open`] and [`Opened::build`].

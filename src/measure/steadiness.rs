@@ -17,7 +17,7 @@ const STEADY_CLOCK: f64 = 0.9;
 /// The part of the processors that others may use before it is seen in times.
 const QUIET: f64 = 0.25;
 
-/// What was seen while builds were timed.
+/// Observations while builds were timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Steadiness {
     /// 95th over 5th percentile of a build's device time, of its host time where there is no other.
@@ -38,7 +38,7 @@ impl Steadiness {
         Self { spread: timing.filter(|t| t.samples > 1 && t.p05 > 0.0).map(|t| t.p95 / t.p05), ..self }
     }
 
-    /// What speaks against the times, in few words; nothing where they are steady.
+    /// Why the times may not be trusted, in few words; nothing where they are steady.
     pub fn warnings(&self) -> Vec<String> {
         let low_clock = self.clock_mhz.zip(self.highest_mhz).filter(|([low, _], most)| *low < STEADY_CLOCK * most);
         [
@@ -91,7 +91,7 @@ impl<'a> Watch<'a> {
 pub(super) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
-    /// It stayed low once, whatever was built: nothing waits for it any more.
+    /// The clock once stayed low in spite of work: from then on nothing waits for it.
     stays_low: AtomicBool,
 }
 
@@ -146,7 +146,7 @@ impl Jiffies {
     /// From the texts of /proc/stat and /proc/self/stat.
     fn of(machine: &str, process: &str) -> Option<Self> {
         let first = machine.lines().next()?.strip_prefix("cpu ")?;
-        // User, nice, system, idle, waiting for a disk, interrupts, and what a host took.
+        // User, nice, system, idle, waiting for a disk, interrupts, and time taken by a host.
         let times: Vec<f64> = first.split_whitespace().take(8).map_while(|t| t.parse().ok()).collect();
         // The name, in brackets, may have blanks; user and system time are the 14th and 15th field.
         let fields: Vec<&str> = process.rsplit_once(')')?.1.split_whitespace().collect();

@@ -1,4 +1,4 @@
-//! A standard run as one file, for `results/community/`: what it was made with, and what speaks against counting it.
+//! A standard run as one file, for `results/community/`: how it was made, and reasons not to count it.
 
 use super::{PointError, Results, Row, Status, standard};
 use crate::gpu::Tool;
@@ -19,7 +19,7 @@ const FIRST_SCHEMA: u32 = 3;
 pub struct Submission {
     /// [`SUBMISSION`].
     pub submission: u32,
-    /// What the program was built from; `unknown` outside git.
+    /// The commit that the program was built from; `unknown` outside git.
     pub commit: String,
     /// Whether a source differed from that commit.
     pub changed: bool,
@@ -31,7 +31,7 @@ pub struct Submission {
     pub environment: Vec<String>,
     /// Whether the validation layer looked on; then times are no measure.
     pub validation: bool,
-    /// What it said, and what failed.
+    /// Its messages, and its failures.
     pub failed: Vec<String>,
     /// Half of the rows' builds have a band from the 5th to the 95th percentile narrower than this share of their median. Absent without
     /// times.
@@ -60,7 +60,7 @@ pub fn answers_hash(row: &Row) -> String {
     format!("{:016x}", hasher.finish())
 }
 
-/// What [`Submission::noise`] is.
+/// The meaning of [`Submission::noise`].
 pub fn noise(rows: &[Row]) -> Option<f64> {
     let timings = rows.iter().filter_map(|row| row.build_ns).filter(|time| time.samples > 1 && time.median > 0.0);
     let mut shares: Vec<f64> = timings.map(|time| (time.p95 - time.p05) / time.median).collect();
@@ -81,7 +81,7 @@ impl Submission {
         let json = std::fs::read(path).map_err(|cause| input(cause.to_string()))?;
         let read: Self =
             serde_json::from_slice(&json).map_err(|cause| input(format!("no whole submission: {cause}")))?;
-        // Rows of all schemas since the first submission are read as they are: what is new in one is absent in those before.
+        // Rows of all schemas since the first submission are read as they are: fields that are new in one are absent in those before.
         let (first, last) = (FIRST_SCHEMA, super::SCHEMA);
         if read.submission != SUBMISSION || !(first..=last).contains(&read.results.schema) {
             let cause = format!("format {} with rows of schema {}", read.submission, read.results.schema);

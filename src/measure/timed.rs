@@ -43,7 +43,7 @@ pub(super) struct Timed {
 pub struct TimedBuilds {
     /// In the order in which they ran.
     pub builds: Vec<BuildTimes>,
-    /// The device's clock by the host's, read behind the last of them; none where it cannot be read.
+    /// Relates the device's clock to the host's, read after the last build; none where it cannot be read.
     pub clock: Option<Calibration>,
     /// The look-ups that were timed, behind the builds, in their order.
     pub lookups: Vec<LookupTimes>,
@@ -60,8 +60,8 @@ pub struct TimedBuilds {
 pub struct BuildTimes {
     /// With each pass timed.
     pub each: Ran,
-    /// The same build once more, with all passes timed as one, without what the timestamps in between take. None where the world
-    /// moves, of a bake, and on a software device.
+    /// The same build once more, with all passes timed as one, without the cost of timestamps between. None where the world moves, of a
+    /// bake, and on a software device.
     pub whole: Option<Ran>,
 }
 
@@ -91,7 +91,7 @@ impl Ran {
         build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
     }
 
-    /// What is no build.
+    /// Passes that do not belong to a build.
     fn passes(run: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Self> {
         let began = Instant::now();
         run().map(|passes| Self { began, host_ns: began.elapsed().as_nanos() as f64, passes })
@@ -106,7 +106,7 @@ impl LookupTimes {
 }
 
 impl BuildTimes {
-    /// What the row's times are of.
+    /// The frames that the row's times are taken from.
     pub fn counted(&self) -> &Ran {
         self.whole.as_ref().unwrap_or(&self.each)
     }
@@ -133,7 +133,7 @@ impl Case<'_> {
         shading: Shading,
     ) -> Result<Timed> {
         let first = self.time_builds_once(technique, lifetime, shading)?;
-        // What takes long has few samples, and would take as long again. A software device's times are for ratios.
+        // Slow builds have few samples, and more would take as long again. A software device's times are for ratios.
         let long = first.host_ns().iter().sum::<f64>() > AGAIN_BUDGET.as_nanos() as f64;
         if first.steadiness.warnings().is_empty() || long || self.context.features().is_software() {
             return Ok(first);
@@ -144,8 +144,8 @@ impl Case<'_> {
         Ok(best)
     }
 
-    /// The device's time of each build. A build without passes, of a world in which nothing moved that the technique is made of or of what
-    /// makes nothing, took none; what was baked before is not built.
+    /// The device's time of each build. A build without passes took none: in a world in which nothing moved that the technique depends on,
+    /// or of a technique that builds nothing. A technique that was baked before is not built.
     pub(super) fn device_ns(&self, timed: &Timed, lifetime: Lifetime) -> Vec<f64> {
         let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
         let has_times = is_built && self.context.features().timestamp_valid_bits > 0;
@@ -177,7 +177,7 @@ impl Case<'_> {
         };
         let builds = repeats.run(is_slow, |frame, is_timed| {
             let moved = self.show(frame % self.frames.count())?;
-            // In a frame to which something moved, what follows from that; in one like the last, all of it.
+            // In a frame to which something moved, the passes that depend on it; in one like the last, all passes.
             let more = self.frames.count() > 1;
             let each = Ran::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
             let mut whole = None;
@@ -235,8 +235,8 @@ impl Case<'_> {
         Ok(samples)
     }
 
-    /// Each drawing. The first, on a GPU as many as bring it to its clock, warms up; where it takes the whole budget it is the only one, or one of as few as
-    /// a picture needs to come to rest.
+    /// Each drawing of a picture. The first ones warm up, on a GPU until it reaches its clock rate; where the first takes the whole budget
+    /// it is the only one, or one of the few that a picture needs to settle.
     pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
         let software = self.context.features().is_software();
         let mut start = Instant::now();

@@ -15,9 +15,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 pub enum Extent {
     /// None: times alone.
     None,
-    /// At points in space and on surfaces, for a first look: no maps, no picture and nothing of what a technique resolves.
+    /// At points in space and on surfaces, for a first look: no maps, no picture, no tests of a technique's resolution.
     Glance,
-    /// What is chosen by: the same and a picture.
+    /// Enough for a choice: the same and a picture.
     Choice,
     /// A fixed sample of covered texels.
     Sample,
@@ -26,7 +26,7 @@ pub enum Extent {
 }
 
 impl Extent {
-    /// What stands for it among a run's conditions.
+    /// Its word among a run's conditions.
     pub fn word(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -37,7 +37,7 @@ impl Extent {
         }
     }
 
-    /// With maps and what a technique resolves.
+    /// With maps and tests of techniques' resolutions.
     pub(super) fn is_whole(self) -> bool {
         matches!(self, Self::Sample | Self::Full)
     }
@@ -46,8 +46,8 @@ impl Extent {
 /// Covered texels of all maps in a sample.
 const SAMPLED_TEXELS: usize = 4096;
 
-/// What is tried against rays for a picture, at most, as [`picture_tries`] counts it: some seconds of one core. Beyond it the
-/// picture is a smaller one.
+/// The most tests of casters against rays for a picture, as [`picture_tries`] counts them: some seconds of one core. With more the picture
+/// is made smaller.
 const PICTURE_TRIES: f64 = 1e9;
 
 /// The smallest picture that says anything, pixels across.
@@ -59,7 +59,7 @@ const LIMIT_STEPS: f64 = 2e9;
 /// Node counts that the limit is computed for.
 pub(super) const LIMIT_NODES: [usize; 3] = [4, 8, 16];
 
-/// What is wanted of the truth at one time.
+/// The parts of the truth that are wanted at one time.
 #[derive(Clone, Debug)]
 pub(crate) struct Wanted {
     pub extent: Extent,
@@ -72,7 +72,7 @@ pub(crate) struct Wanted {
     pub watched: Arc<Vec<Vec<[f32; 3]>>>,
 }
 
-/// Points of one light with what is true there.
+/// Points of one light with the truth there.
 pub(crate) struct Points {
     pub light: usize,
     pub positions: Vec<[f32; 3]>,
@@ -86,7 +86,7 @@ pub(crate) struct Points {
     /// Per point, how far the nearest mesh on the way is from the light and from the point, as
     /// [`Casters::caster_distances`]; empty where a row is only to be chosen.
     pub casters: Vec<[f64; 2]>,
-    /// Whether each is in the boundary, of the resolutions that were asked about.
+    /// Whether each point is in the boundary, for each resolution that was asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
 
@@ -186,7 +186,7 @@ impl<'a> Truth<'a> {
         self.watched.get_or_init(|| self.wanted.watched.iter().enumerate().map(of).collect())
     }
 
-    /// What reaches these points of each color; nothing where all light is taken alike.
+    /// Visibility of each color at these points; none where casters absorb all colors alike.
     fn colors<P: Sync>(&self, light: usize, points: &[P], at: impl Fn(&P) -> DVec3 + Sync) -> Vec<[f64; 3]> {
         let casters = self.casters();
         let wanted = if self.scene.extinction_ratio == Scene::GREY { &[] } else { points };

@@ -21,8 +21,8 @@ pub(super) fn references(states: &[Scene]) -> Vec<Picture> {
 }
 
 impl Case<'_> {
-    /// Draws frame after frame, each once, and says how far these are from the truth and what they change that it does not. The
-    /// first is not counted: it has no frame before it.
+    /// Draws frame after frame, each once, and returns their errors against the truth, and changes that the truth does not have. The first
+    /// is not counted: it has no frame before it.
     pub(super) fn turn(
         &mut self,
         opened: &mut Opened,

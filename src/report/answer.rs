@@ -5,17 +5,17 @@ use crate::measure::{Row, Status};
 /// Errors below this are a quarter of a step of an 8-bit display: to be closer is worth no time.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-3;
 
-/// An error that rows are held against each other by.
+/// A kind of error by which rows are compared.
 #[derive(Clone, Copy)]
 pub(super) struct Measure {
     /// In a sentence.
     pub(super) name: &'static str,
     pub(super) of: fn(&Row) -> Option<f64>,
-    /// What it is weighed against.
+    /// The error that it is weighed against.
     pub(super) time: Time,
 }
 
-/// A time that rows are held against each other by, nanoseconds.
+/// A kind of time by which rows are compared, nanoseconds.
 #[derive(Clone, Copy)]
 pub(super) struct Time {
     /// Behind a number of milliseconds.
@@ -38,14 +38,14 @@ pub(super) const FLIP: Measure =
 
 /// Rows of a scene by their index in the results.
 pub(super) struct Answer {
-    /// The smallest product of frame time and error: what takes twice as long has to be twice as close.
+    /// The smallest product of frame time and error: a row with twice the time needs half the error.
     pub(super) best: usize,
     pub(super) fastest: usize,
     pub(super) closest: usize,
     pub(super) smallest: Option<usize>,
 }
 
-/// What most rows have; among equals, the first. FLIP where no row has errors of points.
+/// The kind of error that most rows have; among equals, the first. FLIP where no row has errors of points.
 pub(super) fn measure(rows: &[(usize, &Row)]) -> Measure {
     measure_by(rows, FRAME)
 }
@@ -70,7 +70,7 @@ pub(super) fn point(row: &Row, measure: &Measure) -> Option<(f64, f64)> {
     (row.status == Status::Ok && point.0.is_finite() && point.1.is_finite()).then_some(point)
 }
 
-/// None where no row has both. `none` is no answer, nor is what is no closer than that.
+/// None where no row has both. `none` is no answer, nor is a row that is no closer than that.
 pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer> {
     let measured = |&(index, row): &(usize, &Row)| Some((index, row.technique != "none", point(row, measure)?));
     let all: Vec<_> = rows.iter().filter_map(measured).collect();

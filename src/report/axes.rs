@@ -29,7 +29,7 @@ pub(super) const AXES: [Axes; 3] = [
     Axes {
         file: "time-vs-error.svg",
         title: "Build time against map error",
-        aria_label: "Build time against mean absolute error at map points, one panel a scene",
+        aria_label: "Build time against mean absolute error at map points, one panel per scene",
         names: "build time and map error",
         time_title: "build time, ms (median; bars from p05 to p95)",
         error_title: "mean absolute error of visibility (map points)",
@@ -41,7 +41,7 @@ pub(super) const AXES: [Axes; 3] = [
     Axes {
         file: "frame-vs-error.svg",
         title: "Time of a frame against space error",
-        aria_label: "Time of a frame against mean absolute error in space, one panel a scene",
+        aria_label: "Time of a frame against mean absolute error in space, one panel per scene",
         names: "frame time and space error",
         time_title: "time of a frame, ms (a build, and the picture drawn)",
         error_title: "mean absolute error of visibility (in space)",
@@ -53,7 +53,7 @@ pub(super) const AXES: [Axes; 3] = [
     Axes {
         file: "frame-vs-surface.svg",
         title: "Time of a frame against surface error",
-        aria_label: "Time of a frame against mean absolute error on surfaces, one panel a scene",
+        aria_label: "Time of a frame against mean absolute error on surfaces, one panel per scene",
         names: "frame time and surface error",
         time_title: "time of a frame, ms (a build, and the picture drawn)",
         error_title: "mean absolute error of visibility (on surfaces)",

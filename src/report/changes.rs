@@ -1,4 +1,4 @@
-//! What has changed since a baseline: a table, and the files that other tools read.
+//! Changes since a baseline: a table, and the files that other tools read.
 
 use super::wording::{Specs, bytes, milliseconds, one_line, outcome, significant};
 use crate::measure::{Change, Figure, Results, Verdict};
@@ -69,7 +69,8 @@ pub fn changes_table(changes: &[Change], now: &Results) -> String {
     table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
-/// The same for programs: times are nanoseconds, and `share` is by how much more of what it was a figure is now.
+/// The same for programs: times are nanoseconds, and `share` is how much larger a figure is now, as a share of the
+/// earlier one.
 pub fn changes_json(changes: &[Change]) -> serde_json::Value {
     let of_figure = |figure: &Figure| {
         let [.., verdict] = cells(figure);

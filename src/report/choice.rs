@@ -1,4 +1,4 @@
-//! What the page begins with: the answer in a sentence, and the plots that it is read from.
+//! The head of the page: the answer in a sentence, and the plots that show it.
 
 use crate::measure::{Results, Row};
 use crate::report::answer::{FLIP, answer, measure, point};
@@ -29,7 +29,7 @@ struct Look {
 #[derive(Serialize)]
 struct SceneChoice {
     name: String,
-    /// What is meant by error.
+    /// The kind of error that is meant.
     measure: &'static str,
     best: Option<Said>,
     fastest: Option<Said>,

@@ -7,9 +7,9 @@ use crate::measure::{ColorError, PointError, Row, Status};
 
 /// One measured column.
 pub(super) struct Column {
-    /// What neighbouring columns have in common.
+    /// The heading that neighbouring columns share.
     pub(super) group: &'static str,
-    /// What it is, within the group.
+    /// Its own heading, within the group.
     pub(super) name: &'static str,
     /// Group and name together, short enough for a terminal, with the unit.
     pub(super) heading: &'static str,
@@ -22,7 +22,7 @@ pub(super) struct Column {
     pub(super) value: fn(&Row) -> Option<f64>,
     /// How the number reads.
     pub(super) text: fn(f64) -> String,
-    /// What stands behind the number, in small.
+    /// The small text behind the number.
     pub(super) spread: fn(&Row) -> Option<String>,
 }
 
@@ -272,7 +272,7 @@ const COLUMNS: [Column; 34] = [
         "In space, by color",
         "red",
         "space red",
-        "Mean absolute error of what is left of red light at points all over the casters' bounds",
+        "Mean absolute error of the red light that is left at points all over the casters' bounds",
         17,
         |row| color(row, "red", |error| error.space),
         significant,
@@ -281,7 +281,7 @@ const COLUMNS: [Column; 34] = [
         "In space, by color",
         "green",
         "space green",
-        "Mean absolute error of what is left of green light at points all over the casters' bounds",
+        "Mean absolute error of the green light that is left at points all over the casters' bounds",
         17,
         |row| color(row, "green", |error| error.space),
         significant,
@@ -290,7 +290,7 @@ const COLUMNS: [Column; 34] = [
         "In space, by color",
         "blue",
         "space blue",
-        "Mean absolute error of what is left of blue light at points all over the casters' bounds",
+        "Mean absolute error of the blue light that is left at points all over the casters' bounds",
         17,
         |row| color(row, "blue", |error| error.space),
         significant,
@@ -299,7 +299,7 @@ const COLUMNS: [Column; 34] = [
         "On surfaces, by color",
         "red",
         "surface red",
-        "Mean absolute error of what is left of red light at surface points",
+        "Mean absolute error of the red light that is left at surface points",
         18,
         |row| color(row, "red", |error| error.surface),
         significant,
@@ -308,7 +308,7 @@ const COLUMNS: [Column; 34] = [
         "On surfaces, by color",
         "green",
         "surface green",
-        "Mean absolute error of what is left of green light at surface points",
+        "Mean absolute error of the green light that is left at surface points",
         18,
         |row| color(row, "green", |error| error.surface),
         significant,
@@ -317,7 +317,7 @@ const COLUMNS: [Column; 34] = [
         "On surfaces, by color",
         "blue",
         "surface blue",
-        "Mean absolute error of what is left of blue light at surface points",
+        "Mean absolute error of the blue light that is left at surface points",
         18,
         |row| color(row, "blue", |error| error.surface),
         significant,

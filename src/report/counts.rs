@@ -1,4 +1,4 @@
-//! What passes did, for the terminal.
+//! Counts of passes' work, for the terminal.
 
 use crate::gpu::Executable;
 use crate::measure::{PassCount, Results, Row};
@@ -7,8 +7,8 @@ use crate::report::wording::{Specs, one_line};
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
-/// A table for each scene: a row's passes, one per line, those of a build first, then those of its picture; and what the driver tells of
-/// the programs that it made of shaders, where it does. Empty unless asked for.
+/// A table for each scene: a row's passes, one per line, those of a build first, then those of its picture; and the driver's reports about
+/// compiled shaders, where there are any. Empty unless asked for.
 pub fn counts(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -28,7 +28,7 @@ pub fn counts(results: &Results) -> String {
     text
 }
 
-/// A line a program: its figures have the driver's names.
+/// One line per program, with the driver's names of its figures.
 fn programs(executables: &[Executable]) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

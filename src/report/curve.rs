@@ -47,7 +47,7 @@ fn draw(
         .y_desc("transmittance")
         .label_style(("sans-serif", TEXT))
         .draw()?;
-    // What lies beyond would be drawn at the edge.
+    // Points beyond would be drawn at the edge.
     let within = |points: &RayPoints| points.iter().copied().filter(|(x, _)| range.contains(x)).collect::<Vec<_>>();
     let path = |points: &RayPoints, style: ShapeStyle| PathElement::new(within(points), style);
     chart

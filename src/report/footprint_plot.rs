@@ -1,4 +1,4 @@
-//! Errors by the width of the area that asks, as an SVG.
+//! Errors against means over areas, by the area's width, as an SVG.
 
 use crate::measure::{FOOTPRINTS, Results, Row};
 use crate::report::colours::COLOURS;
@@ -11,7 +11,7 @@ use plotters::prelude::*;
 const WIDTH: u32 = 1120;
 const HEIGHT: u32 = 480;
 
-/// What an error is drawn as at least, on an axis of logarithms.
+/// The least error that is drawn, on a logarithmic axis.
 const LEAST: f64 = 1e-3;
 
 /// A panel per scene, a line per row, over the sides of squares; none unless asked for.
@@ -57,7 +57,7 @@ fn draw(svg: &mut String, panels: &[(String, Vec<&Row>)], specs: &Specs) -> Resu
         for (i, row) in rows.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             let points: Vec<_> = row.footprints.iter().map(|error| (error.texels, error.rms.max(LEAST))).collect();
-            // What has a colour for the second time has hollow dots.
+            // The second line of a colour has hollow dots.
             let dot = if i < COLOURS.len() { colour.filled() } else { colour.stroke_width(2) };
             chart.draw_series([PathElement::new(points.clone(), colour.stroke_width(2))])?;
             chart.draw_series(points.into_iter().map(|point| Circle::new(point, 4, dot)))?;

@@ -1,11 +1,11 @@
-//! Errors against what areas see, for the terminal.
+//! Errors against means over areas, for the terminal.
 
 use crate::measure::{FOOTPRINTS, FootprintError, Results, Row};
 use crate::report::casters::lines;
 use crate::report::pareto::scenes;
 use crate::report::wording::{Specs, one_line, significant};
 
-/// A scene's rows one a line, a column for each size. Empty where there are no points.
+/// A scene's rows one per line, a column for each size. Empty where there are no points.
 pub fn footprints(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! What a person sees of [`Results`](crate::measure::Results), and how it reaches the disk.
+//! [`Results`](crate::measure::Results) as tables, plots and pages for people, and as files.
 //!
 //! | what | where it goes |
 //! |---|---|
@@ -17,8 +17,8 @@
 //! | [`submission_table`] | the terminal, of `gobo submit`: Markdown |
 //! | [`soak_page`] | `soak.html`, of `gobo stress --soak` |
 //!
-//! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
-//! page share are listed once, in `columns.rs`, and what is plotted in `axes.rs`. Same results, same bytes out.
+//! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the page
+//! share are listed once, in `columns.rs`, and the axes of plots in `axes.rs`. Same results, same bytes out.
 
 mod answer;
 mod axes;

@@ -6,7 +6,7 @@ use crate::measure::{PointError, Results, Row, Status, spearman};
 /// Rows of a scene below which the orders of two figures say nothing.
 const ENOUGH_ROWS: usize = 5;
 
-/// What speaks against a row: times that are not steady, and points that are wrong though the technique resolves them.
+/// Reasons not to trust a row: times that are not steady, and points that are wrong though the technique resolves them.
 pub(super) fn warnings(row: &Row) -> Vec<String> {
     let unsteady =
         row.steadiness.map(|s| (s.warnings(), s.measured_again)).filter(|(warnings, _)| !warnings.is_empty());
@@ -23,8 +23,8 @@ pub(super) fn warnings(row: &Row) -> Vec<String> {
     unsteady.into_iter().chain(wrong.into_iter().filter_map(|(name, points)| of(name, points))).collect()
 }
 
-/// Whether surface error puts the rows of each scene in the order that FLIP does, which is about what an eye sees: Spearman's
-/// rank correlation. None where too few rows have both.
+/// Whether surface error puts the rows of each scene in the same order as FLIP, which models the eye: Spearman's rank correlation. None
+/// where too few rows have both.
 pub(super) fn agreement(results: &Results) -> Option<String> {
     let both = |row: &Row| {
         let error = row.error.as_ref().filter(|_| row.status == Status::Ok)?;

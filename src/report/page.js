@@ -54,7 +54,7 @@ document.getElementById("theme").addEventListener("click", () => {
   const is = root.dataset.theme ?? (dark ? "dark" : "light");
   root.dataset.theme = is === "dark" ? "light" : "dark";
 });
-// Filters: what is left out is hidden wherever its row stands.
+// Filters: a row that is left out is hidden in every table and plot.
 const filters = document.getElementById("filters");
 function filter() {
   const off = kind => new Set([...filters.querySelectorAll(`[data-filter="${kind}"]`)].filter(box => !box.checked).map(box => box.value));
@@ -120,7 +120,7 @@ for (const card of document.querySelectorAll(".card[data-row]")) {
     figure(crop, `where they differ most, zoomed: reference | result (${side} × ${tall} pixels from ${at[0]}, ${at[1]})`);
   }).catch(() => {});
 }
-// Who points at a row sees its point, and the other way round.
+// A pointer on a row lights up its point, and the other way round.
 for (const part of document.querySelectorAll(".point, .rows tbody tr")) {
   const light = on => () => document.querySelectorAll(`.point[data-row="${part.dataset.row}"]`).forEach(point => point.classList.toggle("lit", on));
   part.addEventListener("mouseenter", light(true));

@@ -86,7 +86,7 @@ struct PageRow<'a> {
     spec_parts: Vec<String>,
     full_spec: String,
     path: String,
-    /// What speaks against its times, or against the method.
+    /// Reasons not to trust its times, or the method.
     warnings: Vec<String>,
     /// Milliseconds of the passes that techniques share; none where there are none.
     shared: Option<String>,
@@ -182,7 +182,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         .map_err(broken)
 }
 
-/// What all scenes share.
+/// Shared by all scenes.
 struct Shared<'a> {
     specs: &'a Specs,
     /// Numbered over the whole run, so that a pass has one colour in every scene.
@@ -269,7 +269,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     }
 }
 
-/// As long as the slowest build that is no more than four times as long as the middle one: what is slower is cut.
+/// As long as the slowest build that is no more than four times as long as the middle one: slower ones are cut off.
 fn scale(mut all_ns: Vec<f64>) -> f64 {
     all_ns.retain(|ns| *ns > 0.0);
     all_ns.sort_by(f64::total_cmp);
@@ -281,7 +281,7 @@ fn passes_ns(row: &Row) -> f64 {
     row.passes.iter().map(|pass| pass.median_ns).filter(|ns| ns.is_finite()).sum()
 }
 
-/// What no kind of points has is left out.
+/// Columns that no kind of points has are left out.
 fn statistics(row: &Row) -> Statistics {
     let Some(error) = &row.error else { return Statistics { points: Vec::new(), lines: Vec::new() } };
     let kinds = [("map points", error.map), ("in space", error.space), ("on surfaces", error.surface)];

@@ -103,8 +103,8 @@ pub fn panels(panels: &[Panel], [width, height]: [u32; 2], columns: u32) -> Pape
     paper
 }
 
-/// A picture with a scale below it: colours from the left to the right, by a share from 0 to 1, and what stands below both ends
-/// and between them.
+/// A picture with a scale below it: colours from the left to the right, by a share from 0 to 1, and the labels below both ends and between
+/// them.
 pub fn with_scale(
     rgb8: &[u8],
     [width, height]: [u32; 2],

@@ -7,7 +7,7 @@ use crate::report::wording::{NOTHING, Specs, milliseconds, one_line, significant
 use comfy_table::presets;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
-/// A scene's measured rows one a line, a column for each pass: median milliseconds, those of the
+/// A scene's measured rows one per line, a column for each pass: median milliseconds, those of the
 /// passes that techniques share (the world, fits, orders, opaque maps), of its own, and of the whole build. Where it is known how fast the device copies, also the whole over the floor: the time of copying the bytes that look-ups need. Below,
 /// the same of drawing, for rows whose pictures are drawn in passes.
 pub fn passes(results: &Results) -> String {
@@ -29,7 +29,7 @@ pub fn passes(results: &Results) -> String {
     text
 }
 
-/// What a table is about.
+/// The subject of a table.
 #[derive(Clone, Copy)]
 struct Of {
     /// Which passes of a row.

@@ -39,7 +39,7 @@ const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
 const SHAPES: usize = 5;
 
 /// File names and log-log SVGs, of those plots for which a row has time and error: `time-vs-error.svg`, the build
-/// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel a scene, its Pareto
+/// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel per scene, its Pareto
 /// front marked; and `footprints.svg`, where squares were asked about. An error that a logarithmic axis cannot show stands on a line that says so.
 pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     let footprints = footprint_plot(results).map(|svg| ("footprints.svg", svg));
@@ -87,7 +87,8 @@ fn legend_height(lines: &[String]) -> i32 {
     LEGEND_LINE + (lines.len() as i32 - 1) * LEGEND_NEXT_LINE
 }
 
-/// One line, or two that break behind a blank, comma or dash where one is near; what does not fit loses its middle.
+/// One line, or two that break behind a blank, comma or dash where one is near; text that does not fit loses its
+/// middle.
 fn legend_lines(label: &str) -> Vec<String> {
     let room = characters_in(WIDTH - LEGEND_LEFT - 44, 13);
     let label: Vec<char> = shortened(label, 2 * room - room / 4).chars().collect();
@@ -212,7 +213,7 @@ fn limits_and_floor(
     text(root, &label, (left + 6, y + 10), 13, &COLOURS[1], (HPos::Left, VPos::Center), false)
 }
 
-/// The border of what the front beats: steps, for nothing between two points of it has been measured.
+/// The border of all that the front beats: steps, since nothing between two of its points has been measured.
 fn front(area: &Logarithmic, panel: &Panel) -> Drawn {
     let mut corners: Vec<(f64, f64)> = panel
         .series

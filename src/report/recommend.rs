@@ -1,5 +1,5 @@
-//! Which technique for a scene: among the measured rows within limits, the best balanced, the extremes, and what is
-//! closer.
+//! Which technique for a scene: among the measured rows within limits, the best balanced one, the extremes, and one
+//! with less error.
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
@@ -10,12 +10,12 @@ use crate::technique::{Lifetime, REGISTRY};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// What an answer may take and may be wrong by; what is absent is not limited.
+/// Limits of an answer's time, memory and error; an absent one is no limit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Milliseconds of a frame.
     pub ms: Option<f64>,
-    /// The error that the scene's rows are held against each other by.
+    /// The kind of error by which the scene's rows are compared.
     pub error: Option<f64>,
     /// Mean FLIP of the picture.
     pub flip: Option<f64>,
@@ -23,7 +23,7 @@ pub struct Limits {
     pub bytes: Option<u64>,
 }
 
-/// A name, what a row has, its limit, and how both are written.
+/// A quantity's name, a row's value, its limit, and how both are written.
 type Limited<'a> = (&'a str, Option<f64>, Option<f64>, &'a dyn Fn(f64) -> String);
 
 /// A limit that a row breaks.
@@ -76,7 +76,7 @@ pub struct Recommendation {
     pub text: String,
     scene: String,
     device: String,
-    /// What the errors of the rows are: `surface error`, say.
+    /// The kind of the rows' errors, such as `surface error`.
     error: &'static str,
     best: Chosen,
     closer: Option<Chosen>,
@@ -115,7 +115,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     let within: Vec<_> = rows
         .iter()
         .copied()
-        // What is no closer than no shadow is no answer, whatever no shadow takes.
+        // A row that is no closer than no shadow is no answer, however long no shadow takes.
         .filter(|(_, row)| row.technique == "none" || limits.broken(row, &measure).is_empty())
         .collect();
     let Some(found) = answer(&within, &measure) else {
@@ -225,7 +225,8 @@ fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) ->
         .min_by(|a, b| worst(&a.1).total_cmp(&worst(&b.1)))
 }
 
-/// The quickest of what is closer than row `best` by a tenth or more, as far as that is worth time; it is on the front.
+/// The quickest row on the front whose error is less than that of row `best` by a tenth or more, as far as that is
+/// worth time.
 fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?));
     let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();
@@ -286,7 +287,7 @@ mod tests {
     use crate::consume::runs;
     use crate::measure::{ImageError, PointError, RowError, Status};
 
-    /// What is on the device's default list comes back from its row as it was.
+    /// A spec of the device's default list comes back from its row as it was.
     #[test]
     fn a_spec_to_paste_is_the_row_again() {
         for spec in

@@ -14,7 +14,7 @@ pub(super) struct Size {
     pub(super) height: f64,
     /// Characters of the longest label.
     longest: usize,
-    /// Only what the answer names and the front have labels.
+    /// Only rows that the answer names and the front have labels.
     few_labels: bool,
 }
 
@@ -34,7 +34,7 @@ const ADVANCE: f64 = 8.1;
 const LINE: f64 = 16.0;
 /// Half of a point's extent, and of one that the answer names.
 const REACH: f64 = 7.0;
-/// What is farther than this from the middle of all stands at the edge.
+/// A point farther than this from the middle of all stands at the edge.
 const FAR: f64 = 25.0;
 const CLOSE: f64 = 1000.0;
 const SMALLEST: f64 = 1e-7;
@@ -50,15 +50,15 @@ pub(super) struct Dot {
     pub(super) label: String,
     /// All of it, for a reader who points at it.
     pub(super) title: String,
-    /// Whether it is there for comparison alone: then it does not stretch the axes.
+    /// Whether it is shown for comparison alone: then it does not stretch the axes.
     pub(super) aside: bool,
-    /// What the answer says of it: `best balanced`.
+    /// The answer's words for it: `best balanced`.
     pub(super) said: Option<&'static str>,
 }
 
 type Box = (f64, f64, f64, f64);
 
-/// What lies between: the axes' ranges.
+/// The axes' ranges.
 struct Ranges {
     x: (f64, f64),
     y: (f64, f64),
@@ -77,7 +77,7 @@ impl Ranges {
         let close = middle(shown().map(|dot| dot.y).collect())? / CLOSE;
         let x = range(shown().map(|dot| dot.x).filter(|x| (SMALLEST..=far).contains(x)))?;
         let y = range(shown().map(|dot| dot.y).filter(|y| *y >= close.max(SMALLEST)))?;
-        // Air for what stands at the edge.
+        // A margin for points at the edge.
         let at_edge = |outside: bool| if outside { 1.15 } else { 1.0 };
         let x = (x.0, x.1 * at_edge(dots.iter().any(|dot| dot.x > x.1)));
         let y = (y.0 / at_edge(dots.iter().any(|dot| dot.y < y.0)), y.1 * at_edge(dots.iter().any(|dot| dot.y > y.1)));
@@ -88,7 +88,7 @@ impl Ranges {
         (LEFT, TOP, self.size.width - RIGHT, self.size.height - BOTTOM)
     }
 
-    /// Where a point is drawn, and what is to be said where it is not that.
+    /// Where a point is drawn, and a note if that is not its true place.
     fn place(&self, dot: &Dot) -> (f64, f64, String) {
         let (left, top, right, bottom) = self.area();
         let along = |value: f64, (low, high): (f64, f64)| (value.max(SMALLEST * 0.01) / low).ln() / (high / low).ln();

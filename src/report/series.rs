@@ -1,4 +1,4 @@
-//! What a plot shows, before any pixel: panels, series, points and the ranges of their axes.
+//! The content of a plot, before any pixel: panels, series, points and the ranges of their axes.
 
 use crate::measure::{Results, Row};
 use crate::report::axes::Axes;
@@ -12,7 +12,7 @@ const SMALLEST_MILLISECONDS: f64 = 1e-6;
 
 /// One measured row.
 pub(super) struct Point {
-    /// The time, clamped to what the axis can show.
+    /// The time, clamped to the axis.
     pub(super) milliseconds: f64,
     /// 5th and 95th percentile of it, where they are known.
     pub(super) spread_milliseconds: Option<(f64, f64)>,
@@ -24,7 +24,7 @@ pub(super) struct Point {
     pub(super) on_front: bool,
 }
 
-/// What is drawn in one colour and joined.
+/// Points that are drawn in one colour and joined.
 pub(super) struct Series {
     /// `avsm two-pass linear`.
     pub(super) name: String,
@@ -48,7 +48,7 @@ pub(super) struct Panel {
     pub(super) series: Vec<Series>,
     /// Sorted by error.
     pub(super) limits: Vec<Limit>,
-    /// Set when an error lies below what a logarithmic axis shows: those stand on this line.
+    /// Set when errors lie below the logarithmic axis: they stand on this line.
     pub(super) floor: Option<f64>,
     /// Range of the axis, with air at both ends.
     pub(super) milliseconds: (f64, f64),
@@ -73,7 +73,7 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
 
     let smallest_shown = measured.iter().map(|&(_, error)| error).filter(|&e| e >= SMALLEST_ERROR).reduce(f64::min);
     let floor = measured.iter().any(|&(_, error)| error < SMALLEST_ERROR).then(|| match smallest_shown {
-        // A whole power of ten, at least a factor of two below what is not clamped.
+        // A whole power of ten, at least a factor of two below all errors that are not clamped.
         Some(smallest) => 10f64.powf((smallest / 2.0).log10().floor()).max(SMALLEST_ERROR / 10.0),
         None => SMALLEST_ERROR,
     });
@@ -94,7 +94,7 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
         }
     }
     for series in &mut series {
-        // Stable: what is no number keeps its place behind the numbers.
+        // Stable: NaN keeps its place behind the numbers.
         series.points.sort_by_key(|point| point.label.parse::<u64>().unwrap_or(u64::MAX));
     }
 

@@ -1,4 +1,4 @@
-//! What `gobo stress --soak` found: the page.
+//! The page of `gobo stress --soak`.
 
 use super::stress::render;
 use super::wording::{NOTHING, bytes};
@@ -18,7 +18,7 @@ struct Page<'a> {
     flat: &'static str,
 }
 
-/// The page: failures with their seeds, and what was held, in one file without network.
+/// The page: failures with their seeds, and memory held, in one file without network.
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.

@@ -14,7 +14,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Creates the folder, with those above it, unless it is there.
+    /// Creates the folder, with those above it, unless it exists.
     ///
     /// # Errors
     /// [`Error::Output`] when there is something else of that name or no permission.
@@ -29,7 +29,7 @@ impl Store {
     }
 
     /// Writes `results.json` and `results.csv`. Meant to be called after every row, so that an interrupted run keeps
-    /// what it measured.
+    /// its rows.
     ///
     /// # Errors
     /// [`Error::Output`] names the file; the file of that name, if any, is as it was.
@@ -67,7 +67,7 @@ impl Store {
         self.write_bytes(name, bytes)
     }
 
-    /// Whether a file of that name may take the place of what is there now, which is asked for again when it is written.
+    /// Whether a file of that name may replace what stands there now; it is checked again on writing.
     ///
     /// # Errors
     /// [`Error::Output`] where a folder or a device would have to go.

@@ -1,4 +1,4 @@
-//! What `gobo stress` found: the table for the terminal, the CSV, the page.
+//! Results of `gobo stress`: the table for the terminal, the CSV, the page.
 
 use crate::measure::PointError;
 use crate::report::wording::{NOTHING, one_line, signed, significant};
@@ -9,7 +9,7 @@ use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
-/// Figures of a verdict, with what they mean.
+/// Figures of a verdict, with their meaning.
 const COLUMNS: [(&str, &str); 7] = [
     ("mean", "mean absolute error, on the rays of texels where there are any, else in space"),
     ("bias", "signed mean: positive is too bright"),
@@ -166,7 +166,7 @@ struct PageVerdict<'a> {
     cells: [String; COLUMNS.len()],
 }
 
-/// The page: a table a case, in one file without network.
+/// The page: one table per case, in one file without network.
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.

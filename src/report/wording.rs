@@ -150,12 +150,13 @@ fn default(technique: &str, key: &str) -> Option<&'static str> {
 }
 
 impl Specs {
-    /// A key is shared when every row that has it agrees, or every row of a technique has its default: a value in which two
-    /// techniques differ tells no rows of either apart. A single row has nobody to share with, and says what is not the
-    /// default.
+    /// A key is shared, and so left out of the rows' specs, when every row that has it agrees, or every row of a technique has its default:
+    /// if two techniques differ in it, that tells none of their rows apart. A single row shares with no other, and its spec has what is not
+    /// the default.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
-        // Each value in the row's words and in those of now: a default that was called otherwise is it, unless both stand beside each other.
+        // Each value in the row's words and in today's: a default under an older name is still the default, unless rows with both names
+        // stand beside each other.
         let mut keys: BTreeMap<&str, BTreeMap<&str, BTreeMap<&str, &str>>> = BTreeMap::new();
         for row in rows {
             // The path that ran has a column of its own, whatever the spec asked for.
@@ -298,7 +299,7 @@ mod tests {
         assert!(names == ["avsm", "psm"] && shared.contains("size=64"), "{names:?}, {shared}");
     }
 
-    /// `storage=full` was the default of avsm, and is what `auto` comes to; a sweep over both still tells its rows apart.
+    /// `storage=full` was the default of avsm, and `auto` now means the same; a sweep over both still tells its rows apart.
     #[test]
     fn an_old_word_of_a_default_is_no_label() {
         assert_eq!(labels(&["avsm:storage=full"]).0, ["avsm"]);

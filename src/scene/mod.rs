@@ -88,7 +88,7 @@ pub struct Mesh {
     pub name: String,
     /// Vertices, world units.
     pub positions: Vec<[f32; 3]>,
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance in [0, 1].
     pub albedo: [f32; 3],
@@ -133,7 +133,7 @@ pub struct Kinds {
     pub meshes: bool,
 }
 
-/// Everything that casts, the lights and the camera, as the host has them: one way to fill a [`crate::world::World`].
+/// Everything that casts, the lights and the camera, on the host. A [`crate::world::World`] can be made from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The name shown in tables and file names.
@@ -152,10 +152,10 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
-    /// What moves by itself.
+    /// How it moves by itself.
     pub motion: Motion,
-    /// Extinction of red, green and blue light, each a multiple of what translucent casters have: finite, ≥ 0, not all 0. What red keeps of
-    /// its light is the power of that number of what casters leave. Meshes end all light alike.
+    /// Extinction of red, green and blue light, each a multiple of the casters' own: finite, ≥ 0, not all 0. A color's transmittance is the
+    /// casters' to the power of its number. Meshes end all light alike.
     pub extinction_ratio: [f32; 3],
 }
 
@@ -211,7 +211,7 @@ impl Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 impl Scene {
-    /// The extinction ratio of what takes of all light alike.
+    /// The extinction ratio of casters that take all colors alike.
     pub const GREY: [f32; 3] = [1.0; 3];
 
     /// Casters that there are at once, at any time.

@@ -145,7 +145,7 @@ impl Simulation {
             return Ok(Vec::new());
         }
         let (context, last) = (self.context.clone(), steps.end - 1);
-        // What stands on the device is at no step until all is done.
+        // The device's state belongs to no step until all is done.
         let goes_on = self.at.take().is_some_and(|at| at + 1 == steps.start);
         if !goes_on {
             let before = context.submit(|commands| {
@@ -172,17 +172,17 @@ impl Simulation {
         commands.pass("simulate.step", |pass| pass.dispatch(&self.kernel, &push, [x, y, 1]));
     }
 
-    /// What is simulated.
+    /// The simulated scene.
     pub fn fountain(&self) -> Fountain {
         self.fountain
     }
 
-    /// [`Body`]: what they are now.
+    /// [`Body`]: their present state.
     pub fn bodies(&self) -> &Buffer {
         &self.bodies
     }
 
-    /// What they bounce off; empty before the first step.
+    /// The voxels that they bounce off; empty before the first step.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }

@@ -13,7 +13,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// What rounding may do to a sum of weights: answers are in [0, 1] up to this.
+/// Rounding of a sum of weights: answers are in [0, 1] up to this.
 const ROUNDING: f32 = 1e-6;
 
 /// Builds the technique of `spec` for the subject's scene, asks it, and again with its casters in other orders and moved a
@@ -95,7 +95,7 @@ fn in_query(points: &Points) -> consume::Asked<'_> {
     consume::Asked { light: points.light, points: &points.positions, normals: &points.normals }
 }
 
-/// What answers are off by, the finite ones.
+/// Errors of answers, the finite ones.
 fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<Asked> {
     let mut kept = Answers::default();
     let mut said = said.iter();

@@ -1,4 +1,4 @@
-//! What can be swept in a scene that the user gives.
+//! Numbers that can be swept in a scene of the user's.
 
 use super::strewn::{changed, denser, step};
 use crate::reference::truth::bounds;
@@ -77,7 +77,7 @@ pub(super) const CHANGES: &[Change] = &[
 fn thicker(scene: &Scene, factor: f64) -> Scene {
     let mut scene = Scene { particles: changed(scene.particles.clone(), |_, p| denser(p, factor)), ..scene.clone() };
     for strand in &mut scene.strands {
-        // What is left of the light, so many times over.
+        // The transmittance to the power of this.
         strand.opacity = -(factor * f64::from(-strand.opacity).ln_1p()).exp_m1() as f32;
     }
     scene

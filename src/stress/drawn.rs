@@ -1,4 +1,4 @@
-//! What a seed of a soak stands for: a scene, how it moves, and which techniques are asked.
+//! Everything that follows from a soak's seed: a scene, how it moves, and which techniques are asked.
 
 use super::meshes::{block, plate, triangles};
 use super::strewn::{sphere, step};
@@ -14,7 +14,7 @@ pub(super) struct Drawn {
     pub most: Scene,
     /// The same, frame by frame: casters move, grow, shrink, come and go.
     pub frames: Vec<Scene>,
-    /// Who is asked.
+    /// The techniques that are asked.
     pub specs: Vec<Spec>,
 }
 
@@ -189,7 +189,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// A part of what there is at most, somewhere else, of another size.
+    /// A part of the casters of `most`, moved and of another size.
     fn frame(&mut self, most: &Scene) -> Scene {
         let mut scene = most.clone();
         let mut part = |count: usize| match self.below(5) {

@@ -41,7 +41,7 @@ use crate::{Error, Result};
 pub struct Case {
     /// Its name.
     pub name: &'static str,
-    /// What is in the scene.
+    /// The content of the scene.
     pub about: &'static str,
     /// Which number, with its unit.
     pub swept: &'static str,
@@ -56,7 +56,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// What cases are unless they say otherwise.
+    /// Defaults of cases.
     const USUAL: Self = Self {
         name: "",
         about: "",

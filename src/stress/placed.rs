@@ -1,4 +1,4 @@
-//! Cases of where the light stands, where it looks, and what it has before it.
+//! Cases about the light's place, its direction, and casters close to it.
 
 use super::Case;
 use super::meshes::plate;

@@ -22,7 +22,7 @@ pub struct Results {
     pub limit_s: f64,
     /// How far each technique holds in each case.
     pub verdicts: Vec<Verdict>,
-    /// One a case, value and technique, in the order they were asked.
+    /// One per case, value and technique, in the order they were asked.
     pub rows: Vec<Stressed>,
 }
 
@@ -32,7 +32,7 @@ pub struct Results {
 pub enum Outcome {
     /// It answered.
     Answered,
-    /// The device or the scene lacks what it needs.
+    /// The device or the scene lacks something that it needs.
     Refused,
     /// A call failed, or the process died.
     Failed,
@@ -45,9 +45,9 @@ pub enum Outcome {
 pub struct Stressed {
     /// [`super::Case::name`].
     pub case: String,
-    /// The value of what is swept.
+    /// The value of the setting that is swept.
     pub value: f64,
-    /// Its spec, without what is the default.
+    /// Its spec, without defaults.
     pub technique: String,
     /// The path that ran.
     pub path: String,
@@ -59,7 +59,7 @@ pub struct Stressed {
     pub figures: Option<Figures>,
 }
 
-/// What was seen of its answers. What a technique does not have, or a scene, is absent.
+/// Figures of its answers. Figures that the technique or the scene does not have are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// On the rays of texels, against the filtered truth of smoke.
@@ -80,14 +80,14 @@ pub struct Figures {
     pub order_spread: Option<f64>,
     /// Root mean square of how much more than the truth answers change in a tiny motion.
     pub step_rms: Option<f64>,
-    /// What the validation layer said meanwhile.
+    /// Messages of the validation layer meanwhile.
     pub messages: u64,
 }
 
 /// Answers of one kind of points, the finite ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
-    /// What they are off by, all of them.
+    /// Errors of all of them.
     pub error: Option<PointError>,
     /// How many were asked.
     pub points: u64,

@@ -18,14 +18,14 @@ use crate::{Error, Result};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// What broke, and what repeats it.
+/// A failure, and the seed that repeats it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// `gobo stress --soak 0 --seed` of it is the same round.
+    /// `gobo stress --soak 0 --seed SEED` repeats the round.
     pub seed: u64,
     /// The technique that was asked; empty where the answer was no technique's.
     pub technique: String,
-    /// What broke.
+    /// The promise that broke.
     pub broken: String,
 }
 
@@ -40,9 +40,9 @@ pub struct Round {
     pub refused: u64,
     /// All of them.
     pub failures: Vec<Failure>,
-    /// What the process holds in memory after it; absent where the system does not say.
+    /// The process's memory after it; absent where the system does not say.
     pub host_bytes: Option<u64>,
-    /// What it holds of the device's memory.
+    /// The device memory that it holds.
     pub device_bytes: u64,
 }
 
@@ -69,7 +69,7 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
         let failure = |broken| Failure { seed, technique: spec.short(), broken };
         round.failures.extend(broken.into_iter().map(failure));
     }
-    // What a technique that refused was made of goes with the next submission, as all that is on its way to the device does.
+    // Resources of a technique that refused are freed with the next submission, as all pending work is.
     if let Err(error) = context.try_submit(|_| Ok(())) {
         round.failures.push(Failure { seed, technique: String::new(), broken: advised(error).to_string() });
     }
@@ -81,13 +81,14 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
     Ok(round)
 }
 
-/// What breaks as a technique is asked in each frame, built again for the last, and opened anew with the other `skip=`.
+/// Asks a technique in each frame, builds it again for the last, opens it anew with the other `skip=`, and returns the
+/// promises that broke.
 fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec<String>> {
     let mut world = World::new(context, &drawn.most)?;
     let mut broken = Vec::new();
     let mut moved: Option<Opened> = None;
     let mut last = Vec::new();
-    // What is baked never moves.
+    // Baked techniques never move.
     let first = if spec.entry.lifetime == Lifetime::Baked { drawn.frames.len() - 1 } else { 0 };
     for (frame, scene) in drawn.frames.iter().enumerate().skip(first) {
         world.replace(scene)?;
@@ -128,7 +129,7 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
                 let anew = ask(&opened)?;
                 broken.extend(differ(&format!("opened anew with skip={}", other.text(Name::SKIP)), &last, &anew));
             }
-            // What it casts from has gone meanwhile.
+            // The casters that it sees have gone meanwhile.
             Err(Error::Refused { .. }) => {}
             Err(error) => return Err(error),
         }
@@ -136,7 +137,7 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
     Ok(broken)
 }
 
-/// What differs, if anything does.
+/// The difference, if there is one.
 pub(super) fn differ(what: &str, before: &[f32], after: &[f32]) -> Option<String> {
     let others: Vec<_> = before.iter().zip(after).filter(|(a, b)| a.to_bits() != b.to_bits()).collect();
     let most = others.iter().map(|(a, b)| (*a - *b).abs()).fold(0.0, f32::max);
@@ -145,7 +146,7 @@ pub(super) fn differ(what: &str, before: &[f32], after: &[f32]) -> Option<String
         .then(|| format!("{what}: {} of {} answers differ, by up to {most:.1e}", others.len(), before.len()))
 }
 
-/// What is answered in and around the scene.
+/// Answers in and around the scene.
 fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figures: &mut Figures) -> Result<Vec<f32>> {
     let positions = points(scene, seed);
     let of_light = |light| Points::in_space(light, positions.clone(), Vec::new());
@@ -153,7 +154,7 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
     Ok(answers(context, opened, &[&all], figures)?.concat())
 }
 
-/// What is answered on the rays of texels, where there is a truth to hold it against.
+/// Answers on the rays of texels, where there is a truth to compare with.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     // The maps' own texels decide where opaque shadows are; wider filters mean other rays.

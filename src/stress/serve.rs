@@ -1,4 +1,4 @@
-//! The worker's end: a process that asks for another.
+//! The worker's side: a process that asks techniques on behalf of another process.
 //!
 //! Both ends speak lines of JSON. A [`Job::Value`] is answered by its [`Reply::Ready`], then a row for each of its techniques; a
 //! [`Job::Round`] by each technique that is asked, one after the other, then the round.
@@ -15,16 +15,16 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 
-/// What a worker is to do.
+/// A worker's task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
-    /// A value of what is swept, and which techniques are asked.
+    /// A value of the sweep, and which techniques are asked.
     Value {
         /// [`Sweep::name`].
         sweep: String,
         /// [`Sweep::given`].
         given: Option<String>,
-        /// The value of what is swept.
+        /// The value of the setting that is swept.
         value: f64,
         /// Specs.
         techniques: Vec<String>,
@@ -35,7 +35,7 @@ pub enum Job {
     Reopen,
 }
 
-/// What a worker says.
+/// A worker's message.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Reply {
     /// First of all: its device, and whether that is a software one.

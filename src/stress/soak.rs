@@ -48,9 +48,9 @@ pub struct Life {
     pub process: u32,
     /// The most that the process held after a round.
     pub most_host_bytes: Option<u64>,
-    /// What it held once the device was closed.
+    /// The memory that it held once the device was closed.
     pub host_bytes: Option<u64>,
-    /// What was held of the device's memory after each round, all of them the same.
+    /// The device memory held after each round, the same for all rounds.
     pub device_bytes: u64,
 }
 

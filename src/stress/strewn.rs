@@ -1,4 +1,4 @@
-//! Parts of cases: smoke strewn by numbers, lights, and a scene about them.
+//! Parts of cases: smoke at random places, lights, and a scene about them.
 
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
 use glam::DVec3;

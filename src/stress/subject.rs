@@ -42,7 +42,7 @@ pub struct Subject<'a> {
 /// Points on the rays of texels, with each where rounding left it.
 pub(super) type OnRays = (Vec<Points>, Vec<Rounded>);
 
-/// The scene a little later, and what is true there at the points in space.
+/// The scene a little later, and its truth at the points in space.
 pub(super) struct Moved {
     pub scene: Scene,
     pub visibility: Arc<Vec<f64>>,
@@ -71,7 +71,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Finds what is the same for all techniques, so that it counts in no technique's time.
+    /// Computes values that all techniques share, so that they count in no technique's time.
     pub(super) fn find_truth(&self) {
         self.space();
         self.surface();
@@ -93,8 +93,8 @@ impl<'a> Subject<'a> {
         self.truth.boundary(points, resolution)
     }
 
-    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth
-    /// there: at the very point, rounded as it is, so that no rounding of the point is held against the technique.
+    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth there:
+    /// at the very point, rounded as it is, so that no rounding of the point is counted against the technique.
     pub(super) fn maps(&self, views: &[View]) -> Arc<OnRays> {
         self.maps.get(views.to_vec(), |views| self.on_rays(views))
     }
@@ -267,7 +267,7 @@ impl Place {
 mod tests {
     use super::*;
 
-    /// What several are held against is found once, for the maps that they share.
+    /// The truth that several techniques are compared with is computed once, for the maps that they share.
     #[test]
     fn the_truth_of_maps_is_found_once() {
         let scene = (super::super::Case::named("few").expect("a case").scene)(2.0);

@@ -1,4 +1,4 @@
-//! What is swept: a number of a case's own scene, or of a scene that is given.
+//! The number that a sweep varies: one of a case's own scene, or of a scene that is given.
 
 use super::changes::CHANGES;
 use super::{Case, cases};
@@ -7,7 +7,7 @@ use crate::scene::{BUILT_IN, Motion, Scene, known};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// What moves by itself in a scene that is given stands still at this time, seconds.
+/// A scene that is given, and moves by itself, is taken as it is at this time, seconds.
 const TIME_S: f64 = 20.0;
 
 /// A number that is swept.
@@ -20,7 +20,7 @@ pub struct Sweep {
     pub values: &'static [f64],
     /// As [`Case::most_on_cpu`].
     most_on_cpu: f64,
-    /// Texels per side of maps, where these are what is swept.
+    /// Texels per side of maps, where these are swept.
     pub texels: Option<fn(f64) -> u32>,
     scene: Box<dyn Fn(f64) -> Scene>,
 }

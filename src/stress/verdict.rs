@@ -1,17 +1,17 @@
-//! How far a technique holds in a case: what its answers must be, and where they first are not.
+//! How far a technique holds in a case: the promises that its answers must keep, and where they first break one.
 
 use super::results::{Figures, Outcome, Stressed};
 use crate::consume::parse;
 use crate::technique::Promises;
 use serde::{Deserialize, Serialize};
 
-/// What the technique of a row promises, where it is one.
+/// The promises of a row's technique, if it has one.
 fn promises(row: &Stressed) -> Option<Promises> {
     let spec = parse(&row.technique).ok()?.pop()?;
     Some((spec.entry.promises)(&spec, &row.path))
 }
 
-/// What broke.
+/// The promise that broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Broken {
@@ -66,19 +66,19 @@ impl Broken {
 /// All that a row breaks.
 pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     let figures = match (row.outcome, &row.figures) {
-        // Who has not answered, in time or at all, has broken nothing.
+        // A technique that has not answered, in time or at all, has broken nothing.
         (Outcome::Refused | Outcome::NoAnswer, _) => return Vec::new(),
         (Outcome::Failed, _) | (_, None) => return vec![Broken::Failed],
         (Outcome::Answered, Some(figures)) => figures,
     };
     match promises(row) {
         Some(promises) => broken_of(figures, &promises),
-        // Nobody goes unchecked.
+        // Every technique is checked.
         None => vec![Broken::Failed],
     }
 }
 
-/// Which promises the figures break, and which of what holds for all.
+/// Which promises the figures break, those that hold for all techniques included.
 fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
     // A figure that is not a number is no small one.
     let above =
@@ -111,7 +111,7 @@ pub(super) fn broken_invariants(row: &Stressed) -> Vec<String> {
 pub struct Verdict {
     /// [`super::Case::name`].
     pub case: String,
-    /// Its spec, without what is the default.
+    /// Its spec, without defaults.
     pub technique: String,
     /// `holds`, `holds up to X`, `breaks at X` where that is the first; `refused: …` or `no answer within …`, behind what it holds
     /// up to where that is known.
@@ -120,11 +120,11 @@ pub struct Verdict {
     pub holds_up_to: Option<f64>,
     /// The first value at which something breaks.
     pub breaks_at: Option<f64>,
-    /// What breaks there.
+    /// The promises that break there.
     pub broken: Vec<Broken>,
     /// The same with its figures, or why there was no answer.
     pub why: String,
-    /// What breaks that nothing may break, at any value.
+    /// Promises broken at any value that nothing may break.
     pub invariants: Vec<Broken>,
     /// Figures at the last value at which it holds; where it holds at none, at the first.
     pub figures: Option<Figures>,
@@ -183,7 +183,7 @@ pub(crate) fn number(value: f64) -> String {
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// One a case and technique, in the order of the rows.
+/// One per case and technique, in the order of the rows.
 pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
     let mut pairs: Vec<(&str, &str)> = Vec::new();
     for row in rows {

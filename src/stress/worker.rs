@@ -1,5 +1,4 @@
-//! Runs the process that asks: one that hangs is ended, one that dies becomes a row, and the run goes on with a new
-//! one.
+//! Runs the worker process: one that hangs is ended, one that dies becomes a row, and the run goes on with a new one.
 
 use super::Sweep;
 use super::results::{Outcome, Stressed};
@@ -148,7 +147,7 @@ impl Running {
         let (program, arguments) = command.split_first().ok_or_else(|| fail("there is no program".into()))?;
         let mut child = Command::new(program)
             .args(arguments)
-            // The C library's: what several heaps keep apart grows for minutes, and would look like a leak.
+            // For the C library: memory in several heaps grows for minutes, which would look like a leak.
             .env("MALLOC_ARENA_MAX", "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -205,7 +204,7 @@ impl Running {
 }
 
 impl Drop for Running {
-    /// What hangs in a driver hears nothing else.
+    /// A process that hangs in a driver reacts to nothing else.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();

@@ -37,7 +37,8 @@ words! {
     pub enum Front {
         /// Where the first caster does.
         First = "first",
-        /// At the mean depth of what takes light, as three-geospatial's clouds have it: needs the bins.
+        /// At the casters' mean depth, weighted by the light that they take, as in three-geospatial's clouds: needs the
+        /// bins.
         Weighted = "weighted",
     }
 }
@@ -46,7 +47,7 @@ texel_settings! {
     /// Where a texel's medium begins.
     front: Front = Setting::word(
         "first",
-        "the medium begins at the first caster, or at the mean depth of what absorbs light (needs path=binned)",
+        "the medium begins at the first caster, or at the casters' mean depth (needs path=binned)",
     );
 }
 

@@ -6,7 +6,7 @@ use crate::world::{Generations, World};
 use crate::{Error, Result};
 use std::time::Instant;
 
-/// A technique that is open for a world, and what it was built for last.
+/// A technique that is open for a world, and the world's state at the last build.
 pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     context: Context,
     /// The technique.
@@ -15,9 +15,9 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     skip: bool,
     /// The world's generations at the last build.
     built: Option<Generations>,
-    /// A build ended in an error: what stands on the device is a part of it.
+    /// A build ended in an error: the device has only a part of it.
     broken: bool,
-    /// For tests: what a build also fills.
+    /// For tests: a buffer that a build also fills.
     burden: Option<(Buffer, u64)>,
 }
 
@@ -51,8 +51,8 @@ impl<T: Technique + ?Sized> Opened<T> {
         Self { context: context.clone(), technique, skip, built: None, broken: false, burden: None }
     }
 
-    /// Builds for the world as it is now what has changed since the last build: no pass where none of what it is made of has. With
-    /// `skip=off` all of it. Records and submits again for as long as something did not fit.
+    /// Builds for the world as it is now, and only what has changed since the last build: a pass whose inputs have not changed is left out.
+    /// With `skip=off` all passes run. Records and submits again for as long as something did not fit.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: open it anew then.
@@ -107,7 +107,7 @@ impl<T: Technique + ?Sized> Opened<T> {
             follow(&mut passes, submitted);
             match self.technique.settle(frame)? {
                 Settled::More => {}
-                // What had too little room is no part of what a build takes.
+                // Passes of a try for which a buffer was too small do not count as part of the build.
                 Settled::Grew => passes.clear(),
                 Settled::Done => {
                     (self.built, self.broken) = (Some(world.generations().clone()), false);

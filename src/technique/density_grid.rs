@@ -46,11 +46,11 @@ words! {
 }
 
 words! {
-    /// What a voxel knows of how its strands run.
+    /// What a voxel stores about its strands' directions.
     pub enum Direction {
         /// Nothing: they take the same whichever way light goes.
         None = "none",
-        /// The mean of their directions' products, and so how much they take of a way along them and across.
+        /// The mean of their directions' outer products, from which extinction along them and across follows.
         Mean = "mean",
     }
 }
@@ -66,10 +66,10 @@ settings! {
             "exact", "every voxel on the way to the light; even steps, linear between voxels; or random places, without bias");
         /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
         steps: u32 = Setting::number("32", 1, 1024, "even steps from the point to the light, with march=steps");
-        /// What a voxel knows of how its strands run.
+        /// What a voxel stores about its strands' directions.
         direction: Direction = Setting::word(
             "none", "whether voxels keep the direction of their strands, which take less light along it; 24 bytes per voxel");
-        /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
@@ -95,7 +95,8 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Whole numbers have no order. Every voxel more on the way takes light; steps and chance fall elsewhere for each point.
+/// Sums of whole numbers do not depend on order. On an exact march light never rises along a ray; the places of steps
+/// and of random samples differ from point to point, so that other marches promise no such thing.
 fn promises(spec: &Spec) -> Promises {
     let exact = spec.settings::<Settings>().march == March::Exact;
     Promises { order: Some(0.0), rise: exact.then_some(ROUNDING), ..Promises::NONE }

@@ -113,7 +113,7 @@ impl GridQuery {
 }
 
 impl Technique for GridQuery {
-    /// Nothing is built of the lights, but where they see edges from is said of it.
+    /// Nothing is built from the lights, but the resolution depends on their places.
     fn made_of(&self) -> Parts {
         Parts::MESHES.and(Parts::CASTERS).and(Parts::LIGHTS)
     }

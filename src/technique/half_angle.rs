@@ -57,9 +57,9 @@ settings! {
         slices: u32 = Setting::one_of("64", &["32", "64", "128"], "slices along the half vector, of as many casters each");
         /// Texels per side of the light's buffer, 1 to 16,384.
         size: u32 = SIZE;
-        /// What a texel of it is kept in.
+        /// The format of its texels.
         storage: Storage = Setting::word("r16f", "8 bits per texel of the light's buffer, half floats (as published), or 4 bytes");
-        /// What draws the meshes as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
     every {
@@ -68,7 +68,8 @@ settings! {
     }
 }
 
-/// For the registry. It promises what the light behind all casters, or on the first mesh, does: no depth, and what blending rounds.
+/// For the registry. Its promises are those of light behind all casters, or on the first mesh: nothing about depth, and an order that
+/// matters only by the rounding of blending.
 pub const ENTRY: Entry = Entry {
     name: "half-angle",
     about: "slices along the half vector of light and camera; paints the picture, has no look-up in space (Kniss 2003, Green 2008)",

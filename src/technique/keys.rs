@@ -3,25 +3,26 @@
 use super::settings::SKIP;
 use crate::maps::{FilterKind, OpaqueWay};
 
-/// A setting of a technique, or of what asks it, as specs have it.
+/// A setting of a technique, or of the command that uses it, as specs have it.
 #[derive(Clone, Copy)]
 pub struct Key {
     /// Its name.
     pub name: &'static str,
     /// What it may be.
     pub values: Values,
-    /// What it is where a spec does not say.
+    /// Its default.
     pub default: &'static str,
     /// One line.
     pub about: &'static str,
-    /// Specs have it where that key has that word, and nowhere else.
+    /// If given: a key and its value, with which alone specs may have this key.
     pub with: Option<(&'static str, &'static str)>,
 }
 
 /// Words, or numbers as words.
 pub type OneOf = &'static [&'static str];
 
-/// The name of a key, for what knows no technique: one of these, or a key's own. A misspelt one does not compile.
+/// The name of a key, for code that knows no technique: one of these constants, or a key's own. A misspelt one does not
+/// compile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name(&'static str);
 
@@ -43,7 +44,7 @@ impl Name {
     /// Whether work is left out.
     pub const SKIP: Self = Self("skip");
 
-    /// Those that say how large what is built is.
+    /// Keys that decide the size of the build.
     pub const SIZES: [Self; 3] = [Self::SIZE, Self::POINTS, Self::SLICES];
 
     /// As in specs.

@@ -46,7 +46,7 @@ words! {
 }
 
 words! {
-    /// What an optical depth is kept in. Twins: STORAGE_F32 and so on.
+    /// The storage of an optical depth. Twins: STORAGE_F32 and so on.
     pub enum Storage {
         /// 32 bits.
         F32 = "r32f",

@@ -1,4 +1,4 @@
-//! Settings of techniques whose look-ups weigh the texels of a light's map: what each has, and behind it what all of them have.
+//! Settings of techniques whose look-ups filter a light's map: first a technique's own, then those that all of them have.
 
 /// Declares such settings, as [`settings!`](crate::__settings) does.
 #[macro_export]
@@ -13,11 +13,12 @@ macro_rules! __map_settings {
                 filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
                 /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
                 radius: u32 = $crate::technique::settings::RADIUS;
-                /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+                /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer
+                /// elsewhere.
                 opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
             }
             every {
-                /// Casters and tiles that no look-up misses are left out.
+                /// Casters and tiles that no look-up reads are left out.
                 skip: bool = $crate::technique::settings::SKIP;
             }
         }

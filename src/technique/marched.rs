@@ -1,7 +1,8 @@
 //! Marched: [`super::avsm`]'s curves, made not from the casters but by marching each texel's ray through a [`super::density_grid`]'s voxels.
-//! Sources: Unreal Engine 5, Heterogeneous Volumes (which samples a ray keeps); Salvi et al. 2010 (what curves are).
+//! Sources: Unreal Engine 5, Heterogeneous Volumes (which samples along a ray are kept); Salvi et al. 2010 (what curves
+//! are).
 //!
-//! The grid is made once for all lights, whatever there is in it; a light costs a march a texel.
+//! The grid is made once for all lights, whatever there is in it; a light costs a march per texel.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -39,22 +40,21 @@ map_settings! {
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Where there are more, the
-        /// cheapest is removed.
+        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Where there are more, the one
+        /// that changes the curve least is removed.
         samples: u32 = Setting::one_of(
             "8", &["4", "8", "16", "32"], "samples that a ray keeps while it is marched, no fewer than nodes; the cheapest is removed");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// Voxels per side of the density grid that is marched: 64, 128 or 256.
         grid: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the density grid that is marched");
-        /// By how many ten-thousandths of what is left of the light a sample has to be off what the last one says, 0 to 10,000.
+        /// A sample is kept once it differs from the last one by so many ten-thousandths of the light that is left, 0 to 10,000.
         relative: u32 = Setting::number(
             "500", 0, 10000, "a sample is kept once it is off by so many ten-thousandths of the light that is left");
-        /// And by how many of all of the light.
+        /// And by so many ten-thousandths of all light.
         absolute: u32 = Setting::number(
             "0", 0, 10000, "and by so many ten-thousandths of all the light");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by more than a
-        /// point.
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a footprint.
         levels: u32 = LEVELS;
     }
 }
@@ -78,7 +78,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 
-/// Whole numbers in the grid have no order. What voxels are off by is the grid's to say, and a step moves what they hold.
+/// Whole numbers in the grid do not depend on order. Errors of voxels are the grid's, and a step of a voxel changes what curves hold.
 const PROMISES: Promises = Promises { order: Some(0.0), step: None, ..Promises::OF_DEPTH };
 
 const COMPUTE: &str = "compute";

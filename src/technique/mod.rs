@@ -103,25 +103,27 @@ pub mod usual {
     pub const BAKED: &str = super::voxelized::ENTRY.name;
 }
 
-/// A technique, opened for one world. [`Opened`] builds it; it submits, waits and loops by nothing of its own.
+/// A technique, opened for one world. [`Opened`] builds it; the technique itself never submits, waits or loops.
 pub trait Technique {
-    /// What of the world it is made of, or says of itself: where none of it has changed, nothing is recorded. By default all.
+    /// The parts of the world from which it is built, or on which its facts depend: while none of them changes, nothing is recorded. By
+    /// default all.
     fn made_of(&self) -> Parts {
         Parts::ALL
     }
 
-    /// Records the passes of one build for the world as it is now. What has not changed since the last recording need not be
-    /// made again.
+    /// Records the passes of one build for the world as it is now. Results that have not changed since the last recording need not be made
+    /// again.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()>;
 
-    /// The next recording makes all of it but what follows from the casters alone, views and orders. By default each does.
+    /// The next recording makes everything again except views and orders, which depend on the casters alone. By default every recording
+    /// does.
     fn forget(&mut self) {}
 
-    /// Looks at what frame `frame` wrote, which is over, and waits for nothing: done, or a buffer grew and all that was recorded has
-    /// to be again. It is asked before the frame is recorded that takes the place of `frame`, `frames_in_flight` frames later.
+    /// Reads the results of frame `frame`, which is over, without waiting: done, or a buffer grew and everything has to be recorded again.
+    /// It is asked before the frame is recorded that takes the place of `frame`, `frames_in_flight` frames later.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
@@ -132,17 +134,17 @@ pub trait Technique {
     /// How to ask it.
     fn answer(&self) -> Answer<'_>;
 
-    /// What paints the casters of a picture, for a technique that has no answer for a point among them: what it answers then is right
-    /// behind all of them alone, as surfaces ask. By default none.
+    /// The painter of a picture's casters, for a technique that cannot answer for a point among them: its look-up is right only behind all
+    /// of them, which is where surfaces ask. By default none.
     fn painter(&self) -> Option<&Rc<Painter>> {
         None
     }
 
-    /// The maps that it stands in, as the last build fitted them: none before the first, and none for what has no maps.
+    /// Its maps, as the last build fitted them: none before the first, and none for techniques without maps.
     fn maps(&self) -> &[Map];
 
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
-    /// exactly, or the host does not know the meshes or the lights. By default what its opaque maps resolve.
+    /// exactly, or the host does not know the meshes or the lights. By default the resolution of its opaque maps.
     fn resolution(&self) -> Vec<Resolution> {
         self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
@@ -163,8 +165,8 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The distances to what is nearest in the map of light `light` after a build, as many rows as texels per row, infinite where
-    /// nothing is; none for a technique without such maps.
+    /// The nearest distances in the map of light `light` after a build, a square of texels, infinite where there is nothing; none for a
+    /// technique without such maps.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
@@ -172,7 +174,8 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The file that it can be opened from again, after a build for the world as it is now; none for what is not baked.
+    /// The file that it can be opened from again, after a build for the world as it is now; none for techniques that
+    /// are not baked.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
@@ -188,7 +191,7 @@ pub enum Settled {
     Done,
     /// Something did not fit, and has room now: record again.
     Grew,
-    /// This part of it stands: record the next.
+    /// This part of the build is done: record the next.
     More,
 }
 
@@ -199,7 +202,7 @@ impl Settled {
     }
 }
 
-/// How to ask a technique: what a shader with `#include "visibility.glsl"` is built with and given.
+/// How to ask a technique: constants and bindings of a shader with `#include "visibility.glsl"`.
 #[derive(Clone, Copy)]
 pub struct Answer<'a> {
     /// Whose visibility.glsl.
@@ -210,7 +213,7 @@ pub struct Answer<'a> {
     pub constants: &'a Constants,
 }
 
-/// What there is to say of a technique after a build.
+/// Figures of a technique after a build.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Facts {
     /// The path that runs.
@@ -221,7 +224,7 @@ pub struct Facts {
     pub bytes_resident: u64,
     /// Bytes needed only while building.
     pub bytes_transient: u64,
-    /// Bytes that `gobo bake` writes, or has written; for what it can write.
+    /// Bytes that `gobo bake` writes, or has written; for techniques that it can bake.
     pub bytes_on_disk: Option<u64>,
     /// Values of keys that the spec left to a file.
     pub found: BTreeMap<String, String>,
@@ -258,18 +261,18 @@ impl Casts {
     /// From all that a scene may have.
     pub const ALL: Self = Self { particles: true, strands: true, splats: true, volumes: true, meshes: true };
 
-    /// From nothing: of any scene all light is let through.
+    /// No kind of caster: all light is let through.
     pub const NONE: Self = Self { particles: false, strands: false, splats: false, volumes: false, meshes: false };
 
     /// From meshes alone.
     pub const MESHES: Self = Self { meshes: true, ..Self::NONE };
 
-    /// Whether it casts from anything that there is, or there is nothing to cast from, or it casts from nothing.
+    /// Whether it sees any caster that there is; also true if there are no casters, or if it sees none by design.
     pub fn any_of(self, has: Kinds) -> bool {
         has == Kinds::default() || self == Self::NONE || self.are_in(has)
     }
 
-    /// Whether it casts from anything that there is.
+    /// Whether it sees any caster that there is.
     pub fn are_in(self, has: Kinds) -> bool {
         has.particles && self.particles
             || has.strands && self.strands
@@ -278,7 +281,7 @@ impl Casts {
             || has.meshes && self.meshes
     }
 
-    /// What there is that it does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
+    /// Kinds of casters in the scene that it does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
     pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
             ("smoke", has.particles, self.particles),
@@ -309,7 +312,7 @@ impl Casts {
 pub enum Lifetime {
     /// Whenever the world has moved.
     Frame,
-    /// Once, for what never moves.
+    /// Once, for a world that never moves.
     Baked,
 }
 
@@ -330,9 +333,9 @@ pub struct Entry {
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
-    /// What it promises of its answers where a spec's path, the second, runs.
+    /// Its promises about answers of a spec whose path, the second argument, runs.
     pub promises: fn(&Spec, &str) -> Promises,
-    /// What is run of it where it is not named.
+    /// Its specs that run where it is not named.
     pub runs: Runs,
     /// What a spec's path, the second, is refused for where a device has less, whatever the world; where a world decides what else it
     /// wants, for one light and without hair.
@@ -347,12 +350,12 @@ impl Entry {
         self.keys.iter().chain(keys::EVERY)
     }
 
-    /// The error where it casts from nothing that is in the scene of that name.
+    /// The error where it sees no caster of the scene of that name.
     pub fn casts_from_nothing(&self, name: &str) -> Error {
         Error::Refused { needs: format!("{} in the scene, and {name} has none", self.casts.names()) }
     }
 
-    /// An error where the device lacks what the path of that name needs.
+    /// An error where the device lacks a feature that the path of that name needs.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] that names the first missing.
@@ -367,7 +370,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// A scene without what a technique casts from is none of its; one without anything is for all.
+    /// A technique is not for scenes without casters that it sees; a scene without any casters is for all.
     #[test]
     fn casts_from_what_the_scene_has() {
         let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);

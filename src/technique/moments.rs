@@ -38,7 +38,7 @@ use crate::world::World;
 words! {
     /// What is summed.
     pub enum Basis {
-        /// Powers of the place, as Chebyshev polynomials: they say the same, and round better.
+        /// Powers of the place, as Chebyshev polynomials: they carry the same, and round better.
         Power = "power",
         /// Cosines and sines, half as many of each.
         Trigonometric = "trigonometric",
@@ -46,7 +46,7 @@ words! {
 }
 
 words! {
-    /// What a moment is kept in. Twins: STORAGE_F32 and so on.
+    /// The storage of a moment. Twins: STORAGE_F32 and so on.
     pub enum Storage {
         /// 32 bits.
         F32 = "r32f",

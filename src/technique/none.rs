@@ -1,4 +1,4 @@
-//! No shadow at all: what shadows cost in time, and what leaving them out costs in error.
+//! No shadow at all: shows the cost of shadows in time, and the error of leaving them out.
 //!
 //! Nothing is built, and every point is lit: the row that others are compared with.
 //!
@@ -30,8 +30,8 @@ use crate::world::{Parts, World};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Settings;
 
-/// For the registry. It promises what is always 1: that nothing rises and no order matters. It leaks everywhere, and promises nothing of
-/// that; nothing of it can break, so it is not stressed where it is not named.
+/// For the registry. Its answer is always 1: light never rises, and no order matters. It leaks everywhere, and promises nothing about
+/// leaks. Nothing can break it, so it is stressed only where it is named.
 pub const ENTRY: Entry = Entry {
     name: "none",
     about: "no shadow: all light everywhere; what shadows cost, and what leaving them out costs",

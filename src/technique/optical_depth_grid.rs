@@ -1,5 +1,5 @@
-//! Optical depth grid: every cell of a light's grid holds the optical depth to the light, baked by marching a
-//! [`super::density_grid`]'s voxels; a look-up is one fetch. Source: Schneider 2023 (Nubis³), who bakes a part of it in each frame.
+//! Optical depth grid: every cell of a light's grid holds the optical depth to the light, baked by marching a [`super::density_grid`]'s
+//! voxels; a look-up is one fetch. Source: Schneider 2023 (Nubis³), where each frame bakes a part of it.
 //!
 //! A look-up costs the same however much smoke is on the way. Meshes stand in an opaque map per light, as for techniques with maps.
 //!
@@ -37,7 +37,7 @@ words! {
     pub enum Bake {
         /// All of it.
         Whole = "whole",
-        /// A part, so that all of it is as old as so many builds.
+        /// One of several parts in turn, so that the whole grid is as old as that many builds.
         RoundRobin = "round-robin",
     }
 }
@@ -54,7 +54,7 @@ settings! {
         bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: look-ups read the last whole one");
         /// Builds that bake all of it, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
         frames: u32 = Setting::one_of("8", &["2", "4", "8", "16"], "builds that all of it takes, with bake=round-robin");
-        /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
@@ -87,8 +87,8 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Threads that have a GPU's hands full: where fewer are baked at once several share a cell's way, since a build then takes as long as its longest
-/// way. By what is baked and not by the device, so that the bytes are the same.
+/// Threads that keep a GPU busy: where fewer cells are baked at once, several threads share a cell's way, since a build takes as long as
+/// its longest way. It depends on the bake and not on the device, so that the bytes are the same.
 const BUSY: u64 = 1 << 18;
 
 /// Threads that share a cell's way where so many cells are baked at once, 1 to 8. Twin: WAY_PARTS.

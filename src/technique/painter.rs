@@ -1,6 +1,6 @@
-//! For a technique that paints casters into the picture and has no answer for a point among them: slices along the half vector of light and
-//! camera, and the light's buffer, which has the slices so far. The renderer draws a slice, lit by the buffer, then has it drawn into the
-//! buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
+//! For techniques that light casters while the picture is painted, and cannot answer for a point in space: slices along the half vector of
+//! light and camera, and the light's buffer, which has the slices so far. The renderer draws a slice, lit by the buffer, then has it drawn
+//! into the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
 
 use super::Technique;
 use crate::gpu::{
@@ -28,7 +28,7 @@ push_struct! {
 pub struct Painter {
     /// Slices of as many casters each.
     slices: u32,
-    /// What slices so far leave of the light.
+    /// The light that the slices so far leave.
     light: Image,
     draw: Kernel<SplatPush>,
     splat: Splat,
@@ -42,7 +42,7 @@ pub struct Painter {
     pub sorted: Bindings,
 }
 
-/// What makes one.
+/// Makes one.
 pub(super) struct PainterKernels<'a> {
     pub name: &'static str,
     pub slices: u32,
@@ -91,7 +91,8 @@ impl Painter {
         })
     }
 
-    /// Whether this camera meets the slices from near to far: what is drawn then goes behind what is there, not over it.
+    /// Whether this camera meets the slices from near to far: then a slice is blended behind the picture so far, not
+    /// over it.
     pub fn near_to_far(&self, camera: &View) -> bool {
         half_vector(camera.forward.into(), self.forward.get().into()).1
     }
@@ -112,7 +113,7 @@ impl Painter {
         (0..slices).map(move |slice| at(slice)..at(slice + 1)).filter(|places| !places.is_empty())
     }
 
-    /// Draws casters into the light's buffer; those of none make it all light.
+    /// Draws casters into the light's buffer; with no casters the buffer holds full light.
     pub fn light(&self, pass: &mut Pass, places: Range<u32>) {
         let clear = places.is_empty().then_some([1.0; 4]);
         pass.render(self.light.size(), &[Target { image: &self.light, clear }], None, |draw| {

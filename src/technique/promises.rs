@@ -2,19 +2,19 @@
 //!
 //! That answers are finite and in [0, 1] is not listed: it holds for all techniques.
 
-/// Rounding of a few thousand sums of floats: a fortieth of what eight bits tell apart.
+/// Rounding of a few thousand sums of floats: a fortieth of a step of eight bits.
 pub const ROUNDING: f64 = 1e-4;
 
 /// Eight bits, rounded once or twice.
 pub const EIGHT_BITS: f64 = 1e-2;
 
-/// What a filter in hardware may rise by: it knows a place in a texel to 8 bits, across and up, and rounding decides which of two.
+/// How much light may rise by a filter in hardware: it knows a place in a texel to 8 bits, across and up, and rounding chooses between two.
 pub const FILTERED: f64 = 2.0 / 256.0;
 
-/// A threshold for each figure. None: the figure is the method's to say, and nothing is promised.
+/// A threshold for each figure. None: the figure depends on the method, and nothing is promised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promises {
-    /// Mean absolute error on the rays of a map's texels, against what a bilinear look-up finds there in exact curves.
+    /// Mean absolute error on the rays of a map's texels, against a bilinear look-up there in exact curves.
     pub mean: Option<f64>,
     /// By how much an answer behind all smoke may be off the product of all.
     pub tail: Option<f64>,
@@ -22,7 +22,7 @@ pub struct Promises {
     pub rise: Option<f64>,
     /// By how much answers may differ with the casters' order.
     pub order: Option<f64>,
-    /// Root mean square of a step of all casters by a thousandth of the scene, more than the truth's.
+    /// Root mean square of the answers' change when all casters move by a thousandth of the scene, beyond the truth's.
     pub step: Option<f64>,
     /// Leaks and false shadows of opaque casters, farther from a shadow's edge than its resolution.
     pub wrong: Option<u64>,
@@ -30,7 +30,7 @@ pub struct Promises {
     pub repeats: bool,
     /// Without opaque casters `skip=` changes no byte.
     pub skips_alike: bool,
-    /// Texels a side that it may have in one of its maps': by as much more than on a ray may be lost or won beside it.
+    /// Texels per side that it may have for one of its maps': answers beside a ray may be wrong by that factor more.
     pub finer: f64,
 }
 
@@ -48,12 +48,12 @@ impl Promises {
         finer: 1.0,
     };
 
-    /// What stands in maps and knows depth in them promises this.
+    /// Promises of maps with depth.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
-    /// What stands in maps and knows no depth promises this: before all smoke it is as wrong as behind, and changes by as much in a step.
+    /// Promises of maps without depth: in front of all smoke they are as wrong as behind it, and change by as much in a step.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
-    /// What asks for opaque things on the way promises this.
+    /// Promises of techniques that test opaque casters on the way.
     pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
 }

@@ -76,7 +76,7 @@ push_struct! {
     /// Twin: BoxesPush in glsl/technique/ray_query/boxes.comp.
     struct BoxesPush {
         caster_count: u32,
-        /// Behind the casters there are boxes of nothing.
+        /// Boxes behind the casters' are empty.
         box_count: u32,
     }
 }
@@ -114,7 +114,7 @@ impl Cast {
 
 /// The technique, opened for one world.
 pub struct RayQuery {
-    /// Three corners a triangle, past the albedo that stands behind them.
+    /// Three corners per triangle, past the albedo that stands behind them.
     indices: Buffer,
     /// Over the triangles.
     bottom: AccelerationStructure,
@@ -163,7 +163,8 @@ impl RayQuery {
         Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }
 
-    /// The boxes about all casters, low and high corner, after a build; what casts nothing begins at no number.
+    /// The boxes about all casters, low and high corner, after a build; the box of a caster that casts nothing begins
+    /// at NaN.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.

@@ -10,7 +10,7 @@ use std::ffi::CStr;
 pub struct PathRequirements {
     /// Its name in specs.
     pub path: &'static str,
-    /// What the device is opened with, the floor among it; any one of them will do. [`Enabled::structures`] says it to Vulkan.
+    /// Features to open the device with, the floor included; any one of these sets is enough. [`Enabled::structures`] gives them to Vulkan.
     pub any_of: Vec<Enabled>,
     /// Limits that the device has to have.
     pub limits: Vec<Limit>,

@@ -6,13 +6,13 @@ use crate::Result;
 
 /// A list for each command; a list may be empty.
 pub struct Runs {
-    /// By `compare`, of a scene of few lights or of translucent casters.
+    /// By `compare`, for a scene with few lights or with translucent casters.
     pub compare: &'static [&'static str],
     /// By `compare`, of meshes under many lights.
     pub many_lights: &'static [&'static str],
     /// What both set otherwise on a software device, which would take minutes: keys and values.
     pub on_cpu: &'static [(Name, &'static str)],
-    /// By `stress`, of smoke and hair: every path, in maps and grids that a software device builds in no time.
+    /// By `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
     pub stress_smoke: &'static [&'static str],
     /// By `stress`, of meshes alone. The opaque maps of all that also have smoke are the same, and one stands for them.
     pub stress_meshes: &'static [&'static str],
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
     use crate::technique::Casts;
 
-    /// Nobody goes unstressed: each technique in each of its paths, of smoke or of meshes.
+    /// Every technique is stressed, in each of its paths, under smoke or under meshes.
     #[test]
     fn every_path_is_stressed() {
         // What casts from nothing has nothing that could break.

@@ -11,7 +11,7 @@ pub const AUTO: &str = "auto";
 /// The word for no file.
 pub const NONE: &str = "none";
 
-/// What a field may be, what it is by default, and what the terminal says of it.
+/// A field's values, its default, and its help text.
 pub struct Setting<T> {
     /// The default.
     pub default: T,
@@ -169,7 +169,7 @@ impl Field for Option<String> {
 
 /// Settings whose fields are keys of specs. Made by [`settings!`](crate::__settings).
 pub trait Keyed: Default {
-    /// A key a field, in order, but for those that every technique has.
+    /// One key per field, in order, without those that every technique has.
     const KEYS: &'static [Key];
 
     /// Sets the field of that name; false where there is none, or the text is no value of it.
@@ -178,7 +178,7 @@ pub trait Keyed: Default {
     /// Name and text of each field, in order.
     fn texts(&self) -> Vec<(&'static str, String)>;
 
-    /// An error where a field is not what it may be: for constructors, whose settings may come from code.
+    /// An error where a field has a value that it may not have: for constructors, whose settings may come from code.
     ///
     /// # Errors
     /// [`Error::Input`] that names the first, and what it may be.
@@ -190,8 +190,8 @@ pub trait Keyed: Default {
     }
 }
 
-/// Declares settings: a public struct with its defaults, and a key of specs a field. Each field has the [`Setting`] that it is;
-/// its name is the key's. Fields of `every` have keys that all techniques have.
+/// Declares settings: a public struct with its defaults, and one key of specs per field, with the field's name. Each field names its
+/// [`Setting`]. Fields of `every` have keys that all techniques have.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __settings {
@@ -292,7 +292,7 @@ settings! {
         filter: FilterKind = FILTER;
         /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
         radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
@@ -330,7 +330,7 @@ pub(crate) mod tests {
         std::iter::once(default).chain(more).collect()
     }
 
-    /// A spec says what its settings say: text, settings and text again are the same, one key after the other and all at once.
+    /// Specs and settings hold the same: from text to settings and back gives the same text, one key after the other and all at once.
     pub(crate) fn goes_both_ways<S: Keyed + PartialEq + Debug>(entry: &'static Entry, more: &'static [Key]) {
         let again = |spec: &Spec| Spec::new(entry, more).with(&spec.settings::<S>());
         let default = Spec::new(entry, more);
@@ -414,7 +414,7 @@ pub(crate) mod tests {
         assert_eq!(EVERY.len(), 1);
     }
 
-    /// Settings from code are held to what specs are.
+    /// Settings from code are checked like those from specs.
     #[test]
     fn what_no_spec_says_is_refused() {
         use all::{avsm, psm, voxelized};

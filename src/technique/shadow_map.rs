@@ -73,12 +73,12 @@ settings! {
         bits: Bits = Setting::word("32", "bits of a depth: whole numbers of 16, or floats of 32");
         /// Texels per side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
         filter: u32 = PCF;
-        /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what the filter's sides
-        /// reach along that: 7, which is more than a step of the coarsest rasterizer, to 1,000.
+        /// How far a point of a surface is moved along its normal before it is looked up, in hundredths of the filter's extent along the
+        /// normal: 7, which is more than a step of the coarsest rasterizer, to 1,000.
         bias: u32 = Setting::number("15", 7, 1000, "offset along a surface's normal, hundredths of the filter's side");
         /// Maps of a directional light, each a half as wide as the one before, in front of the camera, 1 to 4.
         cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
-        /// What draws the maps; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
+        /// How the maps are drawn; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
@@ -91,7 +91,7 @@ const GATHERED: [u32; 2] = [3, 5];
 pub struct ShadowMap {
     maps: Maps,
     opaque: OpaqueMaps,
-    /// The maps as callers see them: there is none but the opaque map. None before the first build.
+    /// The maps as callers see them, which are the opaque maps alone. None before the first build.
     all: Vec<Map>,
     look_up: Bindings,
     constants: Constants,

@@ -11,12 +11,12 @@ use std::fmt;
 /// The most variants that a sweep may be: each more key multiplies them, and a line of text has room for many keys.
 const MOST_VARIANTS: usize = 4096;
 
-/// A technique with every setting spelt out, and those of what asks it.
+/// A technique with every setting spelt out, and with the settings of the command that uses it.
 #[derive(Clone)]
 pub struct Spec {
     /// The technique.
     pub entry: &'static Entry,
-    /// Keys of what asks it.
+    /// Keys of the command that uses it.
     more: &'static [Key],
     values: BTreeMap<&'static str, String>,
 }
@@ -30,7 +30,7 @@ impl Spec {
         spec
     }
 
-    /// What it says to the fields of `S`; fields that it has no key for, or leaves to a file, have their defaults.
+    /// Its values for the fields of `S`; fields without a key, or left to a file, have their defaults.
     pub fn settings<S: Keyed>(&self) -> S {
         let mut settings = S::default();
         for (key, text) in &self.values {
@@ -39,7 +39,7 @@ impl Spec {
         settings
     }
 
-    /// With what `settings` say, for the keys that it has.
+    /// With the values of `settings`, for the keys that it has.
     #[must_use]
     pub fn with<S: Keyed>(mut self, settings: &S) -> Self {
         let texts = settings.texts();
@@ -110,7 +110,8 @@ impl Spec {
         self.values.retain(|name, _| given.contains(name) || !in_files.contains(name));
     }
 
-    /// The technique and what differs from the defaults, `avsm:nodes=4`; and whatever is to be held against a file.
+    /// The technique and the values that differ from defaults, `avsm:nodes=4`; and all values to be compared with a
+    /// file's.
     pub fn short(&self) -> String {
         let in_files = self.in_files();
         let default = |key: &str| self.keys().find(|k| k.name == key).map_or("", |k| k.default);
@@ -139,8 +140,8 @@ impl fmt::Debug for Spec {
     }
 }
 
-/// Reads a spec, which may have `more` keys besides the technique's: those of what asks it. Several values with `|` make a sweep: every
-/// combination, the last key varying fastest.
+/// Reads a spec, which may have `more` keys besides the technique's: those of the command that uses it. Several values with `|` make a
+/// sweep: every combination, the last key varying fastest.
 ///
 /// # Errors
 /// [`Error::Input`] that lists the known techniques, keys or values.
@@ -212,7 +213,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
         let cause = format!("{}= has a meaning only with {other}={word}", key.name);
         return Err(fail(cause, format!("add {other}={word}")));
     }
-    // Where they have no meaning, a sweep over their values makes one.
+    // Keys without a meaning for other keys' values are swept once only.
     let mut different = BTreeSet::new();
     specs.retain(|spec| different.insert(spec.values.clone()));
     Ok(specs)
@@ -241,7 +242,7 @@ mod tests {
         assert!(settings.iter().all(|s| s.size == 256), "unset keys take their defaults");
     }
 
-    /// What a file has is no default's, but what the spec gives stays, to be held against the file.
+    /// A file's own values replace defaults; values in the spec stay, to be compared with the file's.
     #[test]
     fn a_file_has_its_own_settings() {
         let specs = parse("voxelized:size=512,file=none|a=b:c.gobo,filter=3", &[]).expect("valid");
@@ -252,7 +253,7 @@ mod tests {
         }
     }
 
-    /// A line of text is no reason to fill the memory.
+    /// A short line of text must not fill the memory.
     #[test]
     fn sweeps_end_somewhere() {
         let values = |count: u32| (1..=count).map(|n| n.to_string()).collect::<Vec<_>>().join("|");

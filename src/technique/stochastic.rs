@@ -38,7 +38,7 @@ words! {
     pub enum Sampling {
         /// Each by itself: Enderton et al. 2010.
         Plain = "plain",
-        /// Even quantiles of what is left of the light: as many end before a depth as should, to one.
+        /// Even quantiles of the transmittance: the number of samples that end before a depth is right to within one.
         Stratified = "stratified",
         /// By a noise that all casters of a texel share, as engines do it.
         Hash = "hash",
@@ -84,7 +84,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Stochastic::new(context, world, &spec.settings())?)),
 };
 
-/// Samples never end before one another turns; what they come to on average is no promise of one picture.
+/// Samples never end before one another turns; their average is no promise about one picture.
 fn promises(spec: &Spec, _path: &str) -> Promises {
     let settings: Settings = spec.settings();
     let even = settings.sampling == Sampling::Stratified;
@@ -165,7 +165,7 @@ impl Stochastic {
         };
         let more = set::StochasticLookUp { samples: &samples };
         let look_up = maps.look_up(context, "stochastic.look_up", &more.resources())?;
-        // What is hidden behind meshes is not looked at by tiles; what is drawn is drawn behind them too.
+        // Paths by tiles leave out casters hidden behind meshes; the raster path draws them too.
         let of_meshes = if matches!(way, Way::Binned { .. }) { Maps::OPAQUE } else { Maps::VOLUME };
         let drawn = Made::of(Maps::VOLUME.and(of_meshes));
         let reason = if path.is_some() { "asked for" } else { "auto: needs nothing that is optional" };

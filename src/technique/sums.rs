@@ -1,4 +1,4 @@
-//! What techniques that keep sums of a ray's optical depth share: the range of depths, and how many bits a sum has.
+//! Shared by techniques with sums of a ray's optical depth: the range of depths, and how many bits a sum has.
 
 use super::keys::words;
 use super::settings::Setting;
@@ -55,8 +55,8 @@ pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes per sum, or
 pub const PATHS: &[Path] =
     &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }];
 
-/// One sum has all, as its storage rounds it, or whole numbers do where thousands of casters are on a ray. Those have no order; what is
-/// drawn rounds at each caster.
+/// One sum holds all casters, up to the rounding of its storage, or of whole numbers where thousands of casters are on a ray. Whole numbers
+/// do not depend on order; drawn sums round at each caster.
 pub fn promises(path: &str) -> Promises {
     let order = if path == BINNED { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }

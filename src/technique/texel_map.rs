@@ -1,5 +1,5 @@
-//! What techniques that keep one texel per ray share, built by blending or by one workgroup per tile: they differ only in
-//! their shaders and in the texel's format.
+//! Shared by techniques with one texel per ray, built by blending or by one workgroup per tile: they differ only in their shaders and in
+//! the texel's format.
 
 use super::keys::word;
 use super::settings::Setting;
@@ -22,7 +22,7 @@ pub const BINNED: &str = "binned";
 pub const PATH: Setting<Option<TexelWay>> =
     Setting::auto("casters are drawn and blended, or each texel written once; auto: binned where the device can");
 
-/// Declares the settings of one of them: what all have, and its own.
+/// Declares the settings of one of them: those that all have, and its own.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __texel_settings {
@@ -37,8 +37,8 @@ macro_rules! __texel_settings {
                 $($(#[$meta])* $field: $type = $setting;)*
                 /// Texels per side of a light's map, 1 to 16,384.
                 size: u32 = $crate::technique::settings::SIZE;
-                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by
-                /// more than a point.
+                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a
+                /// footprint.
                 levels: u32 = $crate::technique::settings::LEVELS;
             }
         }
@@ -68,7 +68,7 @@ pub struct Common {
     pub constants: Constants,
 }
 
-/// A technique of one texel a ray, opened for one world with settings `S`; `P` makes and keeps the texels.
+/// A technique of one texel per ray, opened for one world with settings `S`; `P` makes and keeps the texels.
 pub struct TexelMap<S, P = Texels> {
     /// What it was opened with.
     pub settings: S,
@@ -116,7 +116,7 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
             .set(LEVELS, levels);
         let texels = make(&maps, way, (skip, filter.reach()), &constants)?;
         let look_up = maps.look_up(context, folder.name, &texels.kept())?;
-        // What is hidden behind meshes is not written; what is drawn is drawn behind them too.
+        // The binned path leaves out casters hidden behind meshes; the raster path draws them too.
         let of_meshes = if way == TexelWay::Binned { Maps::OPAQUE } else { Maps::VOLUME };
         let written = Made::of(Maps::VOLUME.and(of_meshes));
         Ok(Self { settings: settings.clone(), texels, written, maps, look_up, constants, folder, way, reason })

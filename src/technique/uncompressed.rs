@@ -1,4 +1,4 @@
-//! The whole list, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
+//! The whole list of segments, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
 //!
 //! The yardstick of the others: it throws nothing away and is slow.
 //!

@@ -127,7 +127,8 @@ pub const ENTRY: Entry = Entry {
 const COMPUTE: &str = "compute";
 const RASTER: &str = "raster";
 
-/// What settings come to on a device. What they cannot say, cones of any width and steps of any number, is for tests.
+/// The settings, resolved for a device. Values that settings cannot express, cones of any width and any number of
+/// steps, are for tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Voxels per side: a power of two from 64 to 512.
@@ -214,7 +215,7 @@ impl VoxelGrid {
         Self::planned(context, world, &Plan::of(settings, context.features())?)
     }
 
-    /// Opens what is planned.
+    /// Opens a plan.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where memory runs out.
@@ -283,7 +284,7 @@ fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
 }
 
 impl Technique for VoxelGrid {
-    /// Nothing is built of the lights, but where they see edges from is said of it.
+    /// Nothing is built from the lights, but the resolution depends on their places.
     fn made_of(&self) -> Parts {
         Parts::MESHES.and(Parts::CASTERS).and(Parts::LIGHTS)
     }

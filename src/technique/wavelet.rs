@@ -1,8 +1,8 @@
 //! Wavelet opacity maps: the optical depth of a texel's ray in Haar wavelets. Source: Aizenshtein, Smal and McGuire 2022, Wavelet
 //! Transparency.
 //!
-//! Haar wavelets of rank R carry the means of the optical depth over 2^(R + 1) even intervals of the range, and these are what is
-//! kept: a look-up reads two. They stand in the middles of their intervals.
+//! Haar wavelets of rank R carry the means of the optical depth over 2^(R + 1) even intervals of the range, and these means are stored: a
+//! look-up reads two. They stand in the middles of their intervals.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

@@ -1,10 +1,10 @@
-//! A camera that goes round what it looks at, and flies.
+//! A camera that goes round its target, and flies.
 
 use super::state::State;
 use crate::scene::{Camera, Motion, Scene, View};
 use glam::{DQuat, DVec2, DVec3};
 
-/// How near the camera comes to looking along its up, radians.
+/// The least angle between the camera's view and its up direction, radians.
 const POLE: f64 = 0.02;
 
 /// The camera that `state` has, of a scene's own.
@@ -13,7 +13,7 @@ pub fn camera(state: &State, scene: &Camera) -> Camera {
     Camera { position, target: state.target.unwrap_or(scene.target), ..*scene }
 }
 
-/// Goes round what it looks at, by so many radians to the right and up.
+/// Goes round its target, by so many radians to the right and up.
 pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     let is = camera(state, scene);
     let offset = is.position - is.target;
@@ -26,13 +26,13 @@ pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     state.eye = Some(is.target + turned);
 }
 
-/// Nearer to what it looks at, or farther from it: the distance times `factor`.
+/// Nearer to its target, or farther from it: the distance times `factor`.
 pub fn zoom(state: &mut State, scene: &Camera, factor: f64) {
     let is = camera(state, scene);
     state.eye = Some(is.target + (is.position - is.target) * factor);
 }
 
-/// Moves the camera and what it looks at by so much to the right, up and forward, in shares of their distance.
+/// Moves the camera and its target by so much to the right, up and forward, in shares of their distance.
 pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
     let is = camera(state, scene);
     let offset = is.target - is.position;
@@ -113,7 +113,8 @@ mod tests {
         assert!((state.eye.expect("moved") - CAMERA.position).dot(forward.cross(CAMERA.up)) > 0.0);
     }
 
-    /// It is seen where it was let go, as far away as before; and of what is not simulated nothing is pulled.
+    /// The attractor is seen where it was let go, as far away as before; nothing is pulled in a scene that is not
+    /// simulated.
     #[test]
     fn the_attractor_follows_the_pointer() {
         let scene = Scene::load("fountain:particles=10", 1.0).expect("built in");

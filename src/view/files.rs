@@ -1,4 +1,4 @@
-//! Files of what is seen: pictures, the curve under the pointer, and an animation of the whole window.
+//! Files that the window writes: pictures, the curve under the pointer, and an animation of the whole window.
 
 use super::host::{Frame, Host};
 use super::rays::Rays;
@@ -11,13 +11,13 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 use std::path::{Path, PathBuf};
 
-/// Frames that the panel takes to show what has become of a change.
+/// Frames that the panel takes to show a change.
 const SETTLED: u32 = 4;
 
 /// A picture that is to be a file.
 struct Shot {
     path: PathBuf,
-    /// What the host reads it from, of which frame, and its pixels and rows of the window's.
+    /// The copy that the host reads it from, its frame, its size, and the window's rows in it.
     read: Option<(ReadBack, u64, [u32; 2], u32)>,
 }
 
@@ -27,7 +27,7 @@ struct Film {
     frames: Vec<(RgbaImage, u32)>,
 }
 
-/// What is to be written.
+/// The files to write.
 #[derive(Default)]
 pub struct Files {
     shot: Option<Shot>,
@@ -61,7 +61,7 @@ impl Files {
         self.filmed = Some((film, ms, 0));
     }
 
-    /// Whether anything is still to come of what the window shows.
+    /// Whether a file is still to be written.
     pub fn are_due(&self) -> bool {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }

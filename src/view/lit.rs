@@ -15,10 +15,10 @@ pub struct Lit {
     pub look: Option<Show>,
     /// What then stands behind it.
     backdrop: Backdrop,
-    /// What counts its steps, once they were asked for.
+    /// Counts its steps, once they were asked for.
     pub steps: Option<StepsKernel>,
     kernels: Kernels,
-    /// What draws its triangles too, once they were asked for.
+    /// Draws its triangles too, once they were asked for.
     outlined: Option<Kernels>,
     /// Whether its picture has them.
     has_lines: bool,
@@ -26,7 +26,7 @@ pub struct Lit {
     built: Option<Generations>,
     /// The frame that recorded its last build, until that is over.
     building: Option<u64>,
-    /// What the picture shows: which state of the world, and by which camera.
+    /// The picture's state of the world, and its camera.
     seen: (u64, View),
     /// How often the picture is to be drawn until it is at rest.
     left: usize,
@@ -34,10 +34,10 @@ pub struct Lit {
     pub builds: u64,
 }
 
-/// What a frame is, of a side.
+/// A side's part of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Recorded {
-    /// What is built, or how it is seen, has changed.
+    /// The build or the view has changed.
     pub changed: bool,
     /// Its picture is drawn again.
     pub drawn: bool,
@@ -74,7 +74,7 @@ impl Lit {
         })
     }
 
-    /// What draws it.
+    /// Draws it.
     pub fn renderer(&self) -> &Renderer {
         &self.pictures.renderer
     }
@@ -84,7 +84,7 @@ impl Lit {
         self.pictures.developed().map_or_else(|| self.renderer().image(), Developed::image)
     }
 
-    /// Takes what frame `over` says, which is over: what did not fit has room from now on, and is built again.
+    /// Takes the counts of frame `over`, which is over: buffers that were too small have grown, and are built again.
     ///
     /// # Errors
     /// As [`Technique::settle`].
@@ -109,7 +109,7 @@ impl Lit {
         self.left == 0
     }
 
-    /// Makes what draws its triangles.
+    /// Makes the kernels that draw its triangles.
     ///
     /// # Errors
     /// [`Error::Input`] where it has none, else as [`Renderer::wireframe_kernels`].

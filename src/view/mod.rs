@@ -29,7 +29,7 @@ use std::sync::PoisonError;
 use window::View;
 use winit::event_loop::EventLoop;
 
-/// What a window is opened with.
+/// Options of a window.
 pub struct Options {
     /// To choose from.
     pub scenes: Vec<String>,
@@ -41,7 +41,7 @@ pub struct Options {
     pub device: Option<String>,
     /// Run under the validation layer.
     pub validation: bool,
-    /// Where it is said that something was never freed.
+    /// The list to which leaks are added.
     pub messages: Messages,
 }
 
@@ -74,7 +74,7 @@ pub fn open(options: Options, state: State) -> Result<()> {
 
 fn no_display(cause: impl ToString) -> Error {
     let cause = cause.to_string().replace('\n', " ");
-    // Where winit says it from is nobody's business.
+    // The place in winit that reports the error is left out.
     let said = cause.split_once(".rs:").and_then(|(_, line)| line.split_once(": ")).map_or(&*cause, |(_, said)| said);
     Error::Gpu {
         operation: "open",

@@ -1,4 +1,4 @@
-//! The panel: a control for all that a state has.
+//! The panel: controls for everything in the window's state.
 
 use super::chart::Chart;
 use super::curve;
@@ -24,19 +24,19 @@ pub fn picture(state: &State, window: [u32; 2], scale: f64) -> [u32; 2] {
     [window[0].saturating_sub(pixels(state, scale)), window[1]]
 }
 
-/// What the panel shows beside the state.
+/// Values that the panel shows beside the state.
 pub struct Told<'a> {
     pub scenes: &'a [String],
     pub stage: Option<&'a Stage>,
     pub chart: &'a Chart,
     pub rays: Option<&'a Rays>,
-    /// What went wrong last.
+    /// The last error.
     pub lines: &'a [String],
     /// Milliseconds that the host takes for a frame.
     pub host_ms: f64,
 }
 
-/// What was asked for by a button.
+/// Actions that were asked for by buttons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pressed {
     Copy,
@@ -76,7 +76,7 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
     pressed
 }
 
-/// What went wrong, and how far the reference is.
+/// The last error, and how far the reference is.
 fn lines(ui: &mut Ui, state: &State, told: &Told) {
     let Some(stage) = told.stage else { return };
     let red = ui.visuals().error_fg_color;
@@ -223,7 +223,7 @@ fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
     }
 }
 
-/// Who lights a side, and a control for each key of its spec.
+/// What lights a side, and a control for each key of its spec.
 fn side(ui: &mut Ui, side: &mut Side) {
     let name = |side: &Side| match side {
         Side::Reference => "reference",
@@ -248,7 +248,7 @@ fn side(ui: &mut Ui, side: &mut Side) {
     }
 }
 
-/// A control of what a key may be.
+/// A control for the values of a key.
 fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
     let is = spec.text(key).to_owned();
     let mut value = is.clone();
@@ -266,7 +266,7 @@ fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
             Values::Multiple(step, low, high) => number(ui, key, &mut value, (low, high), step),
             Values::Path(_) => {
                 let mut text = value.clone();
-                // A file is looked for once its name is there.
+                // A file is looked for once its name is complete.
                 if ui.add(egui::TextEdit::singleline(&mut text).desired_width(110.0)).lost_focus() {
                     value = text;
                 }

@@ -26,11 +26,11 @@ pub enum Source {
     Image = 0,
     /// Values that the host wrote.
     Values = 1,
-    /// Nobody has it.
+    /// No picture.
     Nobody = 2,
 }
 
-/// What is shown, and how.
+/// The picture that is shown, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
     pub show: Show,
@@ -42,11 +42,11 @@ pub struct Shown {
     pub blue_first: bool,
 }
 
-/// What makes the bytes of one pair of pictures.
+/// Makes the bytes of one pair of pictures.
 pub struct Present {
     kernel: Kernel<PresentPush>,
     size: [u32; 2],
-    /// Three floats a pixel of the reference, or one of a slice, or bytes that the host painted.
+    /// Three floats per pixel of the reference, or one of a slice, or bytes that the host painted.
     values: Buffer,
     shown: Buffer,
 }
@@ -69,7 +69,7 @@ impl Present {
         Ok(Self { kernel, size, values, shown })
     }
 
-    /// What the host or a slice says.
+    /// Values from the host or a slice.
     pub fn values(&self) -> &Buffer {
         &self.values
     }

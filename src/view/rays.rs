@@ -1,5 +1,5 @@
-//! The curve under the pointer: what is true along light 0's ray through what is seen there, and what A and B say. It is what `gobo curve`
-//! has, made on a thread of its own with a device of its own, so that the window waits for none of it.
+//! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers of A and B. It is
+//! the plot of `gobo curve`, made on a thread of its own with a device of its own, so that the window waits for none of it.
 
 use super::state::{Side, State};
 use crate::gpu::{Context, Options};
@@ -36,7 +36,7 @@ struct Asked {
     specs: Vec<Spec>,
 }
 
-/// What is known of the ray under a pixel.
+/// The ray under a pixel, and its curves.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// Its texel in the light's map.
@@ -46,13 +46,13 @@ pub struct Found {
     /// The place that is seen, as a depth in the light's range.
     pub depth: f64,
     pub ray: LightRay,
-    /// Who says each of its lines.
+    /// The technique of each of its lines, or the reference.
     pub names: Vec<String>,
     scene: String,
 }
 
 impl Found {
-    /// What `gobo curve` writes.
+    /// The SVG of `gobo curve`.
     ///
     /// # Errors
     /// As [`report::curve`].
@@ -60,7 +60,7 @@ impl Found {
         report::curve(&self.ray.title(&self.scene, self.texel), &self.ray, &self.names)
     }
 
-    /// What is true at the place that is seen, and what each technique says.
+    /// The truth at the place that is seen, and each technique's answer.
     pub fn there(&self) -> (f64, Vec<f64>) {
         let at = self.ray.truth.partition_point(|(depth, _)| *depth < self.depth).min(self.ray.truth.len() - 1);
         (self.ray.truth[at].1, self.ray.lines.iter().map(|line| line.points[at].1).collect())
@@ -83,7 +83,7 @@ struct Shared {
     wakes: Condvar,
 }
 
-/// What was asked last, and what came of it.
+/// The last question, and its answer.
 pub struct Rays {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
@@ -152,7 +152,7 @@ impl Rays {
         }
     }
 
-    /// Nobody looks any more.
+    /// The result is no longer wanted.
     pub fn rest(&mut self) {
         (self.asked, self.is_posted) = (None, false);
         let mut post = self.shared.lock();
@@ -162,12 +162,12 @@ impl Rays {
         post.answer = None;
     }
 
-    /// Whether an answer to what was asked last is still to come.
+    /// Whether the last question's answer is still to come.
     pub fn is_waiting(&self) -> bool {
         self.asked.is_some() && self.answer().is_none()
     }
 
-    /// The answer to what was asked last, or why there is none.
+    /// The answer to the last question, or why there is none.
     pub fn answer(&self) -> Option<std::result::Result<Arc<Found>, String>> {
         let post = self.shared.lock();
         post.answer.as_ref().filter(|(key, _)| Some(key) == self.asked.as_ref()).map(|(_, answer)| answer.clone())
@@ -241,7 +241,7 @@ impl Shared {
     }
 }
 
-/// The ray through what is seen at the pixel's middle.
+/// The light ray through the place that is seen at the pixel's middle.
 fn found(context: &Context, casters: &Casters, standing: &Standing, key: &Key) -> Result<Found> {
     let scene = casters.scene();
     let place = casters.seen(&key.camera, DVec2::from(key.pixel.map(f64::from)) + 0.5);

@@ -1,4 +1,4 @@
-//! What a file says in place of keys and mouse: a line after the other, each once what it waits for is so.
+//! Scripts in place of keys and mouse: one line after the other, each once the condition that it waits for holds.
 
 use crate::{Error, Result};
 use std::collections::VecDeque;
@@ -33,11 +33,11 @@ pub enum Step {
     Wait(Duration),
     /// Draws so many frames.
     Frames(u64),
-    /// A PNG of what is seen once that is whole.
+    /// A PNG of the window's picture, once that is whole.
     Screenshot(PathBuf),
     /// The window, once it is whole, as the next picture of a GIF, which shows it so many milliseconds.
     Gif(PathBuf, u32),
-    /// An SVG of the curve under the pointer, once that is there.
+    /// An SVG of the curve under the pointer, once that is made.
     Curve(PathBuf),
     /// The picture is of so many pixels; 0 × 0 as if the window were minimized.
     Resize([u32; 2]),
@@ -55,7 +55,7 @@ pub enum Step {
 pub struct Script(VecDeque<Step>);
 
 impl Script {
-    /// Reads a file: a line a step, `#` begins a comment.
+    /// Reads a file: a line per step, `#` begins a comment.
     ///
     /// # Errors
     /// [`Error::Input`] that names the line.
@@ -76,7 +76,7 @@ impl Script {
     }
 }
 
-/// What a line says, else what it may be.
+/// Parses a line; the error lists what it may be.
 fn step(line: &str) -> std::result::Result<Step, String> {
     let (word, rest) = line.split_once(' ').map_or((line, ""), |(word, rest)| (word, rest.trim()));
     let numbers = || rest.split_whitespace().map(str::parse).collect::<std::result::Result<Vec<f64>, _>>().ok();

@@ -1,4 +1,4 @@
-//! What the window shows: all that a control, a key or a line of a script sets. It knows of no device.
+//! The window's state: everything that a control, a key or a line of a script sets. It knows of no device.
 
 use crate::consume::parse;
 use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look, number_of, with_number};
@@ -7,7 +7,7 @@ use crate::technique::keys::check;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Who lights a picture.
+/// The technique, or the reference, that lights a picture.
 #[derive(Clone, Debug)]
 pub enum Side {
     /// A technique.
@@ -28,7 +28,7 @@ impl Side {
         let mut specs = parse(text)?;
         match (specs.pop(), specs.is_empty()) {
             (Some(spec), true) => Ok(Self::Technique(spec)),
-            _ => Err(Error::input(text, "a sweep", "name one value a key, or use compare")),
+            _ => Err(Error::input(text, "a sweep", "name one value per key, or use compare")),
         }
     }
 
@@ -50,7 +50,7 @@ pub enum Show {
     Wipe = 2,
     /// How far they are apart, in steps of 255.
     Difference = 3,
-    /// What A answers at one depth of a light's range.
+    /// A's answers at one depth of a light's range.
     Slice = 4,
     /// How many steps A's look-ups take.
     Steps = 5,
@@ -81,7 +81,7 @@ impl Show {
     }
 }
 
-/// All that decides what is seen.
+/// Everything that decides the picture.
 #[derive(Clone, Debug)]
 pub struct State {
     pub scene: String,
@@ -120,7 +120,7 @@ pub struct State {
     pub pointer: Option<[u32; 2]>,
     /// Whether time runs.
     pub runs: bool,
-    /// Whether the panel is there.
+    /// Whether the panel is shown.
     pub panel: bool,
 }
 
@@ -153,7 +153,7 @@ impl State {
         }
     }
 
-    /// What changes in the scene.
+    /// Changes of the scene.
     pub fn change(&self) -> SceneChange {
         SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
     }
@@ -180,7 +180,7 @@ impl State {
         scene.pulled(self.attractor, self.gravity, self.time_s)
     }
 
-    /// What is not as usual of what moves simulated particles: attractor and gravity.
+    /// Attractor and gravity of simulated particles, where they are not as usual.
     pub fn pull(&self) -> (Option<DVec3>, f64) {
         (self.attractor, self.gravity)
     }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a side of the first, coarse picture is smaller by.
+/// By how much the first, coarse picture is smaller per side.
 const COARSE: u32 = 8;
 
 /// How long some rows take, about.
@@ -112,7 +112,7 @@ impl Truth {
         }
     }
 
-    /// Nobody looks.
+    /// The result is not wanted.
     pub fn rest(&mut self) {
         (self.wanted, self.is_asked) = (None, false);
         let mut post = self.shared.lock();
@@ -123,7 +123,7 @@ impl Truth {
         }
     }
 
-    /// Whether all of it is there.
+    /// Whether it is complete.
     pub fn is_whole(&self) -> bool {
         let post = self.shared.lock();
         self.is_asked && post.at == self.wanted && post.is_over && !post.is_new

@@ -1,4 +1,4 @@
-//! The box about all that casts, in floats as glsl/grid/bounds.comp finds it: where it is the same, a grid stands where it stood.
+//! The box about all casters, in floats as glsl/grid/bounds.comp finds it: while it is the same, a grid stays where it is.
 
 use crate::scene::{Caster, Mesh};
 use glam::{DVec3, Vec3};

@@ -16,7 +16,7 @@ const THREADS: u32 = 64;
 /// Kernels that are kept for buffers that come again, as a ring of them does.
 const KEPT: usize = 8;
 
-/// What one pass counted. Twin: GatherTotals in glsl/world/gather.glsl.
+/// Counts of one pass. Twin: GatherTotals in glsl/world/gather.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct GatherTotals {
@@ -26,7 +26,7 @@ pub struct GatherTotals {
     pub refused: u32,
 }
 
-/// What there was in the caller's buffers.
+/// Counts of elements in the caller's buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
     /// Particles, strands, triangles, splats and lights, by the caller's counts: where one is more than the capacity, so many too many.
@@ -111,7 +111,7 @@ struct Kernels<P> {
 }
 
 impl<P: Push> Kernels<P> {
-    /// What reads `theirs` by the set that `bind` makes.
+    /// Reads `theirs` by the set that `bind` makes.
     fn of(
         &mut self,
         context: &Context,
@@ -159,7 +159,7 @@ impl Counted {
     }
 
     fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32) {
-        // One workgroup where there is nothing: it says so.
+        // One workgroup even without elements: it writes the counts.
         let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
         commands.pass("world.gather", |pass| pass.update(&self.counts, &[GatherTotals::default()]));
         commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
@@ -167,7 +167,7 @@ impl Counted {
     }
 }
 
-/// The passes, and what they count.
+/// The passes, and their counts.
 pub(super) struct Gather {
     /// Counts of particles, strands, triangles, splats and lights.
     counted: [Counted; 5],

@@ -1,8 +1,8 @@
-//! Which part of a world has changed since something was made of it.
+//! Counters that say which part of a world has changed since something was built from it.
 
 use super::World;
 
-/// Parts of a world: what something is made of.
+/// Parts of a world that something is built from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts(u8);
 

@@ -1,4 +1,4 @@
-//! What shines in a world of the caller's: lights that the host has, or a buffer of theirs.
+//! The lights of a world of the caller's: from the host, or from a buffer of the caller's.
 
 use super::source::{Count, LightAt, LightType, Source};
 use super::staged::raise_lights;

@@ -1,5 +1,5 @@
-//! What casts and what shines, on the device as it is now: casters, triangles, lights, and generations that say what of it has
-//! changed. A [`Scene`] of the host fills it ([`World::new`]), or buffers of the caller's do ([`World::of`]).
+//! Casters and lights on the device, as they are now: casters, triangles, lights, and generations that say which part has changed. A
+//! [`Scene`] of the host fills it ([`World::new`]), or buffers of the caller's do ([`World::of`]).
 
 mod bounds;
 mod gather;
@@ -35,7 +35,7 @@ pub struct TriangleData {
     pub albedo: [f32; 3],
 }
 
-/// What casts and what shines, on the device. All techniques of a scene share it.
+/// Casters and lights on the device. All techniques of a scene share it.
 pub struct World {
     context: Context,
     name: String,
@@ -63,7 +63,7 @@ pub struct World {
     pub lights: Buffer,
     /// The same as the host has them.
     lit: Vec<Light>,
-    /// Whether these are they: else they are stand-ins of the same types.
+    /// Whether `lit` holds the real lights: else stand-ins of the same types.
     knows_lights: bool,
     camera: Option<Camera>,
     /// See [`Aim::anchors`].
@@ -73,7 +73,7 @@ pub struct World {
     filled: Filled,
 }
 
-/// What fills a world.
+/// Where a world's casters and lights come from.
 enum Filled {
     Scene(Box<Staged>),
     Theirs(Box<Theirs>),
@@ -84,12 +84,12 @@ struct Staged {
     scene: Scene,
     /// The device's casters are others than the host's scene has.
     written: bool,
-    /// A copy failed: what is on the device is of neither scene.
+    /// A copy failed: the device's data belong to neither scene.
     mixed: bool,
 }
 
 impl World {
-    /// What it is called in errors: its scene's name.
+    /// Its name in errors: its scene's.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -151,7 +151,7 @@ impl World {
         self.triangle_capacity
     }
 
-    /// What casters there are; in a world of the caller's buffers, what there is room for.
+    /// The number of casters; in a world of the caller's buffers, the capacity.
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
             Filled::Scene(staged) => staged.scene.kinds(),

@@ -1,4 +1,4 @@
-//! Where things of the caller's stand on the device: buffers of theirs, and how these are laid out.
+//! The caller's buffers on the device, and their layouts.
 
 use crate::gpu::Buffer;
 use crate::scene::{Light, LightKind};
@@ -42,7 +42,7 @@ pub enum Number {
     Is(f32),
 }
 
-/// Where a sphere of smoke has what of it counts, bytes from its start, multiples of 4.
+/// Offsets of a sphere's fields, bytes from its start, multiples of 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereAt {
     /// Three floats, world units.
@@ -61,7 +61,7 @@ impl SphereAt {
     pub const CASTER: Self = Self { position: 0, radius: Number::At(12), extinction: Number::At(28) };
 }
 
-/// Where a straight piece of hair has what of it counts, bytes from its start, multiples of 4.
+/// Offsets of a hair segment's fields, bytes from its start, multiples of 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrandAt {
     /// Three floats, world units.
@@ -74,7 +74,7 @@ pub struct StrandAt {
     pub depth: Number,
 }
 
-/// Where a splat, an anisotropic Gaussian of extinction, has what of it counts, bytes from its start, multiples of 4.
+/// Offsets of the fields of a splat, an anisotropic Gaussian of extinction, bytes from its start, multiples of 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplatAt {
     /// Three floats: its middle, world units.
@@ -87,8 +87,8 @@ pub struct SplatAt {
     pub opacity: Number,
 }
 
-/// Where a light has what of it counts, bytes from its start, multiples of 4. All of these lie in the buffer, also those that its type does
-/// not have, which are not read for anything.
+/// Offsets of a light's fields, bytes from its start, multiples of 4. All of them lie in the buffer, also those that the light's type does
+/// not use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightAt {
     /// Three floats, world units: where it is; not of a directional light.
@@ -98,8 +98,8 @@ pub struct LightAt {
     pub direction: u32,
     /// Three floats, linear RGB, ≥ 0: see [`Light::radiance`].
     pub radiance: u32,
-    /// World units, at least 1e-18: where a spot or a point light ends, infinite where it does not; of a virtual light the distance
-    /// nearer than which it shines no more; not of a directional light.
+    /// World units, at least 1e-18. For a spot or a point light: where it ends, may be infinite. For a virtual light: the distance below
+    /// which it gets no brighter. Unused for a directional light.
     pub radius: Number,
     /// Cosine of half the full opening angle of a spot light, < 1, and at least that of half 170°.
     pub cos_cone: Number,
@@ -119,7 +119,7 @@ pub enum LightType {
 }
 
 impl LightType {
-    /// A dark light of that type, for what the host has to know of one that the device alone knows.
+    /// A dark light of that type: it stands on the host for one whose values only the device knows.
     pub(super) fn stand_in(self) -> Light {
         let (position, direction) = (DVec3::ZERO, DVec3::NEG_Z);
         let kind = match self {
@@ -141,7 +141,7 @@ pub struct Corners {
     pub offset: u64,
     /// From one vertex to the next, bytes, a multiple of 4.
     pub stride: u32,
-    /// Numbers of vertices, of 32 bits, three a triangle, from that byte on, a multiple of 4; none where vertices stand in threes.
+    /// Numbers of vertices, of 32 bits, three per triangle, from that byte on, a multiple of 4; none where vertices stand in threes.
     pub indices: Option<(Buffer, u64)>,
     /// How many triangles.
     pub count: Count,

@@ -1,4 +1,4 @@
-//! A world that a scene of the host's fills: uploaded, moved, and read back where the device moves it.
+//! A world made from a scene of the host's: uploaded, moved, and read back where the device moves it.
 
 use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// What moving the world took.
+/// Times of moving the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
     /// Device time of the pass `world.move`, where the device has timestamps.
@@ -54,8 +54,8 @@ impl World {
         })
     }
 
-    /// Moves what moves by itself to where it is `time_s` seconds after the scene's emitters began. A scene of which nothing
-    /// does stays as it is, generations and all.
+    /// Moves the scene to `time_s` seconds after its emitters began. A scene that does not move by itself stays as it is, generations and
+    /// all.
     ///
     /// # Errors
     /// As [`Scene::at`] and [`World::replace`].
@@ -68,8 +68,8 @@ impl World {
         self.replace(&scene.at(time_s)?)
     }
 
-    /// Lets passes write the casters, as many as there are, on the device: a world that is simulated there. The host's scene stays
-    /// what it was until [`World::read_back`]. Returns the time of each pass.
+    /// Lets passes write the casters, as many as there are, on the device: a world that is simulated there. The host's scene stays as it
+    /// was until [`World::read_back`]. Returns the time of each pass.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, [`Error::Refused`] as [`World::scene`].
@@ -189,7 +189,7 @@ impl World {
         Ok(moved.unwrap_or_else(|| Moved { pass: None, host_ns: start.elapsed().as_nanos() as f64 }))
     }
 
-    /// The same, recorded: what follows sees it.
+    /// The same, recorded: later commands see it.
     ///
     /// # Errors
     /// As [`World::replace`].
@@ -197,7 +197,7 @@ impl World {
         self.change(scene, |copies| copies.record(commands)).map(|_| ())
     }
 
-    /// Puts another state in the scene's place; `copy` brings to the device what of it has changed, if anything has.
+    /// Puts another state in the scene's place; `copy` brings changed parts to the device, if there are any.
     fn change<T>(&mut self, scene: &Scene, copy: impl FnOnce(&Copies) -> Result<T>) -> Result<Option<T>> {
         self.check(scene)?;
         let has_strands = self.strands;
@@ -210,7 +210,7 @@ impl World {
             if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { known[0] },
             if changed.particles || changed.strands { Bounds::of_casters(&casters) } else { known[1] },
         ];
-        // First: where a copy fails, what is on the device is of neither scene.
+        // First: where a copy fails, the device's data belong to neither scene.
         self.raise(scene, &changed, mixed);
         self.generations.bounds += u64::from(mixed || written || whole(bounds) != whole(known));
         self.staged()?.mixed = true;
@@ -260,7 +260,7 @@ impl World {
     }
 }
 
-/// What has changed, on its way to the device.
+/// Changed data on its way to the device.
 struct Copies<'a> {
     world: &'a World,
     scene: &'a Scene,
@@ -299,7 +299,7 @@ struct Changed {
 }
 
 impl Changed {
-    /// What differs between a scene and the device.
+    /// Differences between a scene and the device.
     fn of(staged: &Staged, scene: &Scene, has_strands: bool) -> Self {
         let Staged { scene: was, written, mixed } = staged;
         let particles =
@@ -318,7 +318,7 @@ impl Changed {
         Self {
             casters,
             meshes: *mixed || scene.meshes != was.meshes,
-            // What simulates them decides where views begin.
+            // The simulation's constants decide where views begin.
             particles: *mixed || *written || particles || scene.motion != was.motion,
             strands: *mixed || *written && has_strands || others,
             lights: *mixed || scene.lights != was.lights,
@@ -334,7 +334,7 @@ fn whole([meshes, casters]: [Bounds; 2]) -> Bounds {
     meshes.with(casters)
 }
 
-/// Raises what is made of where lights stand, of each that stands otherwise. Their colours make nothing.
+/// Raises the generations of lights that have moved. Their colours do not count.
 pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Light], all: bool) {
     for ((is, was), generation) in lights.iter().zip(before).zip(&mut now.lights) {
         *generation += u64::from(all || (is.kind, is.radius) != (was.kind, was.radius));

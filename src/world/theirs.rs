@@ -1,4 +1,4 @@
-//! A world that buffers of the caller's fill, on the device.
+//! A world made on the device from buffers of the caller's.
 
 use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
@@ -8,7 +8,7 @@ use crate::scene::{Camera, Caster, Kinds, Volume};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
-/// What a world has room for. Techniques are opened for it.
+/// A world's capacities. Techniques are opened for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capacity {
     /// Spheres of smoke.
@@ -43,7 +43,7 @@ impl Capacity {
     }
 }
 
-/// What fills a world from the caller's buffers.
+/// Fills a world from the caller's buffers.
 pub(super) struct Theirs {
     pub capacity: Capacity,
     pub gather: Gather,
@@ -230,15 +230,15 @@ impl World {
         Ok(())
     }
 
-    /// Who looks: what adapts to that asks for it.
+    /// The camera. A technique that adapts to it reads it from here.
     pub fn set_camera(&mut self, camera: Camera) {
         self.generations.camera += u64::from(self.camera != Some(camera));
         self.camera = Some(camera);
     }
 
-    /// A box in which all that casts stays, low and high corner, for a world of the caller's buffers: what needs one on the host
-    /// refuses without (`voxelized`, `ray-query`). Directional lights' views measure from its middle, and from the world's origin
-    /// without a box: where that is far away they are coarser. Give it before techniques are opened.
+    /// A box in which all casters stay, low and high corner, for a world of the caller's buffers: techniques that need one on the host
+    /// refuse without (`voxelized`, `ray-query`). Directional lights' views measure from its middle, and from the world's origin without a
+    /// box: where that is far away they are coarser. Give it before techniques are opened.
     ///
     /// # Errors
     /// [`Error::Input`] where it is no box, or a scene fills the world.

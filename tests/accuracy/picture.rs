@@ -130,7 +130,7 @@ fn the_picture_is_near_the_reference() {
 
 /// Both shade the very point in which a pixel's ray meets the triangle, precisely computed (glsl/consume/surface.glsl),
 /// of the same pixels: the pictures agree everywhere, silhouettes and edges of shadows included, but for the rounding
-/// of what is added up of it.
+/// of sums.
 #[test]
 fn forward_and_deferred_agree() {
     gpu_test("forward_and_deferred_agree", |context| {

@@ -63,8 +63,8 @@ fn scenes_of(cells: bool) -> Vec<Scene> {
     if cells { vec![scenes::random(), inside] } else { vec![scenes::strands(), scenes::locks(), inside] }
 }
 
-/// The choice is that of the twin, of what was surveyed; and that is what the casters leave in parallel views, as far as
-/// rounding does not decide whether a caster meets a cell.
+/// The choice is the twin's, from the device's own survey; and the survey is what the casters leave in parallel views,
+/// as far as rounding does not decide whether a caster meets a cell.
 #[test]
 fn the_choice_equals_its_twin() {
     gpu_test("the_choice_equals_its_twin", |context| {

@@ -211,9 +211,9 @@ fn squares_see_means() {
     });
 }
 
-/// Two lattices under a light from above, each strand of the one behind one of the other: the second takes light of what the first has
-/// left alone. Strands are about a texel wide, so that texels are covered by parts; averaged one by one, they would
-/// leave 0.39 of the light in the mean, and not 0.505.
+/// Two lattices under a light from above, each strand of the lower one behind a strand of the upper: the second takes light that the first
+/// has left. Strands are about a texel wide, so that texels are covered by parts; averaged one by one, they would leave 0.39 of the light
+/// in the mean, and not 0.505.
 #[test]
 fn areas_see_strands_behind_each_other() {
     gpu_test("areas_see_strands_behind_each_other", |context| {

@@ -39,7 +39,7 @@ fn growing_loses_nothing() {
     });
 }
 
-/// The twin's count in every scene: one fragment a texel that a particle's ray meets.
+/// The twin's count in every scene: one fragment per texel that a particle's ray meets.
 #[test]
 fn fragments_are_counted_exactly() {
     gpu_test("fragments_are_counted_exactly", |context| {

@@ -99,7 +99,7 @@ fn thousands_of_insertions_do_not_drift() {
     }
 }
 
-/// A texel is 8 bytes and 4 a node; interlock's full nodes of all maps are needed only while building. What `gobo curve`
+/// A texel is 8 bytes and 4 per node; interlock's full nodes of all maps are needed only while building. What `gobo curve`
 /// draws is what the look-up reads.
 #[test]
 fn bytes_and_nodes_of_packed_curves() {

@@ -66,6 +66,30 @@ fn links_lead_somewhere() {
     assert!(off.is_empty(), "{} of {count} lead nowhere:\n{}", off.len(), off.join("\n"));
 }
 
+/// No page is lost: README.md, the index or a page of the guide has a link to it.
+#[test]
+fn every_page_is_linked() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let all = pages(root);
+    let is_guide = |page: &&PathBuf| {
+        let name = name(root, page);
+        name.starts_with("docs/guide/") || ["README.md", "docs/README.md"].contains(&name.as_str())
+    };
+    let linked: Vec<PathBuf> = all
+        .iter()
+        .filter(is_guide)
+        .flat_map(|page| {
+            let text = std::fs::read_to_string(page).expect("a page");
+            let to = |target: String| page.parent()?.join(target.split('#').next()?).canonicalize().ok();
+            targets(&text).into_iter().filter_map(to).filter(|to| to != page).collect::<Vec<_>>()
+        })
+        .collect();
+    let is_lost =
+        |page: &&PathBuf| **page != root.join("README.md") && !linked.contains(&page.canonicalize().expect("a page"));
+    let lost: Vec<String> = all.iter().filter(is_lost).map(|page| name(root, page)).collect();
+    assert!(lost.is_empty(), "nothing leads to {lost:?}");
+}
+
 #[test]
 fn a_broken_link_is_found() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
@@ -74,31 +98,65 @@ fn a_broken_link_is_found() {
     assert_eq!(found, ["x.md: there is no such file", "docs/none.md: there is no such file", "#two: no such heading"]);
 }
 
-/// Questions of a new user, as docs/notebook/words.md has them: the page that answers is README.md or one that README.md links, and it has
-/// the words that are quoted.
+/// What stands under a heading, down to the next of its rank; all of a page without one.
+fn under<'a>(text: &'a str, heading: &str) -> Option<&'a str> {
+    if heading.is_empty() {
+        return Some(text);
+    }
+    // `#version` in a block of code is no heading.
+    let rank = |line: &str| line.find(' ').filter(|at| line[..*at].chars().all(|c| c == '#')).unwrap_or(0);
+    let mut at = 0;
+    let (mut begin, mut own) = (None, 0);
+    for line in text.split_inclusive('\n') {
+        let is = rank(line);
+        match begin {
+            Some(begin) if is > 0 && is <= own => return Some(&text[begin..at]),
+            None if is > 0 && anchor(line.trim_start_matches('#').trim()) == heading => {
+                (begin, own) = (Some(at), is);
+            }
+            _ => {}
+        }
+        at += line.len();
+    }
+    Some(&text[begin?..])
+}
+
+/// Questions of a new user, as docs/notebook/words.md has them: README.md has a link to the page that answers, under the heading that is
+/// named in italics where one is; the page has the words that are quoted, under the heading that the link names.
 #[test]
 fn questions_are_answered_two_pages_from_readme() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let words = std::fs::read_to_string(root.join("docs/notebook/words.md")).expect("the page");
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README");
-    let linked: Vec<PathBuf> =
-        targets(&readme).iter().map(|to| root.join(to.split('#').next().unwrap_or(to))).collect();
-    let section =
-        words.split("## Five questions").nth(1).and_then(|rest| rest.split("\n## ").next()).expect("questions");
+    let section = under(&words, "five-questions-of-a-new-user").expect("questions");
     let mut count = 0;
     for row in section.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| question")) {
         let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
         let [question, way, answer] = cells[..] else { panic!("{row}") };
-        let page = targets(way).last().map_or(root.join("README.md"), |to| {
-            root.join("docs/notebook").join(to.split('#').next().unwrap_or(to)).canonicalize().expect(to)
-        });
-        let is_near =
-            page.ends_with("README.md") || linked.iter().any(|to| to.canonicalize().is_ok_and(|to| to == page));
-        assert!(is_near, "{question}: README.md has no link to {}", page.display());
-        let text = std::fs::read_to_string(&page).expect("a page").split_whitespace().collect::<Vec<_>>().join(" ");
+        let from = way.split('*').nth(1).map_or(Some(&readme[..]), |heading| under(&readme, &anchor(heading)));
+        let from = from.unwrap_or_else(|| panic!("{question}: README.md has no such heading: {way}"));
+        let to = targets(way).pop().unwrap_or_else(|| panic!("{question}: no link"));
+        let (path, heading) = to.split_once('#').unwrap_or((&to, ""));
+        let page = root.join("docs/notebook").join(path).canonicalize().expect(path);
+        let is_it = |to: &String| {
+            let to = root.join(to.split('#').next().unwrap_or(to)).canonicalize();
+            to.is_ok_and(|to| to == page)
+        };
+        assert!(targets(from).iter().any(is_it), "{question}: README.md has no link to {} there", page.display());
+        let text = std::fs::read_to_string(&page).expect("a page");
+        let there = under(&text, heading).unwrap_or_else(|| panic!("{question}: {to}: there is no such heading"));
+        let there = there.split_whitespace().collect::<Vec<_>>().join(" ");
         let quoted = answer.trim_matches('"');
-        assert!(text.contains(quoted), "{question}: {} does not say {quoted:?}", page.display());
+        assert!(there.contains(quoted), "{question}: {to} does not say {quoted:?}");
         count += 1;
     }
     assert_eq!(count, 5, "questions");
+}
+
+#[test]
+fn what_stands_under_a_heading() {
+    let text = "# One\na\n## Two\nb\n### Three\nc\n## Four\nd\n";
+    assert_eq!(under(text, "two"), Some("## Two\nb\n### Three\nc\n"));
+    assert_eq!((under(text, "four"), under(text, "five")), (Some("## Four\nd\n"), None));
+    assert_eq!(under(text, ""), Some(text));
 }

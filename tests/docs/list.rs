@@ -14,7 +14,7 @@ const FOLDERS: [(&str, &str); 5] = [
 ];
 
 /// Kinds, name and arguments, one command after the other: what is indented goes on.
-fn commands(text: &str) -> Vec<(String, String, String)> {
+pub fn commands(text: &str) -> Vec<(String, String, String)> {
     let mut lines: Vec<String> = Vec::new();
     for line in text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#')) {
         match (line.starts_with(' '), lines.last_mut()) {

@@ -1,85 +1,24 @@
-//! English of all pages, comments and help texts: rules that a program can decide, each with its words; and how long pages of the guide
-//! may be.
+//! English of all pages, comments, messages and help, by the rules of `english.rs`.
 
+use crate::english::wrong;
+use crate::sources::{between_tags, comments, sources, texts};
 use crate::tables::{name, pages};
 use gobo::technique::REGISTRY;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::process::Command;
 
-/// Words of a technique's page, of another page of the guide, of the whole guide, and of README.md, at most.
-const TECHNIQUE: usize = 700;
-const PAGE: usize = 800;
-const GUIDE: usize = 15_000;
-const README: usize = 900;
-
-/// Things that are *it*: none of them is followed by "who".
-const THINGS: [&str; 26] = [
-    "technique",
-    "techniques",
-    "path",
-    "paths",
-    "code",
-    "shader",
-    "shaders",
-    "pass",
-    "passes",
-    "row",
-    "rows",
-    "driver",
-    "drivers",
-    "device",
-    "devices",
-    "file",
-    "thread",
-    "threads",
-    "caster",
-    "casters",
-    "kernel",
-    "map",
-    "maps",
-    "light",
-    "lights",
-    "program",
-];
-
-/// Before "a" and a unit these make a rate: eight bytes *a texel* are eight bytes *per texel*.
-const COUNTED: [&str; 15] = [
-    "bytes", "byte", "bits", "bit", "nodes", "texels", "voxels", "cells", "columns", "words", "threads", "numbers",
-    "casters", "ms", "MiB",
-];
-const UNITS: [&str; 18] = [
-    "texel",
-    "light",
-    "frame",
-    "pixel",
-    "voxel",
-    "node",
-    "map",
-    "row",
-    "caster",
-    "slice",
-    "sample",
-    "particle",
-    "ray",
-    "layer",
-    "side",
-    "channel",
-    "thread",
-    "workgroup",
-];
-
-/// Words that readers had to look up.
-const RARE: [&str; 4] = ["whereof", "thereof", "otherwise than", "dear to"];
-
-/// A technique's page has these headings, in this order.
-const HEADINGS: [&str; 6] =
-    ["## What a ", "## How it is built", "## Keys", "## Good and bad at", "## Cost", "## Sources"];
-
-/// A page without code, comments and targets of links: paragraphs, rows and items, each a line.
-fn prose(text: &str) -> Vec<String> {
+/// A page without comments: recipes of tables are not read.
+pub fn without_comments(text: &str) -> String {
     let mut text = text.to_owned();
     while let Some((start, end)) = text.find("<!--").and_then(|at| Some((at, at + text[at..].find("-->")? + 3))) {
         text.replace_range(start..end, "");
     }
+    text
+}
+
+/// A page without code, comments and targets of links: paragraphs, rows and items, each a line.
+pub fn prose(text: &str) -> Vec<String> {
+    let text = without_comments(text);
     let (mut all, mut is_code) = (vec![String::new()], false);
     for line in text.lines() {
         let is_fence = line.starts_with("```");
@@ -100,117 +39,13 @@ fn prose(text: &str) -> Vec<String> {
     all.iter().map(|line| without_targets(line)).filter(|line| !line.is_empty()).collect()
 }
 
-fn without_targets(line: &str) -> String {
+/// A line without the targets of its links.
+pub fn without_targets(line: &str) -> String {
     let mut line = line.trim().to_owned();
     while let Some((start, end)) = line.find("](").and_then(|at| Some((at, at + line[at..].find(')')?))) {
         line.replace_range(start..=end, "");
     }
     line
-}
-
-/// What is wrong with a line.
-fn wrong(line: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    // Ends of sentences, cells and marks of items; `.`, `:` and the like end one where a blank follows.
-    let starts = line.split(['|', '•']).flat_map(|cell| cell.split(". ")).flat_map(|part| part.split(": "));
-    for sentence in starts.map(|start| start.trim_start_matches([' ', '-', '*', '#', '_', '"'])) {
-        if sentence.starts_with("Of ") {
-            found.push(format!("begins with \"Of\": {sentence}"));
-        }
-    }
-    let bare = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric()).to_owned();
-    let words: Vec<String> = line.split_whitespace().map(bare).collect();
-    for pair in words.windows(2).filter(|pair| pair[1] == "who" && THINGS.contains(&pair[0].to_lowercase().as_str())) {
-        found.push(format!("{} is \"it\": {line}", pair[0]));
-    }
-    // A comma between them ends the rate before it begins, and a texel's bytes are no rate.
-    let all: Vec<&str> = line.split_whitespace().collect();
-    for three in all.windows(3) {
-        let [many, a, unit] = [three[0], three[1], three[2]];
-        let is_rate = COUNTED.contains(&many.trim_start_matches(|c: char| !c.is_alphanumeric()))
-            && UNITS.contains(&unit.trim_end_matches(|c: char| !c.is_alphanumeric()));
-        if a == "a" && is_rate {
-            found.push(format!("\"per\", not \"a\": {} in {line}", three.join(" ")));
-        }
-    }
-    let lower = line.to_lowercase();
-    found.extend(RARE.iter().filter(|rare| lower.contains(*rare)).map(|rare| format!("{rare:?}: {line}")));
-    found
-}
-
-/// Comments of a source, each paragraph a line: whole lines of one mark, and what stands behind code.
-fn comments(text: &str) -> Vec<String> {
-    let (mut all, mut mark_before): (Vec<String>, Option<(usize, &str)>) = (Vec::new(), None);
-    let mut is_code = false;
-    for line in text.lines() {
-        let trimmed = line.trim_start();
-        let Some(mark) = ["///", "//!", "//"].into_iter().find(|mark| trimmed.starts_with(mark)) else {
-            (mark_before, is_code) = (None, false);
-            all.extend(line.split_once(" // ").map(|(_, said)| said.trim().to_owned()));
-            continue;
-        };
-        let said = &trimmed[mark.len()..];
-        let is_fence = said.trim_start().starts_with("```");
-        is_code ^= is_fence;
-        if is_code || is_fence || said.starts_with("     ") {
-            mark_before = None;
-            continue;
-        }
-        let (here, said) = ((line.len() - trimmed.len(), mark), said.trim());
-        let is_begin = said.is_empty() || ["#", "|", "- ", "* "].iter().any(|begin| said.starts_with(begin));
-        match all.last_mut() {
-            Some(last) if mark_before == Some(here) && !is_begin => *last += &format!(" {said}"),
-            _ => all.push(said.to_owned()),
-        }
-        mark_before = (!said.is_empty()).then_some(here);
-    }
-    all.retain(|line| !line.is_empty());
-    all
-}
-
-/// Files below a folder whose names end so.
-fn sources(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
-    let within = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
-    let found = |path: PathBuf| match path.is_dir() {
-        true => sources(&path, endings),
-        false if endings.iter().any(|ending| path.extension().is_some_and(|is| is == *ending)) => vec![path],
-        false => vec![],
-    };
-    within.flat_map(found).collect()
-}
-
-/// Words of a page as a reader meets them: in paragraphs and tables, not in code.
-fn words(text: &str) -> usize {
-    let is_word = |word: &&str| word.chars().any(char::is_alphanumeric);
-    prose(text).iter().map(|line| line.split_whitespace().filter(is_word).count()).sum()
-}
-
-#[test]
-fn guide_is_short() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (mut off, mut guide, mut read) = (Vec::new(), 0, 0);
-    for page in pages(root) {
-        let (name, text) = (name(root, &page), std::fs::read_to_string(&page).expect("a page"));
-        let is_guide = name.starts_with("docs/guide/") || name == "docs/README.md";
-        if !is_guide && name != "README.md" {
-            continue;
-        }
-        read += 1;
-        let count = words(&text);
-        guide += if is_guide { count } else { 0 };
-        let limit = match name.as_str() {
-            "README.md" => README,
-            _ if name.starts_with("docs/guide/techniques/") => TECHNIQUE,
-            _ => PAGE,
-        };
-        if count > limit {
-            off.push(format!("{name}: {count} words, at most {limit}"));
-        }
-    }
-    println!("{guide} words in {read} pages");
-    assert!(read > 30, "{read} pages: where are the others?");
-    assert!(guide <= GUIDE, "the guide has {guide} words, at most {GUIDE}");
-    assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
 #[test]
@@ -232,86 +67,173 @@ fn pages_are_plain() {
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
+/// Where sources are, scripts and settings of tools among them.
+const PLACES: [&str; 18] = [
+    "src",
+    "glsl",
+    "tests",
+    "build",
+    "build.rs",
+    "examples",
+    "fuzz",
+    "Cargo.toml",
+    "rustfmt.toml",
+    "setup.sh",
+    ".cargo/config.toml",
+    ".ci/run",
+    ".github/workflows",
+    "results/commands.txt",
+    "results/files",
+    "results/measure.sh",
+    "results/recommend.sh",
+    "results/baseline.sh",
+];
+
 #[test]
 fn comments_are_plain() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folders = ["src", "glsl", "tests", "build", "examples"];
-    let all = folders.iter().flat_map(|folder| sources(&root.join(folder), &["rs", "glsl", "comp", "vert", "frag"]));
     let (mut count, mut off) = (0, Vec::new());
-    for file in all {
-        let text = comments(&std::fs::read_to_string(&file).expect("a source"));
-        count += text.len();
-        off.extend(text.iter().flat_map(|line| wrong(line)).map(|what| format!("{}: {what}", name(root, &file))));
+    for file in PLACES.iter().flat_map(|place| sources(&root.join(place))) {
+        let all = comments(&file, &std::fs::read_to_string(&file).expect("a source"));
+        count += all.len();
+        let wrong = all.iter().flat_map(|(line, said)| wrong(said).into_iter().map(move |what| (line, what)));
+        off.extend(wrong.map(|(line, what)| format!("{}:{line}: {what}", name(root, &file))));
     }
-    assert!(count > 8_000, "{count} comments: where are the others?");
+    assert!(count > 11_000, "{count} comments: where are the others?");
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
-/// What `gobo help` says of techniques and their keys.
+/// Errors, help, headings and meanings of columns, as the source has them; heads of GLSL files; templates of pages.
 #[test]
-fn help_is_plain() {
-    for entry in REGISTRY {
-        for about in entry.keys.iter().map(|key| key.about).chain([entry.about]) {
-            assert!(wrong(about).is_empty() && !about.starts_with("of "), "{}: {about}", entry.name);
-        }
+fn messages_are_plain() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (mut count, mut off) = (0, Vec::new());
+    let rust = ["src", "build"].iter().flat_map(|place| sources(&root.join(place)));
+    let rust = rust.filter(|file| file.extension().is_some_and(|is| is == "rs"));
+    let templates = ["page", "stress", "soak", "devices/page"].map(|name| root.join(format!("src/report/{name}.html")));
+    for file in &rust.chain(templates).collect::<Vec<_>>() {
+        let text = std::fs::read_to_string(file).expect("a source");
+        let is_page = file.extension().is_some_and(|is| is == "html");
+        let all = if is_page { between_tags(&text) } else { texts(&text) };
+        count += all.len();
+        let wrong = all.iter().flat_map(|(line, said)| wrong(said).into_iter().map(move |what| (line, what)));
+        off.extend(wrong.map(|(line, what)| format!("{}:{line}: {what}", name(root, file))));
     }
+    assert!(count > 2_000, "{count} messages: where are the others?");
+    assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
-/// One page per technique, all alike.
+/// What the program prints: help of each command and option, and of each technique with its keys.
 #[test]
-fn each_technique_has_its_page() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/techniques");
+fn help_is_plain() {
+    let help = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_gobo")).args(arguments).output().expect("the program runs");
+        assert!(output.status.success(), "{arguments:?}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let all = help(&["--help"]);
+    let listed = all.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| line.starts_with("  "));
+    let first = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
+    let commands: Vec<&str> = first.filter(|name| *name != "help").collect();
+    assert!(commands.len() >= 11, "{all}");
+    let mut pages: Vec<(&str, String)> = commands.iter().map(|name| (*name, help(&[name, "--help"]))).collect();
+    pages.extend(REGISTRY.iter().map(|entry| (entry.name, help(&["help", entry.name]))));
+    pages.push(("gobo", all.clone()));
+    let (mut count, mut off) = (0, Vec::new());
+    for (name, page) in &pages {
+        // A paragraph goes on until an empty line or what is an option.
+        let mut said: Vec<String> = vec![String::new()];
+        for line in page.lines().map(str::trim) {
+            match said.last_mut() {
+                Some(last) if !line.is_empty() && !line.starts_with('-') => *last += &format!(" {line}"),
+                _ => said.push(line.to_owned()),
+            }
+        }
+        count += said.len();
+        off.extend(said.iter().flat_map(|line| wrong(line)).map(|what| format!("{name}: {what}")));
+    }
     for entry in REGISTRY {
-        let page = folder.join(entry.name).with_extension("md");
-        let text = std::fs::read_to_string(&page).unwrap_or_else(|cause| panic!("{}: {cause}", page.display()));
-        assert!(text.starts_with(&format!("# `{}`: ", entry.name)), "{}", entry.name);
-        let headings: Vec<&str> = text.lines().filter(|line| line.starts_with("## ")).collect();
-        let alike = headings.iter().zip(HEADINGS).all(|(is, begins)| is.starts_with(begins));
-        assert!(headings.len() == HEADINGS.len() && alike, "{}: {headings:?}", entry.name);
-        assert!(text.contains("<!-- rows "), "{}: no figures that are checked", entry.name);
-        // What is said to be a key is one; those of all techniques are said together.
-        let keys = text.split("## Keys").nth(1).and_then(|rest| rest.split("## ").next()).unwrap_or_default();
-        for line in keys.lines().filter_map(|line| line.strip_prefix("- `")) {
-            let said = line.split('`').next().unwrap_or_default();
-            let key = said.split(['=', ',']).next().unwrap_or_default();
-            let is_common = ["lighting", "skip", "shading"].contains(&key);
-            assert!(is_common || entry.keys.iter().any(|known| known.name == key), "{}: {key}", entry.name);
+        for about in entry.keys.iter().map(|key| key.about).chain([entry.about]) {
+            assert!(!about.starts_with("of "), "{}: {about}", entry.name);
         }
     }
-    for page in std::fs::read_dir(folder).expect("pages").map(|page| page.expect("a page").path()) {
-        let name = page.file_stem().expect("a name").to_string_lossy().into_owned();
-        assert!(REGISTRY.iter().any(|entry| entry.name == name), "{name} is no technique");
-    }
+    assert!(count > 500, "{count} paragraphs: where are the others?");
+    assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
 #[test]
 fn bad_sentences_are_found() {
     for bad in [
-        "It ends. Of what is baked fewer are timed.",
+        "It ends. Of two, fewer are timed.",
         "| size | Of the map |",
         "- Of two, the first.",
         "A technique who has no depth promises nothing.",
+        "Who draws the depths of meshes.",
         "It takes 8 bytes a texel and more.",
+        "Four a texel, in slices.",
+        "The manual, a page a command.",
+        "Name one value a key.",
+        "Samples a pixel: 1 to 16.",
+        "A small list a row.",
         "The lists are dear to ask.",
         "A map has 256 texels a side.",
-        "A map who has none.",
+        "The size of what is drawn.",
+        "The value of that which is drawn.",
     ] {
         assert_eq!(wrong(bad).len(), 1, "{bad}: {:?}", wrong(bad));
     }
     for good in [
         "Often it is so. The share of light, of which half is left.",
-        "Users who take a technique read this.",
-        "It takes 8 bytes per texel. A node is a texel's. It maps a light.",
-        "Not code: `Of`.",
+        "Users who take a technique read this, and those who do not.",
+        "It takes 8 bytes per texel. A node is a texel's. It maps a light. Half a texel is less.",
+        "Not code: `Of`, `who`, `8 bytes a texel`.",
         "Built in 0.12 ms, a frame in 2.7 ms. What is left of the bytes a texel's nodes take.",
+        "Which voxels a triangle meets; how many bytes a texel has. It reaches a point; it says what a row is.",
     ] {
         assert!(wrong(good).is_empty(), "{good}: {:?}", wrong(good));
     }
     let page = "# One\n\nTwo [three](four.md)\nfive.\n\n    six\n\n```text\nseven\n```\n<!-- rows\neight\n-->\n| nine | – |\n1. Ten\n";
     assert_eq!(prose(page), ["# One", "Two [three five.", "| nine | – |", "1. Ten"]);
-    assert_eq!(words(page), 7);
+}
+
+/// Comments are read over the ends of their lines, and texts over theirs.
+#[test]
+fn sources_are_read() {
+    let said = |file: &str, text: &str| {
+        let found = comments(Path::new(file), text);
+        found.into_iter().map(|(line, said)| format!("{line} {said}")).collect::<Vec<_>>()
+    };
     let source = "//! One\n//! two.\n\n/// Three.\nlet four = 5; // six\n    // seven\n    // eight\n// nine\n/// ```\n/// ten\n/// ```\n";
-    assert_eq!(comments(source), ["One two.", "Three.", "six", "seven eight", "nine"]);
+    assert_eq!(said("a.rs", source), ["1 One two.", "4 Three.", "5 six", "6 seven eight", "8 nine"]);
+    assert_eq!(said("a.tese", "int a;  // one\n        // two\nint b;\n// three\n"), ["1 one two", "4 three"]);
+    assert_eq!(said("a.toml", "# one\n# two\nthree = 4 # five\n"), ["1 one two", "3 five"]);
+    let source = "f(\"one \\\n   two\", 'a', '\"', \"three\"); // \"four five\"\ng(\"six\\nseven\")";
+    assert_eq!(texts(source), [(1, "one two".to_owned()), (3, "six seven".to_owned())]);
+    assert_eq!(between_tags("<p\n>one two</p>\n<b>three</b>"), [(2, "one two".to_owned())]);
+}
+
+/// A hundred comments of `src` and `glsl` of ten words or more, drawn by `GOBO_SEED`, to be read by a person (docs/notebook/words.md).
+/// `--nocapture` prints them.
+#[test]
+fn a_sample_of_comments() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let seed: u64 = std::env::var("GOBO_SEED").map_or(1, |seed| seed.parse().expect("a number"));
+    let (mut all, mut drawn) = (Vec::new(), Vec::new());
+    for file in ["src", "glsl"].iter().flat_map(|place| sources(&root.join(place))) {
+        let found = comments(&file, &std::fs::read_to_string(&file).expect("a source"));
+        let long = found.into_iter().filter(|(_, said)| said.split_whitespace().count() >= 10);
+        all.extend(long.map(|(line, said)| format!("{}:{line}: {said}", name(root, &file))));
+    }
+    let mut state = seed;
+    while drawn.len() < 100 {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let one = &all[(state >> 33) as usize % all.len()];
+        if !drawn.contains(&one) {
+            println!("{} {one}", drawn.len() + 1);
+            drawn.push(one);
+        }
+    }
+    assert!(all.len() > 4_000, "{} comments: where are the others?", all.len());
 }
 
 /// Thirty bad sentences of docs/notebook/words.md: no page has them any more, and some page has what stands in their place.

@@ -37,7 +37,24 @@ impl Rows {
 
     /// The number in a column of a row: times in milliseconds, bytes in bytes.
     pub fn value(&self, which: &Which, column: &str) -> Result<f64, String> {
-        let row = self.row(which)?;
+        self.of_row(self.row(which)?, column)
+    }
+
+    /// All rows of a scene that have numbers in all of these columns: technique, path and the numbers.
+    pub fn all<const N: usize>(&self, scene: &str, columns: [&str; N]) -> Vec<(String, String, [f64; N])> {
+        let is_it = |row: &&BTreeMap<String, String>| row.get("scene").is_some_and(|name| name == scene);
+        let figures = |row: &BTreeMap<String, String>| {
+            let mut numbers = [0.0; N];
+            for (number, column) in numbers.iter_mut().zip(columns) {
+                *number = self.of_row(row, column).ok()?;
+            }
+            let text = |name: &str| row.get(name).cloned().unwrap_or_default();
+            Some((text("variant"), text("path"), numbers))
+        };
+        self.rows.iter().filter(is_it).filter_map(figures).collect()
+    }
+
+    fn of_row(&self, row: &BTreeMap<String, String>, column: &str) -> Result<f64, String> {
         let at = |name: &str| self.number(row, name);
         let ms = |name: &str| Ok(at(name)? / 1e6);
         match column {
@@ -110,7 +127,7 @@ impl Rows {
     fn passes(&self, row: &BTreeMap<String, String>, prefix: &str) -> Result<f64, String> {
         let texts = ["pass_median_ns", "draw_pass_median_ns"].map(|name| row.get(name).map_or("", String::as_str));
         let pairs = texts.iter().flat_map(|text| text.split(' ')).filter_map(|pair| pair.split_once('='));
-        // Older rows of what is simulated have what draws it in both.
+        // Older rows of simulated scenes have the draw's passes in both.
         let mut seen = BTreeSet::new();
         let of = pairs.filter(|(name, _)| name.starts_with(prefix) && seen.insert(name.to_owned()));
         let times: Vec<f64> = of.filter_map(|(_, ns)| ns.parse().ok()).collect();

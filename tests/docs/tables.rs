@@ -188,7 +188,7 @@ fn combinations(text: &str) -> Result<Vec<Vec<(String, String)>>, String> {
     Ok(all)
 }
 
-/// Units behind a spec, and what they are of what columns have.
+/// Units behind a spec, in the unit that columns have.
 const UNITS: [(&str, f64); 6] =
     [("KiB", 1024.0), ("MiB", 1048576.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("%", 0.01)];
 

@@ -47,7 +47,7 @@ pub fn cells(bytes: &[u8]) -> bool {
     let bound = bound(&segments.iter().map(sphere).collect::<Vec<_>>(), DARK);
     let Some(cells) = Cells::new(&segments, bound) else { return false };
     let curve = cells.curve(build);
-    // Half a unit a segment; of 64 segments a unit is 2⁻²⁰ at least. What is darker than DARK counts as that.
+    // Half a unit per segment; with 64 segments, units are at least 2⁻²⁰. What is darker than DARK counts as that.
     let off = 0.5 * segments.len() as f64 / f64::from(1 << 20) + 16.0 * ROUNDING;
     holds(&curve, build, &segments, 16.0 * ROUNDING);
     assert_tail(&curve, &segments, off + (-f64::from(DARK)).exp());
@@ -69,7 +69,7 @@ fn holds(curve: &Curve, build: Build, segments: &[Segment], off: f64) {
     }
 }
 
-/// Behind all segments the light is the product of what all of them leave.
+/// Behind all segments the light is the product of all their transmittances.
 fn assert_tail(curve: &Curve, segments: &[Segment], off: f64) {
     let (light, product) = (f64::from(curve.transmittance(2.0)), (-total(segments)).exp());
     assert!((light - product).abs() <= off, "the tail is {light}, not {product}: {:?}", curve.nodes());
@@ -103,7 +103,7 @@ fn node_light(nodes: &[(f32, f32)], interpolation: Interpolation, depth: f32) ->
     }
 }
 
-/// Where nothing had to go the curve is the truth: eight roundings a segment, each a share of the optical depth.
+/// Where nothing had to go the curve is the truth: eight roundings per segment, each a share of the optical depth.
 fn is_exact(curve: &Curve, segments: &[Segment]) {
     let off = (8.0 * (segments.len() + 1) as f64 * MOST_SHARE + 2.0) * ROUNDING;
     for depth in depths(segments) {

@@ -76,7 +76,7 @@ fn scalar(of: &Type) -> &'static str {
     }
 }
 
-/// Bytes of an array's element, or of what is no array.
+/// Bytes of an array's element, or of another type.
 fn stride(of: &Type) -> usize {
     match of {
         Type::Array(array) => array.stride.expect("a stride"),

@@ -136,7 +136,7 @@ fn answers_alike(context: &Context, scene: &Scene, text: &str) {
 #[test]
 fn smoke_is_answered_alike() {
     gpu_test("smoke_is_answered_alike", |context| {
-        // Files of what sees smoke have colors, and of what sees meshes alone none.
+        // Files of techniques that see smoke have colors, those of techniques for meshes alone have none.
         for (technique, has) in [("avsm", true), ("density-grid", true), ("shadow-map", false), ("none", false)] {
             let file = gobo::glsl::file(technique).expect("a file");
             let name = format!("vec3 gobo_{}_colors(float", technique.replace('-', "_"));

@@ -12,7 +12,7 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
-/// Workgroups times their threads; three vertices and a triangle, and a fragment a pixel; and a pass in which nothing of it is.
+/// Workgroups times their threads; three vertices and a triangle, and a fragment per pixel; and a pass in which nothing of it is.
 #[test]
 fn passes_count_what_they_were_asked_for() {
     const TEST: &str = "passes_count_what_they_were_asked_for";

@@ -178,7 +178,7 @@ fn frame(foreign: &mut Foreign, context: &Context, record: impl FnOnce(&mut Comm
     frame
 }
 
-/// The same of what is recorded.
+/// The same in recorded command buffers.
 fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
     let (mut all, scene) = (Consumed::default(), scene());
     let world = World::new(context, &scene).expect("room");

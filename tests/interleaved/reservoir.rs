@@ -1,4 +1,4 @@
-//! One light a pixel: which are drawn and kept equals the twin, what is found has the sum over all lights for its mean, and what is kept
+//! One light per pixel: which are drawn and kept equals the twin, what is found has the sum over all lights for its mean, and what is kept
 //! from frame to frame makes it steadier.
 
 use super::{AMBIENT, Built, build, camera, lamps};
@@ -112,7 +112,7 @@ fn reservoirs_equal_their_twin() {
     });
 }
 
-/// Colours are the mean of what pixels of one surface found.
+/// Colours are the mean over pixels that see one surface.
 #[test]
 fn what_is_gathered_is_a_mean() {
     gpu_test("what_is_gathered_is_a_mean", |context| {
@@ -152,9 +152,9 @@ fn going_round(scene: &Scene, size: [u32; 2], i: usize) -> View {
     camera(&scene, size)
 }
 
-/// Over many runs of a few frames, in which the camera goes round, the mean of what each pixel finds in the last is what a deferred
-/// picture has of all lights: each pixel within six standard errors, all of them together within four. Weights that took what is kept for
-/// as good at one place as at another would be off by more.
+/// Over many runs of a few frames, in which the camera goes round, the mean of each pixel's last find is that pixel of a deferred picture
+/// of all lights: each pixel within six standard errors, all of them together within four. Weights that took a kept light for as good at
+/// one place as at another would be off by more.
 #[test]
 fn all_lights_count_on_average() {
     gpu_test("all_lights_count_on_average", |context| {
@@ -212,7 +212,7 @@ fn all_lights_count_on_average() {
     });
 }
 
-/// After twenty frames of what stands still each pixel's own find, before any is averaged, is much nearer to all lights than after one, and
+/// After twenty frames of a still world each pixel's own find, before any is averaged, is much nearer to all lights than after one, and
 /// nothing is kept of other kernels' frames.
 #[test]
 fn what_is_kept_makes_it_steady() {

@@ -10,7 +10,7 @@ use gobo::reference::twin::ism::splat::{Culling, Taken, is_before, is_seen};
 use gobo::scene::Scene;
 
 /// Points of all lights: how many they take, how many of them stand behind their plane, and of the others how many are near sides of closed
-/// things; of what is left, how many are out of the viewer's view, and how many there are hidden from it.
+/// things; among the rest, how many are out of the viewer's view, and how many are hidden from it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     taken: usize,

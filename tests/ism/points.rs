@@ -16,8 +16,8 @@ fn signs(scene: &Scene) -> Vec<i32> {
     scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(|side| side.sign())).collect()
 }
 
-/// What is known of all points is their twin's up to rounding, so is where each stands, unless the rounding of an area moved it to
-/// the next triangle; its normal is its triangle's, and looks out of what is closed.
+/// All values of points are their twin's up to rounding, so is where each stands, unless the rounding of an area moved it to the next
+/// triangle; its normal is its triangle's, and points out of closed meshes.
 #[test]
 fn points_equal_their_twin() {
     gpu_test("ism::points_equal_their_twin", |context| {

@@ -124,8 +124,8 @@ fn words_equal_their_twin() {
     });
 }
 
-/// Ten layers of what covers the map, where the list begins with room for two: what has no room is drawn all the same,
-/// and then there is room for all. Both times the words are the twin's.
+/// Ten layers of triangles that cover the map, where the list begins with room for two: triangles without room are
+/// drawn all the same, and then there is room for all. Both times the words are the twin's.
 #[test]
 fn a_list_that_is_too_short_loses_nothing() {
     gpu_test("opaque_compute::a_list_that_is_too_short_loses_nothing", |context| {

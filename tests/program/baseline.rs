@@ -71,7 +71,7 @@ fn a_run_is_held_against_its_baseline() {
         assert_eq!(build["value"].as_f64(), Some(timing.median));
         assert_eq!(build["upper_value"].as_f64(), Some(timing.p95));
     }
-    // Errors were half of what they are.
+    // Errors were half as large.
     let halved = changed(&before, scenes.path(), |results| {
         for points in results.rows.iter_mut().filter_map(|row| row.error.as_mut()?.space.as_mut()) {
             points.mean_abs *= 0.5;
@@ -100,7 +100,7 @@ fn a_run_is_held_against_its_baseline() {
 }
 
 /// Builds that do more than they should, as those of a worse edition would: they are slower, and nothing is worse. Other tests keep the
-/// processors busy, and a row that is not steady has to take twice its time to count: the burden is some three times a build
+/// processors busy, and a row that is not steady has to take twice its time to count: so the burden is some three builds
 /// (results/baseline.sh says how little is found on a quiet machine).
 #[test]
 fn a_slower_build_is_found() {

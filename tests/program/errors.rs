@@ -9,7 +9,7 @@ pub fn fails(arguments: &[&str], words: &[&str]) {
     one_line(arguments, run(arguments), words);
 }
 
-/// As [`fails`], of what has run.
+/// As [`fails`], for a command that has run.
 #[track_caller]
 pub fn one_line(arguments: &[&str], output: Output, words: &[&str]) {
     let error = String::from_utf8(output.stderr).expect("UTF-8");
@@ -171,7 +171,7 @@ fn a_wireframe_of_nothing() {
     }
 }
 
-/// Who counts no steps has none to paint.
+/// A technique that counts no steps has none to paint.
 #[test]
 fn steps_of_who_does_not_count() {
     let folder = folder();

@@ -229,7 +229,7 @@ fn every_fault() {
     compare("every_fault", Walk::Every);
 }
 
-/// Who prints into a full disk is told so; the files are there all the same.
+/// A command that prints into a full disk says so; its files are there all the same.
 #[test]
 fn a_full_disk_behind_standard_output() {
     let Ok(full) = std::fs::OpenOptions::new().write(true).open("/dev/full") else {

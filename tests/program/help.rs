@@ -7,7 +7,7 @@ use std::process::Command;
 fn commands() -> Vec<String> {
     let help = ok(&["--help"]);
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| line.starts_with("  "));
-    // Below each stands the rest of what it is about.
+    // Below each command its description goes on.
     let first = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
     let all: Vec<String> = first.filter(|name| *name != "help").map(str::to_owned).collect();
     assert!(all.len() >= 11, "{help}");

@@ -8,8 +8,7 @@ use gobo::report::{casters, changes_table, footprints, passes, stress_table};
 use gobo::stress::Soaked;
 use serde_json::Value;
 
-/// JSON of a comparison, of what has changed since another, and of a join. Rows that are kept are printed twice, as tables
-/// and as JSON.
+/// JSON of a comparison, of changes since another, and of a join. Rows that are kept are printed twice, as tables and as JSON.
 #[test]
 fn compared_and_joined() {
     log("exercised", "compared_and_joined", &runs("beer-shadow-map", "binned").0);
@@ -61,7 +60,7 @@ fn compared_and_joined() {
     }
     assert!(worse > 0 && worse == tables.matches("WORSE").count(), "{worse}: {tables}");
 
-    // The table is of what was printed: it comes again where that is read.
+    // The table is that of the printed rows: it comes again where they are read.
     std::fs::write(shard.join("results.json"), &json).expect("written");
     let table = ok(&["join", text(&shard), "--out", text(&joined)]);
     let table = table.trim_end().rsplit_once('\n').expect("a table and a path").0;

@@ -242,7 +242,7 @@ fn volumes_of_files_are_frames() {
             ok(&[&[command, text(&scene)][..], size, &technique, &[text(&out)]].concat());
             let of_all = path(&format!("{command}-{number}.png"));
             let [of_all, alone] = [of_all, out].map(|p| std::fs::read(p).expect("written"));
-            // The depth of a slice is a share of what the light sees of all that casts: of each frame's.
+            // The depth of a slice is a share of the light's range over all casters of that frame.
             assert!(of_all == alone, "{command}, frame {number}");
             pictures.push(alone);
         }
@@ -298,7 +298,7 @@ fn what_cannot_move_says_so() {
         (["compare", "three-emitters", "--moving", "1..5000"], "not in [0, 3600]"),
         (["compare", "fountain", "--moving", "1..5000"], "not in [0, 3600]"),
         (["compare", "big-8k", "--turn", "361"], "at most 360"),
-        (["compare", "big-8k", "--picture", "0x720"], "1 to 16384 a side"),
+        (["compare", "big-8k", "--picture", "0x720"], "1 to 16384 per side"),
         (["render", "lantern", "--particles", "speed"], "nothing of lantern is simulated on the device"),
     ] {
         let output = run(&arguments);

@@ -24,7 +24,7 @@ const worker = vm.createContext({
   URL, TextDecoder, TextEncoder, performance, crypto, setTimeout, clearTimeout, queueMicrotask,
 });
 worker.self = worker;
-// Of its own realm, by which it knows them.
+// Arrays made in the worker's own realm, since the bundle tests them with that realm's classes.
 const own = vm.runInContext('(bytes) => Uint8Array.from(bytes)', worker);
 
 vm.runInContext(read('engine_bundle.js').toString(), worker);

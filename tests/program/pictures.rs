@@ -145,7 +145,7 @@ fn pixels(png: &[u8]) -> Vec<u8> {
     image::load_from_memory(png).expect("a PNG").to_rgb8().into_raw()
 }
 
-/// One PNG a frame and one animation, from all light to what the smoke leaves.
+/// One PNG per frame and one animation, from all light to what the smoke leaves.
 #[test]
 fn slice_paints_a_sweep() {
     use image::AnimationDecoder;

@@ -10,7 +10,7 @@ fn smoke(spheres: usize) -> String {
     format!("ply\nformat ascii 1.0\nelement vertex {spheres}\n{properties}end_header\n{rows}")
 }
 
-/// `of` names the particles of the moving entry, of three frames a second.
+/// `of` names the particles of the moving entry, of three frames per second.
 fn scene_of(of: &str, rate: &str) -> String {
     format!(
         "[[particles]]\nfile = \"still.ply\"\n[[particles]]\nfile = \"{of}\"\nscale = 2.0\ntranslate = [0, 0, 1]\n{rate}\n{LIGHT}{CAMERA}"

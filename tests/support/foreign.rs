@@ -263,8 +263,8 @@ impl Foreign {
     }
 }
 
-/// A test that fails closes its device too. Else the list of what was said would go before the allocator's memory, of which the layer then
-/// says that frames use it: to a list that is no more, on which the program ends by a signal, with all that other tests have said.
+/// A test that fails closes its device too. Else the list of messages would go before the allocator's memory, whose release the layer
+/// reports: into a list that is gone, which ends the program by a signal, and with it all that other tests have said.
 impl Drop for Foreign {
     fn drop(&mut self) {
         if !self.closed {

@@ -135,7 +135,7 @@ pub fn crowd() -> Scene {
     directional("crowd", SLANTED, cloud(5, 400, 0.7, [0.5, 0.9], [0.002, 0.02]))
 }
 
-/// So many small spheres that a tile has more of them than its sort keeps in shared memory, 1,024, few a texel.
+/// So many small spheres that a tile has more of them than its sort keeps in shared memory, 1,024, few per texel.
 pub fn dense() -> Scene {
     directional("dense", SLANTED, cloud(11, 2500, 1.0, [0.1, 0.16], [0.2, 2.0]))
 }

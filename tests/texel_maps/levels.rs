@@ -1,4 +1,4 @@
-//! levels= of techniques of one texel a ray: each level against the twin's of the one below, and what squares see of a lattice of strands,
+//! levels= of techniques of one texel per ray: each level against the twin's of the one below, and what squares see of a lattice of strands,
 //! whose mean has a closed form.
 
 use super::cases;
@@ -126,7 +126,7 @@ fn levels_of_beer_shadow_maps_equal_their_twins() {
 const PITCH: f32 = 0.07;
 const OPACITY: f32 = 0.9;
 
-/// Two lattices of strands under a light from above, one across the other, each of which covers half of what is behind.
+/// Two lattices of strands under a light from above, one across the other, each of which covers half of the ground.
 fn lattices() -> Scene {
     let mut scene = scenes::directional("lattices", [0.0, 0.0, -1.0], Vec::new());
     let strand = |i: i32, across: bool| {

@@ -1,5 +1,5 @@
-//! Fourier series, moments and wavelets of optical depth: what is stored against the CPU twins' sums, texel by texel, and what is answered
-//! against their look-ups of what is stored; the same bytes whatever order casters come in; and how far they are from the truth.
+//! Fourier series, moments and wavelets of optical depth: stored numbers against the CPU twins' sums, texel by texel, and answers against
+//! the twins' look-ups of the same numbers; the same bytes whatever order casters come in; and how far they are from the truth.
 
 use super::{cases, each_texel};
 use crate::support::{self, gpu_test_needing, scenes, some, spec};

@@ -60,8 +60,8 @@ fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 1e-3 }
 }
 
-/// Light that has come through a depth t of the slab is exp(−t), whatever its densities are above; a ray that is s times as long sees
-/// s exp(−s t) dt of it. So it gathers s / (1 + s) · (1 − exp(−(1 + s) t)), and 1 − exp(−s t) of what is ambient.
+/// Light that has come through a depth t of the slab is exp(−t), whatever its densities are above; a ray that is s times as long sees s
+/// exp(−s t) dt of it. So it gathers s / (1 + s) · (1 − exp(−(1 + s) t)), and 1 − exp(−s t) of ambient light.
 #[test]
 fn volumes_of_lit_slabs_are_closed_forms() {
     gpu_test("volumes_of_lit_slabs_are_closed_forms", |context| {
@@ -89,8 +89,8 @@ fn volumes_of_lit_slabs_are_closed_forms() {
                 unlit = unlit.max((without - expected).abs());
             }
         }
-        // Where densities fall to 0, over a cell, its mean stands for a ramp: light is off by an eighth of what a whole cell takes there,
-        // and half of that is seen of it; behind all of the slab, a tenth of it at most. Middles of steps stand for what falls
+        // Where densities fall to 0, over a cell, the cell's mean stands for a ramp: light is off by an eighth of a whole cell's optical
+        // depth there, and half of that is seen; behind all of the slab, a tenth of it at most. Middles of steps stand for light that falls
         // exponentially over them: by the square of its exponent over 24.
         let (cell, slant) = (0.5 * 0.25, 1.25);
         let ramps = 1.1 * (cell / 8.0) * (slant * cell / 2.0);

@@ -53,7 +53,7 @@ type Density<'a> = &'a dyn Fn([i32; 3]) -> f32;
 type Mean<'a> = &'a dyn Fn(f64) -> f64;
 
 /// Density is even, or rises along the slab's depth, or across it. Through both faces, where it falls to 0 over a step, a ray has as many
-/// steps of it as there are samples; of what rises evenly with its mean, which is that in the middle.
+/// steps of it as there are samples; where density rises evenly, with its mean, which is that in the middle.
 #[test]
 fn volumes_of_slabs_are_closed_forms() {
     gpu_test("volumes_of_slabs_are_closed_forms", |context| {
@@ -116,8 +116,8 @@ fn volumes_are_seen_as_in_the_reference() {
     });
 }
 
-/// Lit, it differs from the reference by what the technique's light does: here that of cells, whose error in space is the bound of what a
-/// pixel averages it with, colour and radiance being 1 at most.
+/// Lit, it differs from the reference by as much as the technique's light: here that of cells, whose error in space bounds the error of a
+/// pixel, which averages it, colour and radiance being 1 at most.
 #[test]
 fn volumes_are_lit_as_in_the_reference() {
     gpu_test("volumes_are_lit_as_in_the_reference", |context| {

@@ -21,7 +21,7 @@ fn mesh(triangles: &[[[f32; 3]; 3]]) -> Mesh {
     Mesh { name: "triangles".into(), positions, triangles, albedo: [0.5; 3], solid: false }
 }
 
-/// A square of that side over (x, y) at a height, of so many squares a side.
+/// A square of that side over (x, y) at a height, of so many squares per side.
 fn tiles([x, y]: [f32; 2], height: f32, side: f32, parts: u32) -> Mesh {
     let step = side / parts as f32;
     let corner = |i: u32, j: u32| [x + i as f32 * step, y + j as f32 * step, height];
@@ -184,8 +184,8 @@ struct Counted {
     within: usize,
 }
 
-/// Asks about points in space and on surfaces; no answer beyond is wrong. Surfaces that the light just grazes have none of it, and are left
-/// out of what is counted.
+/// Asks about points in space and on surfaces; no answer beyond is wrong. Surfaces that the light just grazes have none of it, and do not
+/// count.
 fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usize, points: &[[f32; 3]]) -> Counted {
     let casters = Casters::new(scene);
     let (resolution, kind) = (technique.resolution()[0], scene.lights[light].kind);

@@ -78,7 +78,7 @@ fn media_equal_their_twin() {
     });
 }
 
-/// Extinction times volume of what is in the grid, voxels for units of length; what passed 32 bits left out.
+/// Sum over the grid of extinction times volume, voxels for units of length; without bits past the 32nd.
 fn total(voxels: &[u32]) -> f64 {
     voxels.iter().map(|v| f64::from(*v)).sum::<f64>() / f64::from(UNITS)
 }
@@ -125,9 +125,9 @@ fn nothing_is_lost() {
     });
 }
 
-/// One sphere has a closed form: a voxel all of whose points are nearer to its middle than its radius takes as much as the sphere, and
-/// one all of whose points are farther off takes nothing; a voxel is √3 across, and the border of what is sampled a quarter to each
-/// side. So an answer lies between those of spheres that are so much smaller and larger.
+/// One sphere has a closed form: a voxel all of whose points are nearer to its middle than its radius takes as much as the sphere, and one
+/// all of whose points are farther off takes nothing; a voxel is √3 across, and its samples reach a quarter beyond it to each side. So an
+/// answer lies between those of spheres that are so much smaller and larger.
 #[test]
 fn one_sphere_has_its_closed_form() {
     gpu_test("one_sphere_has_its_closed_form", |context| {

@@ -1,4 +1,4 @@
-//! What touches a column and misses its middle: lost with coverage=middle, kept with coverage=conservative. Which columns a
+//! A triangle that touches a column and misses its middle: lost with coverage=middle, kept with coverage=conservative. Which columns a
 //! triangle touches is found here by separating axes, in f64.
 
 use super::support::gpu_test;

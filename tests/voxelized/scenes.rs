@@ -87,7 +87,7 @@ fn plate() -> Scene {
     scene("plate", [0.0, 0.0, -1.0], vec![cuboid([-1.0, -1.0, -0.01], [1.0, 1.0, 0.01])])
 }
 
-/// From corner to corner, a quarter of a voxel of 64 a side thick: an open sliver and a closed box. Over a plane, or nothing.
+/// From corner to corner, a quarter of a voxel of 64 per side thick: an open sliver and a closed box. Over a plane, or nothing.
 pub fn wires(plane: bool) -> Scene {
     let thick = 0.008;
     let sliver = [[-0.8, -0.7, 0.1], [0.7, 0.8, 0.5], [0.7, 0.8 - thick, 0.5 + thick], [-0.8, -0.7 - thick, 0.1]];
@@ -153,7 +153,7 @@ pub fn tessellated(direction: [f64; 3]) -> Scene {
     scene("tessellated", direction, vec![plane])
 }
 
-/// A wall at x = 0, `voxels` of 256 a side high, on a plane; light comes over it at 45 degrees, and travels along x.
+/// A wall at x = 0, `voxels` of 256 per side high, on a plane; light comes over it at 45 degrees, and travels along x.
 pub fn wall(voxels: f32) -> Scene {
     let mut scene = flat([1.0, 0.0, -1.0], false);
     // The plane seen at 45 degrees is less wide than it is deep: the cube is as wide as the plane.

@@ -35,8 +35,8 @@ fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<(DVec3, 
     about.into_iter().all(same).then(|| met.map(|h| (ray.at(h.distance), h.normal)))
 }
 
-/// Where a point of a surface is asked for, voxels of a cube: off the surface, on the outside of what is closed and the light's side
-/// of what is open. Twin: light_receiver in glsl/technique/voxelized/visibility.glsl, of one column.
+/// Where a point of a surface is asked for, voxels of a cube: off the surface, outside of closed meshes and on the light's side of open
+/// ones. Twin: light_receiver in glsl/technique/voxelized/visibility.glsl, of one column.
 fn receiver(cube: &Cube, (position, normal): (DVec3, DVec3), closed: bool) -> [f32; 3] {
     let axes = cube.axes.map(|axis| DVec3::from(axis.map(f64::from)));
     let voxels = axes[0].length();

@@ -1,4 +1,4 @@
-//! What is gathered of the caller's buffers, of any bits, and what is said of what is none.
+//! Gathering from the caller's buffers, with any bits in them, and how what is no caster is refused.
 
 use super::buffers::{NAN, buffer, count, record, refused_in};
 use crate::support::scenes::Random;

@@ -108,7 +108,7 @@ pub fn compute(
     keep(gpu, made)
 }
 
-/// Triangles without vertex buffers; what they draw is premultiplied by how much it hides of what is behind it.
+/// Triangles without vertex buffers; they draw premultiplied colour, blended over.
 pub fn draw(
     gpu: &mut Gpu,
     layout: vk::PipelineLayout,

@@ -1,5 +1,5 @@
 #version 460
-// Moves the smoke, one particle a thread, and the sun. Puffs of 64 particles rise, widen and thin out; each place is a function of the
+// Moves the smoke, one particle per thread, and the sun. Puffs of 64 particles rise, widen and thin out; each place is a function of the
 // particle's number and the time alone, so that nothing is kept from frame to frame.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"

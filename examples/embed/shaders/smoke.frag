@@ -1,5 +1,5 @@
 #version 460
-// What a ball of even smoke hides of what is behind it, by the length of the way through it, and how it is lit in its middle.
+// Opacity of a ball of even smoke, by the length of the way through it, and its light in its middle.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"
 #include "shadow.glsl"

@@ -1,10 +1,10 @@
 #version 460
-// shading=interleaved and reservoir, second pass: what 4 × 4 pixels about each found, of those that see the same surface, stands for what
-// all lights do there. At edges they are those 4 × 4 of which most see it. Sources: as ask.comp; Wald et al. 2002, Interactive global
-// illumination (a filter that ends at edges); that it moves away from them is ours. Twin: reference::twin::interleaved::gather.
-// Inputs: what each pixel turns of its part, albedo, normal, z. Output: colour.
-// Invariant: 4 × 4 pixels, wherever they begin, hold each place once. Sums are of so many lights as were asked, each of as much
-// weight: on one surface the mean is that of all lights, and a pixel that has none like it about keeps its own part.
+// shading=interleaved and reservoir, second pass: a pixel's light is the mean over the 4 × 4 pixels about it, without those that see
+// another surface. At edges the square of 4 × 4 is moved to where most of its pixels see the same one. Sources: as ask.comp; Wald et al.
+// 2002, Interactive global illumination (a filter that ends at edges); that it moves away from them is ours. Twin:
+// reference::twin::interleaved::gather. Inputs: the light that each pixel reflects from its part, albedo, normal, z. Output: colour.
+// Invariant: a square of 4 × 4 pixels has each part of the lights once, wherever it begins. All lights that were asked have the same
+// weight: on one surface the mean is that over all lights, and a pixel without neighbours on its surface keeps its own part.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/packed_normal.glsl"
@@ -14,7 +14,7 @@
 
 layout(local_size_x = 16, local_size_y = 8) in;
 
-// What each pixel found stands for all lights, and not for its part.
+// Each pixel's value stands for all lights, and not for its part.
 CONSTANT(bool, WHOLE, false)
 
 PICTURE_LIGHTS

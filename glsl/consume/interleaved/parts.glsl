@@ -1,6 +1,6 @@
-// Which lights a pixel asks: they are dealt out in turn into parts, and each of 4 × 4 pixels has a part of its own. Under
-// fewer than sixteen lights there are fewer parts, so that none is empty, and each has as many of the sixteen pixels.
-// Twin: reference::twin::interleaved::parts.
+// Which lights a pixel asks: they are dealt out in turn into parts, and each of 4 × 4 pixels has a part of its own. Under fewer than
+// sixteen lights there are fewer parts, so that none is empty, and all have the same number of pixels. Twin:
+// reference::twin::interleaved::parts.
 #ifndef CONSUME_INTERLEAVED_PARTS_GLSL
 #define CONSUME_INTERLEAVED_PARTS_GLSL
 

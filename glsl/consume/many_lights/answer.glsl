@@ -1,4 +1,4 @@
-// What a pixel sees, and whether a light is kept from it: the one bit of an answer. To be included behind visibility.glsl.
+// A pixel's surface, and whether it is shadowed from a light: an answer of one bit. To be included behind visibility.glsl.
 #ifndef CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #define CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #include "consume/picture_set.glsl"
@@ -26,8 +26,8 @@ Seen seen(uvec2 pixel) {
     return Seen(position, normal.xyz, normal.w != 0.0, dither(pixel));
 }
 
-// What comes through in part is held against where the pixel is dithered: of its neighbours so many are lit as light comes
-// through, and the blur finds the mean. Not dithered, the half decides.
+// A partial answer is compared with the pixel's dither threshold: the share of lit neighbours is then the light that comes through, and the
+// blur finds the mean. Without dither the threshold is a half.
 bool is_shadowed(Seen at, uint light) {
 #ifdef TECHNIQUE_DITHERS
     look_up_dither = at.dither;

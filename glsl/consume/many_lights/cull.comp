@@ -1,9 +1,9 @@
 #version 460
-// Which lights may reach what a tile of 16 × 16 pixels shows: those whose spheres meet the four planes about it and the range of
-// z in it. A light without an end always does. Sources: Olsson and Assarsson 2011; Andersson 2009. The list of a tile is a bit
-// per light, so that it has an order and no end. Twin: reference::twin::many_lights::cull.
-// Inputs: lights, this frame, albedo (0 in alpha: sky), normal, z. Outputs: a tile's words; what each pixel sees.
-// Invariant: a light that reaches a pixel, by the rounding of the shader that shades it too, is in its tile's words.
+// Finds the lights that may reach the surfaces in a tile of 16 × 16 pixels: those whose spheres meet the four planes about it and the range
+// of z in it. A light without an end always does. Sources: Olsson and Assarsson 2011; Andersson 2009. The list of a tile is a bit per
+// light, so that it has an order and no end. Twin: reference::twin::many_lights::cull. Inputs: lights, this frame, albedo (0 in alpha:
+// sky), normal, z. Outputs: a tile's words; each pixel's surface. Invariant: a light that reaches a pixel, by the rounding of the shader
+// that shades it too, is in its tile's words.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/picture_set.glsl"
 #include "consume/many_lights/geometry.glsl"
@@ -24,8 +24,8 @@ const float NEAR_ROUNDING = 1.0001;
 shared uint least_z, greatest_z;
 shared uint found[MOST_WORDS];
 
-// Whether a sphere of 1 / radius² `falloff` lies outside a plane: `outside` is how far its middle does, in lengths of a normal of
-// which `square` is the square. Without division, and what is no number is not outside.
+// Whether a sphere of 1 / radius² `falloff` lies outside a plane: `outside` is how far its middle does, in lengths of a normal of which
+// `square` is the square. Without division; NaN counts as not outside.
 bool lies_outside(float outside, float square, float falloff) {
     precise float left = outside * outside * falloff;
     return outside > 0.0 && left > square * NEAR_ROUNDING;

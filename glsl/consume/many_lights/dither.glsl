@@ -1,5 +1,5 @@
-// Where a pixel asks: x along a step, or against what a soft answer is held; y and z across a voxel. Each from 0 to 1; below 0
-// where nothing is dithered. In whole numbers. Twin: reference::twin::many_lights::dither.
+// A pixel's random offsets: x along a step, or the threshold that turns a soft answer into one bit; y and z across a voxel. Each from 0 to
+// 1; below 0 where nothing is dithered. In whole numbers. Twin: reference::twin::many_lights::dither.
 #ifndef CONSUME_MANY_LIGHTS_DITHER_GLSL
 #define CONSUME_MANY_LIGHTS_DITHER_GLSL
 #include "consume/many_lights/frame.glsl"

@@ -1,5 +1,5 @@
-// What the passes share that shade many lights in tiles: the lights, how this frame and the one before see the world, which
-// lights reach a tile, and which are kept from a pixel. Twins: consume::many_lights::FrameData, ManyLightsPush.
+// Shared by the passes that shade many lights in tiles: the lights, the cameras of this frame and the one before, which lights reach a
+// tile, and which are shadowed at a pixel. Twins: consume::many_lights::FrameData, ManyLightsPush.
 #ifndef CONSUME_MANY_LIGHTS_FRAME_GLSL
 #define CONSUME_MANY_LIGHTS_FRAME_GLSL
 #include "world/light.glsl"

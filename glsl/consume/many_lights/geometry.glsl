@@ -1,5 +1,5 @@
-// What is kept of what each pixel sees, to tell one surface from another: z, 0 where there is sky, and the normal in 10 bits
-// a coordinate.
+// The surface that each pixel sees, kept to tell one surface from another: z, 0 where there is sky, and the normal in 10 bits per
+// coordinate.
 #ifndef CONSUME_MANY_LIGHTS_GEOMETRY_GLSL
 #define CONSUME_MANY_LIGHTS_GEOMETRY_GLSL
 #include "consume/packed_normal.glsl"

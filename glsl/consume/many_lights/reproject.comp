@@ -1,7 +1,7 @@
 #version 460
-// history=on: where in the frame before each pixel's surface was, if it was seen there. What was hidden, or beside the picture,
-// was not: then it lies off the surface that was seen, or that one faces elsewhere. Source: Nehab et al. 2007 (reverse
-// reprojection). Twin: reference::twin::many_lights::reproject. Inputs: what both frames see. Output: sources.
+// history=on: where each pixel's surface was in the frame before, if it was seen there. It was not if it was hidden or beside the picture:
+// then the earlier pixel's surface lies elsewhere or faces another way. Source: Nehab et al. 2007 (reverse reprojection). Twin:
+// reference::twin::many_lights::reproject. Inputs: the surfaces that both frames see. Output: sources.
 #include "consume/many_lights/geometry.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

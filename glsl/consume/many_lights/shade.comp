@@ -1,11 +1,10 @@
 #version 460
-// Shades what a tile shows with all of its lights. With blur=on, how much of a light reaches a pixel is the mean over the 5 × 5
-// pixels about it, of those that see the same surface, and with history=on of where they were in the frame before. Weights are
-// found once a pair of pixels and not a light: words of 32 lights are added up bit by bit, all lights at once. Sources: Pestana
-// 2015; Valient 2014 (dither, then blur); adding up bit by bit and the weights are ours. Twin: reference::twin::many_lights::shade.
-// Inputs: lights, a tile's words, shadows, what pixels see, sources, albedo, normal. Output: colour.
-// Invariant: weights along a side, 1 2 2 2 1, give each four pixels in a row the same in all, so that a dither of 4 × 4 pixels
-// leaves no pattern behind.
+// Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility is the mean over those of the 5 × 5 pixels about
+// that see the same surface, and with history=on also over their places in the frame before. Weights are found once per pair of pixels, not
+// once per light: words of 32 lights are added up bit by bit, all lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur);
+// adding up bit by bit and the weights are ours. Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows,
+// pixels' surfaces, sources, albedo, normal. Output: colour. Invariant: weights along a side, 1 2 2 2 1, give each four pixels in a row the
+// same in all, so that a dither of 4 × 4 pixels leaves no pattern behind.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_control_flow_attributes : require
@@ -15,7 +14,7 @@
 #include "consume/many_lights/geometry.glsl"
 #include "consume/ambient.glsl"
 
-// Half a tile: what every device takes.
+// Half a tile: a workgroup that every device takes.
 layout(local_size_x = 16, local_size_y = 8) in;
 
 // Pixels that the blur reaches on each side: 2, or 0 without.
@@ -118,7 +117,7 @@ void main() {
     }
     barrier();
 
-    // Which of the pixels about count, a bit each; and what those that do weigh in all.
+    // Which of the pixels about count, a bit each; and the sum of their weights.
     uint middle = (gl_LocalInvocationID.y + BLUR_REACH) * side + gl_LocalInvocationID.x + BLUR_REACH;
     float z = around_z[middle];
     uint faces = around_normals[middle];

@@ -7,7 +7,7 @@
 #include "visibility.glsl"
 #include "consume/many_lights/answer.glsl"
 
-// The threads of a subgroup see what lies together.
+// The threads of a subgroup shade neighbouring pixels.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main() {

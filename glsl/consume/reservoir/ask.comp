@@ -1,12 +1,11 @@
 #version 460
-// shading=reservoir, first pass: each pixel draws a few lights, keeps one of them by what it would turn of each without shadows, asks
-// for that one, and resamples it with what its surface kept in the frame before. Sources: Bitterli et al. 2020, Spatiotemporal
-// reservoir resampling (candidates, reuse of visibility, reuse over time without bias); Talbot et al. 2005, Importance resampling.
-// Twin: reference::twin::reservoir.
-// Inputs: lights, camera, albedo, normal, z, the technique, what was kept and seen before. Outputs: what each pixel turns of its light,
-// times its weight; what it keeps.
-// Invariant: over all random numbers the mean of what a pixel turns is what it turns of all lights. So what is kept is weighed by the frames
-// that could have kept it, which is asked for where the pixel was seen at another place.
+// shading=reservoir, first pass: each pixel draws a few lights, keeps one of them, weighted by the light that it would reflect without
+// shadows, asks for that one, and resamples it with the one that its surface kept in the frame before. Sources: Bitterli et al. 2020,
+// Spatiotemporal reservoir resampling (candidates, reuse of visibility, reuse over time without bias); Talbot et al. 2005, Importance
+// resampling. Twin: reference::twin::reservoir. Inputs: lights, camera, albedo, normal, z, the technique, lights and surfaces of the frame
+// before. Outputs: the light that each pixel reflects, times its weight; the light that it keeps. Invariant: over all random numbers a
+// pixel's mean is the light that it reflects from all lights. So a kept light is weighted by the frames that could have kept it, which
+// takes a look-up where the pixel was seen at another place.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/picture_set.glsl"
 #include "consume/surface.glsl"
@@ -17,7 +16,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// A light that a pixel keeps, and what the pixel saw. Twin: consume::ReservoirData.
+// A light that a pixel keeps, and the pixel's surface. Twin: consume::ReservoirData.
 struct Reservoir {
     uint light;
     float weight;   // that light's part times this has the sum over all lights for its mean; 0: no light
@@ -58,7 +57,7 @@ struct Seen {
     bool is_closed;
 };
 
-// What a surface turns of a light that nothing keeps from it, as luminance.
+// Light that a surface reflects from an unshadowed light, as luminance.
 float target(uint light, Seen at) {
     return dot(light_on_surface(lights[light], at.position, at.normal, vec3(1.0)), vec3(0.2126, 0.7152, 0.0722));
 }

@@ -1,7 +1,7 @@
-// A box in a voxel, of 16 places along each axis, in a word: from the least bit on six lanes of four bits and a guard, which is set: the
-// last places, and how many places are before the first. What a box has to be met by is in the same lanes without guards: the first
-// places, and how many are behind the last. Then no lane of the first word is less than that of the other where both meet, and one
-// subtraction says so of all. Sources: ours; lanes after Lamport 1975, Multiple byte processing with full-word instructions. Twin:
+// A box in a voxel, in 16 steps along each axis, as one word: from the least bit on six lanes of four bits, each with a guard bit, which is
+// set: the last steps, and how many steps are before the first. A box to test against it has the same lanes without guards: its first
+// steps, and how many are behind its last. The boxes meet where no lane of the first word is less than the other's, and one subtraction
+// compares all lanes. Sources: ours; lanes after Lamport 1975, Multiple byte processing with full-word instructions. Twin:
 // reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_BOX_GLSL
 #define GRID_LISTS_BOX_GLSL

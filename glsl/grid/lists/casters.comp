@@ -1,10 +1,9 @@
 #version 460
-// Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread per caster; those of larger boxes are listed,
-// and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more voxels than
-// their share are noted for all voxels at once. Source: ours; segments against boxes
-// after Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of
-// large casters. Twin: reference::twin::lists. Invariants: the same pairs in some order; those that have no room are counted; there are no more than
-// `share` a caster.
+// Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread per caster; those of larger boxes are
+// listed, and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more
+// voxels than their share are noted for all voxels at once. Source: ours; segments against boxes after Ericson 2005, 5.3.3. Inputs:
+// casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of large casters. Twin: reference::twin::lists.
+// Invariants: the same pairs in some order; those that have no room are counted; no caster has more than `share`.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/note.glsl"
@@ -20,7 +19,7 @@ const uint BOXED = 262144u;
 // Casters are so much larger to each side, voxels: more than places and ways are moved by rounding.
 const float CAST_SLACK = 1.0 / 512.0;
 
-// A caster in voxels, a sphere or what lies about a segment.
+// A caster in voxels: a sphere, or a capsule about a segment.
 struct Cast {
     vec3 place;
     vec3 axis;
@@ -47,7 +46,7 @@ Cast cast_of(Caster caster) {
     return c;
 }
 
-// A sphere by its distance; what lies about a segment by the segment and a larger voxel, which meets it or comes near.
+// A sphere is tested by its distance; a capsule by its segment against a larger voxel, which is conservative.
 bool cast_meets(Cast c, ivec3 voxel) {
     precise vec3 middle = c.place - (vec3(voxel) + 0.5);
     if (c.axis == vec3(0.0)) {

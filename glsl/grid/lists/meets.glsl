@@ -1,6 +1,6 @@
-// In which voxels a triangle is listed: in all that it meets, however thin it is and however a ray's way is rounded; in a few more where
-// its plane is not known so well. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them.
-// Twin: reference::twin::lists, to the bit.
+// Which voxels list a triangle: all that it meets, however thin it is and however a ray's way is rounded, and a few more where its plane is
+// not known so well. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them. Twin:
+// reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_MEETS_GLSL
 #define GRID_LISTS_MEETS_GLSL
 
@@ -14,7 +14,7 @@ const float PLANE_ROUNDING = 1.0 / 262144.0;
 
 float largest(vec3 of) { return max(abs(of.x), max(abs(of.y), abs(of.z))); }
 
-// That of a triangle, in lengths of its normal times voxels.
+// The uncertainty of a triangle's plane, in lengths of its normal times voxels.
 float plane_error(Facet facet) {
     float side = max(largest(facet.edges[0]), max(largest(facet.edges[1]), largest(facet.edges[2])));
     precise float error = PLANE_ROUNDING * (side * side) * (side + 2.0);
@@ -42,7 +42,7 @@ ivec2 column_range(Facet facet, float error, uint axis, ivec3 voxel) {
     int first = facet.first[axis], last = facet.last[axis];
     vec3 normal = facet.normal, corner = facet.corners[0];
     float along = abs(normal[axis]);
-    // A plane that is less certain than its triangle is long says nothing after a division.
+    // If the plane is less certain than the triangle is long, the division below means nothing.
     if (!(along * float(last - first + 1) > error)) {
         return ivec2(first, last);
     }

@@ -1,4 +1,5 @@
-// How a pass notes what it lists in which voxels. Workgroups take their places among all pairs at once. Source: ours.
+// How a pass notes pairs of a voxel and what it lists there. A workgroup reserves room for all of its pairs at once.
+// Source: ours.
 #ifndef GRID_LISTS_NOTE_GLSL
 #define GRID_LISTS_NOTE_GLSL
 #include "grid/occupy.glsl"
@@ -28,7 +29,8 @@ uint place_of(uint count) {
     return group_first + at;
 }
 
-// The voxel becomes occupied, and is noted beside the triangle or the caster, and what of the box about that is in it.
+// The voxel becomes occupied, and is noted beside the triangle or the caster, with the part of its bounding box in the
+// voxel.
 void note(uint at, uint number, uvec3 voxel, vec3 low, vec3 high) {
     occupy(voxel);
     if (at < pairs.length()) {

@@ -1,7 +1,7 @@
 #version 460
-// Which number the first used voxel of each brick has, in the order of bricks and of their bits. A workgroup 1,024 bricks: STEP 0 sums
-// their used voxels, STEP 1 numbers them behind all sums before. Source: ours. Inputs: bits, sums. Outputs: the words of bricks,
-// how many used voxels there are. Twin: reference::twin::lists. Invariant: what has no room leads to where nothing is listed.
+// Numbers used voxels in the order of bricks and of their bits; keeps the number of each brick's first. One workgroup per 1,024 bricks:
+// STEP 0 sums their used voxels, STEP 1 adds the sums before. Source: ours. Inputs: bits, sums. Outputs: the words of bricks, how many used
+// voxels there are. Twin: reference::twin::lists. Invariant: voxels for which there is no room get an empty list.
 // variants: STEP 0 1
 layout(local_size_x = 128) in;
 #include "grid/lists/set.glsl"

@@ -7,13 +7,13 @@
 #define GRID_LISTS_PLACE_GLSL
 #include "grid/grid.glsl"
 
-// The brick of what is listed for all voxels of a grid of so many a side.
+// The number of the brick whose list all voxels share, in a grid of so many voxels per side.
 uint lists_of_all(uint size) {
     uint side = grid_side(size, 0u);
     return side * side * side;
 }
 
-// Words of a used voxel, and of what is listed.
+// Words of a used voxel, and of an entry of a list.
 const uint LIST_WORDS = 2u;
 
 // How many voxels of a brick are used before that of bit `bit`.

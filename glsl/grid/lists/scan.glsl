@@ -1,4 +1,5 @@
-// Sums before each of 1,024 values, eight a thread. Source: Blelloch 1990. Twin: a loop.
+// Prefix sums of 1,024 values (each value's is the sum before it), eight per thread. Source: Blelloch 1990. Twin: a
+// loop.
 #ifndef GRID_LISTS_SCAN_GLSL
 #define GRID_LISTS_SCAN_GLSL
 #include "grid/scan.glsl"

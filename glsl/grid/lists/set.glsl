@@ -1,10 +1,10 @@
-// What the passes share that list each voxel's triangles. Twin: grid::lists.
+// Shared by the passes that list each voxel's triangles. Twin: grid::lists.
 #ifndef GRID_LISTS_SET_GLSL
 #define GRID_LISTS_SET_GLSL
 #include "grid/build.glsl"
 #include "grid/lists/place.glsl"
 
-// What there was of all. Twin: grid::ListTotals.
+// Totals over all lists. Twin: grid::ListTotals.
 struct ListTotals {
     uint pairs;       // of a triangle and a voxel that it meets
     uint voxels;      // that any meets, and one more, which stands for all
@@ -14,7 +14,7 @@ struct ListTotals {
 #ifndef LISTS_ACCESS
 #define LISTS_ACCESS
 #endif
-// What writes them says so.
+// A shader that writes them says so.
 #ifndef PAIRS_ACCESS
 #define PAIRS_ACCESS readonly
 #endif
@@ -29,7 +29,7 @@ layout(set = 1, binding = 4, scalar) buffer ListsUnsorted { uint unsorted[]; }; 
 // Triangles of a list up to which each looks for its own place. Any number gives the same lists.
 const uint RANKED = 512u;
 
-// The grid's, and that of what is listed for all voxels.
+// The grid's bricks, and one more for the list that all voxels share.
 uint brick_count() { return lists_of_all(grid.size) + 1u; }
 
 uvec2 brick_bits(uint brick) {

@@ -1,7 +1,7 @@
 #version 460
-// The long lists in the order of the triangles, those of 64 voxels by a workgroup, one after the other; then the box about each list,
-// a list a thread. Source: Batcher 1968 (a bitonic network, all of whose pairs look the same way). Input and output: lists.
-// Twin: reference::twin::lists, which sorts.
+// Sorts the long lists by the triangles' numbers: a workgroup sorts those of 64 voxels, one after the other. Then finds the box about each
+// list, one list per thread. Source: Batcher 1968 (a bitonic network in which all comparisons have the same direction). Input and output:
+// lists. Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #define LISTS_ACCESS coherent
 #include "grid/lists/box.glsl"
@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 shared uint long_count;
 shared uvec2 longs[64];
 
-// Places of what is listed, and not of words.
+// Numbers of entries, not of words.
 void exchange(uint begin, uint low, uint high) {
     low = begin + LIST_WORDS * low;
     high = begin + LIST_WORDS * high;
@@ -32,7 +32,7 @@ void sort(uint begin, uint end) {
             barrier();
             for (uint p = gl_LocalInvocationIndex; p < all / 2u; p += 64u) {
                 uint low = p / step * 2u * step + p % step;
-                // First with the mirror image in the block, then with what is `step` behind.
+                // First with the mirror image in the block, then with the entry `step` behind.
                 uint high = step == block / 2u ? low - low % block + block - 1u - low % block : low + step;
                 if (high < count) {
                     exchange(begin, low, high);
@@ -75,7 +75,7 @@ void main() {
     memoryBarrierBuffer();
     barrier();
     if (is_used) {
-        // What is listed for all voxels may be nothing.
+        // The list that all voxels share may be empty.
         lists[start + 1u] = begin < end ? box_of_list(begin, end) : 0u;
     }
 }

@@ -1,8 +1,7 @@
 #version 460
-// Draws the texels that virtual lights stand for, by flux. Each map has lights in proportion to its share of the flux. Each light of
-// a map has its own place in a square, the same in every frame. The square is laid over the map so that equal parts of it have equal
-// flux: first over its rows, then over the texels of each. What moves a bit moves rows and texels by as little. Inputs: fluxes, sums,
-// starts.
+// Chooses the texels that become virtual lights, by flux. Each map has lights in proportion to its share of the flux. Each light of a map
+// has its own place in a square, the same in every frame. The square is laid over the map so that equal parts of it have equal flux: first
+// over its rows, then over the texels of each. So a small motion moves the chosen rows and texels by little. Inputs: fluxes, sums, starts.
 // Output: picks. Twin: reference::twin::indirect::draw.
 #include "lights/indirect/drawn.glsl"
 

@@ -1,4 +1,4 @@
-// What virtual lights are drawn from, and what is drawn. Bound by lights::indirect::Vpls.
+// Buffers from which virtual lights are chosen, and the choice. Bound by lights::indirect::Vpls.
 #ifndef LIGHTS_INDIRECT_DRAWN_GLSL
 #define LIGHTS_INDIRECT_DRAWN_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -6,7 +6,7 @@
 #include "lights/indirect/units.glsl"
 
 // set 2: indirect_drawn
-// Of texels, as luminance.
+// Flux of each texel, as luminance.
 layout(set = 2, binding = 0, scalar) buffer Fluxes { float fluxes[]; };
 // The greatest of them as bits, which order like the floats since none is negative.
 layout(set = 2, binding = 1, scalar) buffer Greatest { uint greatest; };

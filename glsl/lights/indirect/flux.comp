@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
 
 shared uint most;
 
-// What no sum is too small for.
+// Smaller than any sum.
 const float BRIGHTEST = 1e30;
 
 void main() {
@@ -21,7 +21,7 @@ void main() {
     uint texel = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     if (texel < texel_count) {
         float flux = luminance(patch_of(texel).flux);
-        // What is no number is no light.
+        // NaN counts as no light.
         flux = flux > 0.0 ? min(flux, BRIGHTEST) : 0.0;
         fluxes[texel] = flux;
         atomicMax(most, floatBitsToUint(flux));

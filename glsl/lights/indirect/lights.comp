@@ -1,6 +1,6 @@
 #version 460
-// Virtual lights of the texels that were drawn: each has an equal share of all flux, in its texel's colour. Inputs: picks, maps,
-// triangles, lights. Output: virtual lights. Twin: reference::twin::indirect::light.
+// Makes virtual lights from the chosen texels: each has an equal share of all flux, in its texel's colour. Inputs: picks, maps, triangles,
+// lights. Output: virtual lights. Twin: reference::twin::indirect::light.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"
 
@@ -14,8 +14,8 @@ layout(push_constant, scalar) uniform DrawPush {
     uint map_count;
 };
 
-// Off the surface, of the patch's coordinates and its distance from the light: some ten times what floats round, so that the surface is
-// behind the light and shadows nothing.
+// How far a virtual light stands off its surface, as a share of the patch's coordinates and its distance from the light: some ten times the
+// rounding of floats, so that the surface is behind the light and shadows nothing.
 const float LIFT = 1e-5;
 
 // A patch that is lit at less is as small as at this.

@@ -1,5 +1,6 @@
 #version 460
-// Units of flux before each row, and of all. One workgroup. Input: sums. Output: starts. Twin: reference::twin::indirect::scan.
+// Prefix sums of the rows' units of flux, and their total. One workgroup. Input: sums. Output: starts. Twin:
+// reference::twin::indirect::scan.
 #include "lights/indirect/drawn.glsl"
 
 const uint THREADS = 128u;

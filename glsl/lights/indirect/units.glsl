@@ -16,7 +16,7 @@ uint flux_units(float flux, uint most) {
     return uint(rounded);
 }
 
-// What a unit is.
+// The size of a unit.
 float flux_unit(uint most) { return uintBitsToFloat((flux_exponent(most) - 22u) << 23); }
 
 uvec2 add(uvec2 a, uvec2 b) {

@@ -1,8 +1,8 @@
-// The segment that a caster leaves in a texel: that of the ray through its centre, or with AREA what lets as much light
-// through as the mean of all rays through the texel. texel_part averages each caster alone: which of the rays that one meets
-// another meets too is left to chance. Who meets casters in order asks area_seen as well, which knows what is left in each of
-// 4×4 cells of the texel: strands one behind the other take the same light, strands side by side do not.
-// Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
+// The segment that a caster leaves in a texel: that of the ray through its centre, or with AREA one that lets as much light through as the
+// mean of all rays through the texel. texel_part averages each caster alone: whether two casters cover the same part of the texel is left
+// to chance. A shader that goes through casters in order asks area_seen as well, which knows what is left in each of 4×4 cells of the
+// texel: strands one behind the other take the same light, strands side by side do not. Source: ours; coverage by cells as in the A-buffer
+// (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -172,7 +172,7 @@ bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark,
     return view_segment(view, ray, ray_length, caster, dark, z, optical_depth);
 }
 
-// What is left of the light in each cell, as compared with the others: what takes of all alike changes nothing.
+// Transmittance of each cell, relative to the others: a caster that takes the same from all changes nothing.
 float cell_light[AREA_CELLS];
 
 void area_clear() {
@@ -181,8 +181,8 @@ void area_clear() {
     }
 }
 
-// By what optical depth the mean light of the texel falls behind a caster of which texel_part has said `optical_depth`. Casters are
-// met from the light on. Within a cell chance decides, as in texel_part; from cell to cell nothing is left to it.
+// The optical depth by which the texel's mean light falls behind a caster, for which texel_part has returned `optical_depth`. Casters are
+// met from the light on. Within a cell overlap is left to chance, as in texel_part; between cells it is not.
 float area_seen(View view, Ray ray, Caster caster, float dark, float optical_depth) {
     if (!AREA || !(caster_is_strand(caster) || is_thin(view, caster))) {
         return optical_depth;

@@ -1,10 +1,9 @@
-// A tile's casters, some at a time, in the view's axes; each is looked at by all threads of a workgroup or subgroup alike. LANES 0:
-// they stand in shared memory. LANES 1: each thread of a subgroup keeps one of them, which it shows the others; there is no wait,
-// and every subgroup fetches them for itself. For sorted insertion, which leaves out what its texels cannot meet, and for software
-// devices, on which what all threads read of one place in memory is read by one after the other.
-// Needs, declared before: THREADS,
-// of a workgroup. A shader that keeps the entries in another order defines BATCH_SOURCE before; who wants more or fewer at a time,
-// BATCH.
+// A tile's casters, a batch at a time, in the view's axes; each is looked at by all threads of a workgroup or subgroup alike. LANES 0: the
+// batch stands in shared memory. LANES 1: each thread of a subgroup keeps one caster, which it shows the others; there is no wait, and
+// every subgroup fetches the casters for itself. That is for sorted insertion, which skips casters that its texels cannot meet, and for
+// software devices, on which threads that read one place in memory do so one after the other. Needs, declared before: THREADS, of a
+// workgroup. A shader that keeps the entries in another order defines BATCH_SOURCE before; one that wants another number of casters per
+// batch, BATCH.
 #ifndef MAPS_BINS_BATCH_GLSL
 #define MAPS_BINS_BATCH_GLSL
 #include "maps/bins/part.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// Counts the casters of each tile of each map. A caster that meets no tile, because it lies outside the light's volume or in
-// the dark behind the meshes, is culled: nothing is drawn or binned of it.
-// Inputs: maps, casters, horizon. Outputs: counts (cleared before), met (older marks may stand).
+// Counts the casters of each tile of each map. A caster that meets no tile, because it lies outside the light's volume or in the dark
+// behind the meshes, is culled: it is neither drawn nor binned. Inputs: maps, casters, horizon. Outputs: counts (cleared before), met
+// (older marks may stand).
 
 // TALLY 0: a tile's count is added to for each caster. TALLY 1: a workgroup counts its casters' tiles in shared memory before, for
 // maps of few tiles and very many casters, which would wait for each other at the counts.

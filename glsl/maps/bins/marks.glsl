@@ -1,6 +1,6 @@
-// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit per
-// caster and their number per block (mark), where each block begins (scan), the casters themselves (compact). A thread
-// has a word of bits. Bound by maps::Compact.
+// Gathers the casters of a map that meet some tile, in their drawing order, by many workgroups: a bit per caster and
+// their number per block (mark), where each block begins (scan), the casters themselves (compact). A thread has a word
+// of bits. Bound by maps::Compact.
 #ifndef MAPS_BINS_MARKS_GLSL
 #define MAPS_BINS_MARKS_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -26,7 +26,7 @@ layout(set = 0, binding = 5, scalar) writeonly buffer Draws { uint draws[]; };
 
 uint mark_blocks() { return (caster_count + 32u * BLOCK_WORDS - 1u) / (32u * BLOCK_WORDS); }
 
-// Whatever the number of workgroups a dimension.
+// The block's number, however the workgroups are shared out over two dimensions.
 uint mark_block() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
 
 // The place of word `word` of block `block` of a map.

@@ -1,4 +1,4 @@
-// What a workgroup builds, for passes with one workgroup a listed part: the bins as such a pass reads them.
+// The bins, as passes with one workgroup per listed part read them: which part a workgroup builds.
 #ifndef MAPS_BINS_PART_GLSL
 #define MAPS_BINS_PART_GLSL
 #include "maps/bins/set.glsl"
@@ -56,7 +56,7 @@ uvec2 part_corner(View view, TilePart part) {
     return uvec2(part.tile % across, part.tile / across) * 8u;
 }
 
-// Where what is made of a texel stands: map after map in rows; for a block, block after block.
+// Where a texel's result stands: map after map in rows; for blocks, block after block.
 uint part_texel(View view, TilePart part, uvec2 texel) {
     if (DETAIL) {
         uvec2 tiles, within = texel % 8u;

@@ -1,4 +1,4 @@
-// What place.comp and place_fullest.comp have in common: how a tile of a map is listed for what builds it.
+// Shared by place.comp and place_fullest.comp: how a tile of a map is listed for the pass that builds it.
 #ifndef MAPS_BINS_PLACE_GLSL
 #define MAPS_BINS_PLACE_GLSL
 #include "maps/bins/set.glsl"

@@ -1,16 +1,15 @@
 #version 460
-// As place.comp, by one workgroup, and parts of tiles with the most casters come first: workgroups begin in that order, and a full
-// tile that is begun last is what all the device waits for.
-// Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before).
-// Invariant: a tile stands before all that have less than four fifths of its casters.
-// LISTED 0: of all tiles. LISTED 1: of the blocks that maps/detail/choose.comp has listed.
+// As place.comp, by one workgroup, and parts of tiles with the most casters come first: workgroups begin in that order, and if a full tile
+// began last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before). Invariant: a
+// tile stands before all that have less than four fifths of its casters. LISTED 0: of all tiles. LISTED 1: of the blocks that
+// maps/detail/choose.comp has listed.
 // variants: LISTED 0 1
 #include "maps/bins/place.glsl"
 #include "maps/detail/set.glsl"
 
 // 128 at least.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 128u)
 
 // Classes of tiles: four for each doubling of the casters.

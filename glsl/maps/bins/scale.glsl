@@ -7,7 +7,7 @@
 
 shared uint tile_bound[2];
 
-// Units an optical depth of 1. All threads of the workgroup call it alike.
+// Units per optical depth of 1. All threads of the workgroup must call it.
 float tile_scale(TilePart part) {
     if (gl_LocalInvocationIndex == 0u) {
         tile_bound[0] = tile_bound[1] = 0u;

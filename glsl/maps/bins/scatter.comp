@@ -1,11 +1,10 @@
 #version 460
-// Writes an entry of each caster into each of its tiles, in any order: the shader that reads a tile sorts it or needs no order,
-// and no two entries of a tile are equal. Where each tile has the same room, nothing is counted before: counts are the cursors,
-// and what count.comp else does is done here. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also counts,
-// totals (both cleared before; of the totals how full a tile is that has too little room), met (not cleared: a caster in no
-// tile keeps an older mark).
+// Writes an entry of each caster into each of its tiles, in any order: the shader that reads a tile sorts it or needs no order, and no two
+// entries of a tile are equal. Where each tile has the same room, nothing is counted before: counts are the cursors, and this pass does the
+// rest of count.comp's work. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also counts, totals (both cleared before;
+// of the totals only the greatest demand of a tile with too little room), met (not cleared: a caster in no tile keeps an older mark).
 
-// As in count.comp. With TALLY 1 a workgroup takes the places of all its entries of a tile at once.
+// As in count.comp. With TALLY 1, a workgroup reserves the places of all its entries of a tile at once.
 // variants: TALLY 0 1
 #include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"

@@ -9,7 +9,7 @@
 // Where the next entry of each tile goes.
 #define BINS_CURSORS(access) layout(set = 1, binding = 2, scalar) access Cursors { uint cursors[]; };
 #define BINS_TOTALS(access) layout(set = 1, binding = 3, scalar) access Totals { BinTotals totals[]; };
-// What a caster is sorted by or takes at most, and the caster.
+// An entry: a caster's sort key or its greatest optical depth, and its number.
 #define BINS_ENTRIES(access) layout(set = 1, binding = 4, scalar) access Entries { uvec2 entries[]; };
 // Whether a caster of a map is in some tile.
 #define BINS_MET(access) layout(set = 1, binding = 5, scalar) access Met { uint met[]; };

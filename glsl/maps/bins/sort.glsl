@@ -1,8 +1,7 @@
-// Sorts a tile's entries by key, then by what their casters are, not where they are listed, with one workgroup of
-// TILE_THREADS threads: a bitonic network in shared memory, or in the entries' own memory where a tile has more than fit. No
-// limit on their number. The network compares keys alone; what has the same key stands side by side then, and is sorted by casters,
-// which are slow to read: few by a thread, and where there are many the network once more.
-// Needs, declared before: a coherent buffer `uvec2 entries[]`, and `casters`.
+// Sorts a tile's entries by key, and equal keys by the casters' values, not by their places in the list, with one workgroup of TILE_THREADS
+// threads: a bitonic network in shared memory, or in the entries' own memory where a tile has more than fit. No limit on their number. The
+// network compares keys alone. Entries with the same key then stand side by side and are sorted by their casters, which are slow to read: a
+// few by one thread, many by the network once more. Needs, declared before: a coherent buffer `uvec2 entries[]`, and `casters`.
 #ifndef MAPS_BINS_SORT_GLSL
 #define MAPS_BINS_SORT_GLSL
 

@@ -1,11 +1,11 @@
-// Which casters each thread of count and scatter has, and what its workgroup counts in shared memory. TALLY, declared before,
+// Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, declared before,
 // says whether it does.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL
 #include "maps/bins/tiles.glsl"
 
 #if TALLY == 1
-// Both of the host's choice, within what the device takes.
+// Both are the host's choice, within the device's limits.
 layout(local_size_x_id = ID_TALLY_THREADS) in;
 CONSTANT(uint, TALLY_THREADS, 128u)
 // Casters that a thread has, one after the other.

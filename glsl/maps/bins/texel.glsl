@@ -1,4 +1,4 @@
-// What of its square a texel of a curve or a sum stands for.
+// Which rays through its square a texel of a curve or of sums stands for.
 #ifndef MAPS_BINS_TEXEL_GLSL
 #define MAPS_BINS_TEXEL_GLSL
 #include "world/caster.glsl"

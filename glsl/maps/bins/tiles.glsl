@@ -22,7 +22,7 @@ CONSTANT(bool, HIDE, false)
 // Threads of a workgroup of the passes that bin.
 const uint BIN_THREADS = 64u;
 
-// Place of a pass's thread among all of its map, whatever the number of workgroups a dimension.
+// Place of a pass's thread among all of its map, however the workgroups are shared out over two dimensions.
 uint map_thread() {
     return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * BIN_THREADS + gl_LocalInvocationIndex;
 }
@@ -99,7 +99,7 @@ bool tile_missed(float distance_square) {
     return distance_square > 1.0001;
 }
 
-// Whether no light gets to the caster in a tile: what it takes away is never seen. The margin is against rounding.
+// Whether no light gets to the caster in a tile, so that its shadow is never seen. The margin is against rounding.
 bool tile_hidden(View view, Caster caster, float horizon) {
     if (!HIDE) {
         return false;
@@ -109,8 +109,8 @@ bool tile_hidden(View view, Caster caster, float horizon) {
     return nearest > horizon + 1e-5 * (view.far - view.near);
 }
 
-// An entry has what it is sorted by; or, where casters are added up in any order, what its caster takes of any ray at
-// most.
+// An entry holds its sort key; or, where casters are added up in any order, its caster's greatest optical depth on any
+// ray.
 CONSTANT(bool, KEYED, true)
 
 // Sorts as the depth at which the sphere begins, nearest within the tile, or of the strand's point nearest to the tile's

@@ -1,4 +1,4 @@
-// What binning counts, over all maps. Twins: maps::BinTotals, maps::TilePart.
+// Counts of binning, over all maps. Twins: maps::BinTotals, maps::TilePart.
 #ifndef MAPS_BINS_TOTALS_GLSL
 #define MAPS_BINS_TOTALS_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -20,7 +20,7 @@ struct BinTotals {
     uint fullest;    // most casters of a tile
 };
 
-// What a workgroup builds: a tile, or a part of one.
+// A workgroup's task: a tile, or a part of one.
 struct TilePart {
     uint tile;      // of its map, row after row
     uint map_part;  // which of the maps · 256 + which part of the tile

@@ -61,9 +61,9 @@ float span_mean(float through_0, float through_1, float rise) {
                        : (through_0 - through_1) / rise;
 }
 
-// Where each insertion removes what it puts in, areas are trapezoids, and what a removal changes is the triangle of the node
-// and its neighbours times the light about them: no division a span, 0.6 of the instructions, at about the same error. With
-// room to spare, exact areas are up to 7 % better.
+// Where each insertion removes as many nodes as it adds, areas are approximated by trapezoids: a removal changes the triangle of the node
+// and its neighbours times the light about them. That saves a division per span, takes 0.6 of the instructions and has about the same
+// error. With spare nodes, exact areas are up to 7 % better.
 bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 
 // Removes one of `count` nodes, that whose going changes the area under the transmittance least.
@@ -106,7 +106,7 @@ void remove_cheapest(int count) {
     // Where all is dark, no change.
     float shift = nudged && weight > 1e-12 ? clamp(excess / weight, low, high) : 0.0;
     if (nudged && cheapest == 0) {
-        // The second node's step moves towards the light until the area is what it was.
+        // The second node's step moves towards the light until the area is the same as before.
         float share = mean[1] < 0.999 ? clamp((mean[0] - mean[1]) / (1.0 - mean[1]), 0.0, 1.0) : 1.0;
         node_depths[1] = node_depths[0] + extent[0] * share;
     }
@@ -145,7 +145,7 @@ bool curve_dark(float depth) { return is_dark(node_values[WORK - 1]) && is_dark(
 // nothing.
 bool curve_insert(float entry, float exit, float optical_depth) {
     if (!(optical_depth > 0.0) || !(entry <= exit) || curve_dark(entry)) {
-        return false;  // nothing to lose, not a number, or no light to lose it of
+        return false;  // no optical depth, NaN, or no light left
     }
     float value_entry = curve_value(entry);
     float value_exit = curve_value(exit);
@@ -160,7 +160,7 @@ bool curve_insert(float entry, float exit, float optical_depth) {
         float taken = optical_depth * ramp;
         node_values[i] = EXPONENTIAL ? node_values[i] + taken : node_values[i] * exp(-taken);
     }
-    // Both behind nodes of equal depth: the curve has its step behind them.
+    // Both nodes go behind existing nodes of equal depth, so that the curve steps there.
     place_node(entry, value_entry);
     place_node(exit, value_exit);
     node_count = min(node_count + 2, WORK);

@@ -1,12 +1,9 @@
 #version 460
 // Builds levels of detail of all maps: at the ends of even steps from the first node of the four texels below to their last, a texel has
 // the mean of their transmittance. Its nodes are those of these places between which interpolation errs least, by the sum of squares over
-// all places: dynamic programming with one thread per place, so that no thread walks along curves by itself. What is past the map's edge,
-// or has no casters, lets all light through. Source: ours.
-// Inputs: maps, nodes of the level below, counts. Output: nodes of the levels.
-// Twin: reference::twin::avsm::levels.
-// Invariant: at its nodes and behind them it is the mean of what the four have there, to what storing
-// rounds.
+// all places: dynamic programming with one thread per place, so that no thread walks along curves by itself. A texel past the map's edge,
+// or without casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output: nodes of the levels.
+// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them it is the mean of the four, to the rounding of storing.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 
@@ -25,8 +22,8 @@ const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
 
-// First the curves of the texels below, rows of the tile, depth and value of each node; then, of each texel that is made, what
-// the line between two ends costs.
+// First the curves of the texels below, rows of the tile, depth and value of each node; then, for each texel that is made, the cost of the
+// line between two ends.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
 // Lines need more, but where there are 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
@@ -111,7 +108,7 @@ float value_of(float mean) {
     return !EXPONENTIAL ? mean : mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
 }
 
-// Sum of squares of what the line from end `from` to end `to` is off the means between them; `first` is the texel's first.
+// Sum of squares of the differences between the line from end `from` to end `to` and the means on it; `first` is the texel's first.
 float line_cost(uint first, uint from, uint to) {
     float rise = (values[first + to] - values[first + from]) / float(to - from);
     float left = means[first + from], factor = EXPONENTIAL ? exp(-rise) : 1.0, cost = 0.0;

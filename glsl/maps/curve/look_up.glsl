@@ -1,5 +1,5 @@
 // Looks up stored curves in maps, by any filter and through levels of detail. Source: Fife and Strugar 2013, Sampling from the AVSM data
-// structure. A technique defines MAP_TRANSMITTANCE first, as leveled_transmittance or as what calls it.
+// structure. A technique defines MAP_TRANSMITTANCE first, as leveled_transmittance or as a function that calls it.
 //   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then those of coarser levels, as
 //              maps/level_place.glsl says
 //   binding 4  words of each tile of 8×8 texels, map-major, tile rows; 0 where TILED is true: it has no curves (any buffer where it is false)

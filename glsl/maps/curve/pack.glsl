@@ -1,7 +1,7 @@
-// Codes of packed curves: a node is a word of 16 bits of depth within the texel's own range and 16 bits of value, both
-// rounded to nearest and both 0 for what is farthest in front and unshadowed. Tight, both have 8 bits, and depth is within the
-// light's range. Twin: reference::twin::avsm::pack.
-// Invariant: words keep the order of nodes; packed and not tight, a curve's first node is kept to the bit in depth.
+// Codes of packed curves: a node is a word of 16 bits of depth within the texel's own range and 16 bits of value, both rounded to nearest
+// and both 0 for a node at the very front without shadow. Tight, both have 8 bits, and depth is within the light's range. Twin:
+// reference::twin::avsm::pack. Invariant: words keep the order of nodes; packed and not tight, a curve's first node is kept to the bit in
+// depth.
 #ifndef MAPS_CURVE_PACK_GLSL
 #define MAPS_CURVE_PACK_GLSL
 #include "maps/curve/node.glsl"

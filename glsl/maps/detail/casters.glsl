@@ -1,4 +1,4 @@
-// Which tiles and blocks a caster may meet, between the texels' centres too.
+// The tiles and blocks that a caster may meet, also between the texels' centres.
 #ifndef MAPS_DETAIL_CASTERS_GLSL
 #define MAPS_DETAIL_CASTERS_GLSL
 #include "maps/bins/tiles.glsl"

@@ -16,7 +16,7 @@
 
 // A multiple of SLOTS, 128 at least.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 128u)
 
 layout(push_constant, scalar) uniform ChoosePush {
@@ -49,8 +49,8 @@ const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
 shared uint run_sums[RUNS];
 // The greatest scale that fits, behind LEAST_SCALE.
 shared uint greatest;
-// Tables per side: which cells a block of a row reaches over; which blocks of a row reach over some of a mask of cells.
-// Whole numbers are slow to divide.
+// Tables for one axis: which cells a block of a row reaches over, and which blocks of a row reach over some of a mask of cells. Without
+// them there would be divisions of whole numbers, which are slow.
 shared uint cells_of_block[8][8];
 shared uint blocks_of_row[8][16];
 // For THREADS tiles: which of their blocks meet casters, and as a word of the table the side and the blocks before.
@@ -147,7 +147,7 @@ uint sum_before(uint value) {
     uint thread = gl_LocalInvocationIndex, run = thread / RUN * RUN, sum = 0u;
     sums[thread] = value;
     barrier();
-    // Not unrolled, here and below: what runs once waits for its own instructions, which are to be few.
+    // Not unrolled, here and below: code that runs once waits for its instructions to load, so they should be few.
     [[dont_unroll]] for (uint i = run; i < thread; ++i) {
         sum += sums[i];
     }
@@ -201,7 +201,7 @@ int greatest_scale() {
     barrier();
     sums[thread] = fits;
     barrier();
-    // Most scales fit. Those that do behind one another need not wait for each other.
+    // Scales that fit follow one another: only the last of each run of them does the atomic operation.
     if (fits != 0u && (thread == THREADS - 1u || sums[min(thread + 1u, THREADS - 1u)] == 0u)) {
         atomicMax(greatest, fitting);
     }

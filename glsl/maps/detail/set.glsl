@@ -1,4 +1,4 @@
-// The set of what chooses how fine tiles are, beside that of the bins. A shader says what it does with a buffer. Bound by
+// The set of the passes that choose how fine tiles are, beside that of the bins. A shader says what it does with a buffer. Bound by
 // maps::Detail.
 // set 2: detail
 #ifndef MAPS_DETAIL_SET_GLSL

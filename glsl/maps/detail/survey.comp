@@ -1,9 +1,8 @@
 #version 460
-// What casters there are in each tile: which of its cells they meet, and how long and strong their edges are. A caster's share
-// of a tile is the most that it can be, which is enough to tell tiles apart.
-// Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey.
-// Invariants: sums are whole numbers, so that the order of the casters is no matter; a cell that any ray through the tile meets
-// a caster in is marked.
+// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts with the
+// greatest share of the tile that it may have, which is enough to tell tiles apart. Inputs: maps, casters, horizon. Outputs: surveys
+// (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole numbers, so that the order of the casters is no
+// matter; a cell that any ray through the tile meets a caster in is marked.
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/set.glsl"
 #include "maps/detail/casters.glsl"
@@ -15,7 +14,7 @@
 // variants: TALLY 0 1
 #if TALLY == 1
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 128u)
 // Tiles of a map, at most. Twin: MOST_SURVEYED in maps::threads.
 const uint MOST_TILES = 1024u;
@@ -31,8 +30,7 @@ DETAIL_SURVEYS(buffer)
 // Cells reach so far, in their own texels, against rounding.
 const float OUTSET = 0.0625;
 
-// Length of the caster's edge within a tile, in texels, x; what it takes of the light, y; its mean optical depth over the
-// tile, z.
+// Length of the caster's edge within a tile, in texels, x; the share of light that it takes, y; its mean optical depth over the tile, z.
 vec3 share_of_tile(View view, Caster caster) {
     float z = dot(caster.position - view.origin, view.forward);
     float texels = 0.5 * float(view.width) * view.scale_x / (view.projection == VIEW_PARALLEL ? 1.0 : max(z, view.near));

@@ -1,4 +1,4 @@
-// What is known of a tile before its resolution is chosen. Twin: maps::Survey.
+// The survey of a tile, by which its resolution is chosen. Twin: maps::Survey.
 #ifndef MAPS_DETAIL_SURVEY_GLSL
 #define MAPS_DETAIL_SURVEY_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -11,7 +11,7 @@ const float DEPTH_UNITS = 1024.0;
 
 struct Survey {
     uint cells;          // bit 4 y + x: a caster meets cell (x, y)
-    uint edges;          // lengths of edges times what they take of the light
+    uint edges;          // lengths of edges times the share of light that they take
     uint optical_depth;  // mean over the tile
 };
 #endif

@@ -1,7 +1,7 @@
 #version 460
 // Pushes the caster's segment at the head of the texel's list. Source: Fife and Strugar 2013, Capturing fragments.
-// Inputs: maps, casters. Outputs: heads, segments, the count of fragments.
-// Invariant: what is counted is the whole demand, also past the capacity, so that the caller can grow the buffer.
+// Inputs: maps, casters. Outputs: heads, segments, the count of fragments. Invariant: the count is the whole demand,
+// also beyond the capacity, so that the caller can grow the buffer.
 #define SPLAT_FRAGMENT
 #include "maps/list/segments.glsl"
 #include "maps/splat.glsl"

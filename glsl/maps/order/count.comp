@@ -1,5 +1,5 @@
 #version 460
-// How many items of each block have each digit. Twin: reference::twin::order::sort. Input: items. Output: counts.
+// Counts each block's items by digit. Twin: reference::twin::order::sort. Input: items. Output: counts.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;

@@ -1,6 +1,7 @@
 #version 460
-// Puts each item where its digit and its place among those of the same digit say: equal keys stay in order.
-// Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted indices.
+// Moves each item behind those of lower digits and behind earlier ones of the same digit, so that equal keys stay in
+// order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted
+// indices.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;

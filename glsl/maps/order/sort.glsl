@@ -14,7 +14,7 @@ struct Item {
 layout(set = 0, binding = 0, scalar) buffer Items { Item items[]; };
 // How many items each block of each map has per digit; then where the first of them goes.
 layout(set = 0, binding = 1, scalar) buffer Counts { uint counts[]; };
-// What is left in the end: the indices alone.
+// The result: the indices alone.
 layout(set = 0, binding = 2, scalar) buffer Sorted { uint sorted[]; };
 
 layout(push_constant, scalar) uniform SortPush {
@@ -26,7 +26,7 @@ layout(push_constant, scalar) uniform SortPush {
 
 const uint DIGITS = 256u;
 const uint SORT_THREADS = 128u;
-// Items that a workgroup goes through, in as many steps of one a thread.
+// Items that a workgroup goes through, in as many steps of one per thread.
 const uint BLOCK = 1024u;
 
 uint blocks() { return (count + BLOCK - 1u) / BLOCK; }

@@ -1,4 +1,4 @@
-// Cells of a range for levels of detail (maps/sums/levels.glsl), as long as each other.
+// Cells of equal length over a range, for levels of detail (maps/sums/levels.glsl).
 #ifndef MAPS_SUMS_EVEN_CELLS_GLSL
 #define MAPS_SUMS_EVEN_CELLS_GLSL
 

@@ -2,7 +2,7 @@
 #ifndef MAPS_SUMS_HALVES_GLSL
 #define MAPS_SUMS_HALVES_GLSL
 
-CONSTANT(uint, SUM_STORAGE, 0u)  // what they are kept in: 0 32 bits, 1 half floats
+CONSTANT(uint, SUM_STORAGE, 0u)  // their storage: 0: 32 bits, 1: half floats
 
 const uint STORAGE_F32 = 0u;
 

@@ -1,4 +1,4 @@
-// The texels' words for passes that make levels of detail: in the place of maps/sums/set.glsl, since they read what they wrote.
+// The texels' words for passes that make levels of detail: in the place of maps/sums/set.glsl, since such passes also read the words.
 #ifndef MAPS_SUMS_SET_GLSL
 #define MAPS_SUMS_SET_GLSL
 #extension GL_EXT_scalar_block_layout : require

@@ -1,10 +1,9 @@
-// Makes levels of detail of texels of sums: a texel's range is that of the four below it, and at the ends of the range's cells the
-// optical depth is what their mean transmittance comes to. Between two ends it grows evenly, as along a segment, and so it is added up
-// as casters' segments are. What is past the map's edge, or has no casters, lets all light through.
-// Twin: reference::twin::texel_sums::merged.
-// Invariant: behind the range it is the mean of what the four have there, to what storing rounds; sums never fall along the range.
-// A technique declares before: SUMS, segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl);
-// LEVEL_CELLS, and float cell_end(uint k), the place where cell k − 1 ends, k = 0 being the range's beginning.
+// Makes levels of detail of texels of sums: a texel's range is that of the four below it, and at the ends of the range's cells the optical
+// depth follows from their mean transmittance. Between two ends it grows evenly, as along a segment, and so it is added up as casters'
+// segments are. A texel past the map's edge, or without casters, lets all light through. Twin: reference::twin::texel_sums::merged.
+// Invariant: behind the range it is the mean of the four, to the rounding of storing; sums never fall along the range. A technique declares
+// before: SUMS, segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl); LEVEL_CELLS, and float
+// cell_end(uint k), the place where cell k − 1 ends, k = 0 being the range's beginning.
 #ifndef MAPS_SUMS_LEVELS_GLSL
 #define MAPS_SUMS_LEVELS_GLSL
 #include "maps/level_tile.glsl"

@@ -19,7 +19,7 @@ vec2 range_of(vec2 ends) {
                 SUM_RANGE != RANGE_TEXEL ? 1.0 : empty ? 0.0 : ends.y);
 }
 
-// The range of a texel whose ends were drawn (maps/sums/ends.frag): words of which the greatest is kept, 0 where nothing is.
+// The range of a texel whose ends were drawn (maps/sums/ends.frag): two words, blended by maximum; 0 without casters.
 vec2 range_of_words(uvec2 words) {
     return range_of(words.x == 0u ? vec2(FARTHEST, -FARTHEST) : uintBitsToFloat(uvec2(~words.x, words.y)));
 }

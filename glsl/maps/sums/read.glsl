@@ -1,4 +1,4 @@
-// Reads a texel's words: its range, then what its technique keeps. A technique says how many there are and what they answer.
+// Reads a texel's words: its range, then its technique's words. The technique defines how many there are and what they answer.
 #ifndef MAPS_SUMS_READ_GLSL
 #define MAPS_SUMS_READ_GLSL
 #include "maps/sums/range.glsl"
@@ -9,8 +9,7 @@ uint kept_word(uint i);
 // Words of a texel, its range among them.
 uint texel_words();
 
-// The optical depth of all of a texel's casters, and what is left of the light at a place of its range, 0 to 1; `at`: the word behind
-// the range.
+// The optical depth of all of a texel's casters, and the transmittance up to a place of its range, 0 to 1; `at`: the word behind the range.
 float kept_total(uint at);
 float kept_transmittance(uint at, float place);
 
@@ -26,7 +25,7 @@ vec2 kept_range(uint first) {
     return range;
 }
 
-// What is left of the light at a depth of the texel whose first word is that.
+// Transmittance up to a depth of the texel whose first word is that.
 float words_transmittance(uint first, float depth) {
     return kept_transmittance(first + range_words(), range_place(kept_range(first), depth));
 }

@@ -1,4 +1,4 @@
-// What passes that make sums write. Bound by maps::Sums.
+// Buffers that passes of sums write. Bound by maps::Sums.
 #ifndef MAPS_SUMS_SET_GLSL
 #define MAPS_SUMS_SET_GLSL
 #extension GL_EXT_scalar_block_layout : require

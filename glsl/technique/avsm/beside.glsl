@@ -1,6 +1,6 @@
-// Where curves stand while fragments insert into them: the first pair of nodes of each of eight texels of a row, the second
-// of each, and so on, in the room that the eight have afterwards. Fragments beside each other then read and write one line of
-// memory, not one each. technique/avsm/pack.comp puts the nodes of a texel one after the other.
+// The layout of curves while fragments insert into them: the first pairs of nodes of eight texels in a row, then their second pairs, and so
+// on, in the same memory that the eight curves take afterwards. Neighbouring fragments then read and write one cache line, not one each.
+// technique/avsm/pack.comp reorders them, curve by curve.
 #ifndef TECHNIQUE_AVSM_BESIDE_GLSL
 #define TECHNIQUE_AVSM_BESIDE_GLSL
 #include "maps/curve/node.glsl"

@@ -1,9 +1,8 @@
 #version 460
 // Builds the curves of one tile of 8×8 texels: sorts the tile's casters, then each thread inserts their segments into
-// its texel's curve and writes it once. No lists, no blending, no interlock.
-// Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
-// Invariant: the result depends only on the casters, not on the order in which they were binned.
-// Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
+// its texel's curve, which it writes once. No lists, no blending, no interlock. Inputs: maps, casters, parts, entries.
+// Outputs: nodes of tiles that have casters. Invariant: the result depends only on the casters, not on the order in
+// which they were binned. Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
 
 // LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (maps/bins/batch.glsl);
 // each subgroup leaves out casters that cannot meet its texels.
@@ -20,7 +19,7 @@ layout(local_size_x = TILE_THREADS) in;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// What the workgroup builds.
+// The workgroup's task.
 TilePart tile;
 
 #include "maps/curve/store.glsl"
@@ -32,8 +31,8 @@ Caster sorted_caster(View view, uint entry) {
 const uint THREADS = TILE_THREADS;
 #include "maps/bins/batch.glsl"
 
-// What texel_part has of a caster. The tile's order is nearly the texel's: where it is another, what is left of the light is right, and
-// which of two strands took it is not.
+// A caster as texel_part returns it. The tile's order is nearly each texel's: where it differs, the transmittance behind is right, but not
+// which of two strands took the light.
 void insert_part(View view, Ray ray, Caster caster, vec2 z, float optical_depth) {
     optical_depth = area_seen(view, ray, caster, MAX_OPTICAL_DEPTH, optical_depth);
     curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);

@@ -7,8 +7,8 @@
 // segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
 // Source: ours. Twin: reference::twin::avsm::cells.
 
-// LANES 0: a whole tile. LANES 1: half a tile, with what maps/bins/batch.glsl has for software devices. LANES 2: half a tile, else as 0,
-// for devices of little shared memory or of few threads.
+// LANES 0: a whole tile. LANES 1: half a tile, with casters in lanes (maps/bins/batch.glsl), for software devices. LANES 2: half a tile,
+// else as 0, for devices of little shared memory or of few threads.
 // variants: LANES 0 1 2
 #include "maps/curve/curve.glsl"
 #include "maps/bins/area.glsl"
@@ -23,14 +23,14 @@ const uint TEXELS = 32u;
 // whose registers leave room for few workgroups; 16 for the fullest tiles where there are very many casters; 1 where threads
 // of a workgroup do not run at the same time.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, GROUPS, 4u)
 const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// Casters at a time: as many as there is room for in what the nodes stand in while they are fitted, NODES * TEXELS / 4, and 32 a
-// group at least.
+// Casters at a time: as many as fit into the memory in which nodes stand while they are fitted, NODES * TEXELS / 4, and at least 32 per
+// group.
 CONSTANT(uint, BATCH, 128u)
 #define BATCH BATCH
 #include "maps/curve/store.glsl"
@@ -38,7 +38,8 @@ CONSTANT(uint, BATCH, 128u)
 
 const int CELLS = 64;
 // A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
-// hundredth of what NODES nodes lose on smoke; where too many ends would stay, COARSER times as much, and again.
+// hundredth of the area that curves of NODES nodes lose on smoke; where too many ends would stay, COARSER times as
+// much, and again.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
@@ -111,8 +112,8 @@ struct Reach {
     float dark;
 };
 
-// Where a texel's cells are, of the light's range, and how many of them there would be in all of it, or in a length of 1, and the
-// other way round; whether they end where it is dark; units an optical depth of 1.
+// Where a texel's cells are, of the light's range, and how many of them there would be in all of it, or in a length of 1, and the other way
+// round; whether they end where it is dark; units per optical depth of 1.
 struct Range {
     float low;
     float high;
@@ -133,7 +134,7 @@ void reach_caster(TexelRay its, Caster caster, inout Reach reach) {
     }
 }
 
-// Adds what one thread knows of a texel to what all do.
+// Merges one thread's results for a texel into those of all threads.
 void share_reach(TexelRay its, Reach reach) {
     float per_depth = 1.0 / (its.view.far - its.view.near), high = (reach.high - its.view.near) * per_depth;
     if (high >= 0.0) {
@@ -146,8 +147,8 @@ void share_reach(TexelRay its, Reach reach) {
     }
 }
 
-// The part of a caster within the cells of a texel, and where it is there. For the first caster that lets nothing through, where
-// it begins is noted, and no part is left.
+// The part of a caster within the cells of a texel, and its place there. For the first opaque caster only its beginning is noted, and no
+// part is returned.
 bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out float optical_depth) {
     vec2 z;
     at = vec2(0.0);
@@ -164,8 +165,8 @@ bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out fl
     return !range.ends_dark || depth.x < range.high;
 }
 
-// Both have, of all of a tile's casters: find_range, what low_bits and the others say, and a bound of what they take of any ray;
-// add_casters, to the cells.
+// Both files define, over all of a tile's casters: find_range, which finds the range, what low_bits and the like return, and a bound of the
+// optical depth on any ray; add_casters, which adds them up in the cells.
 #if LANES == 1
 #include "technique/avsm/cells_lanes.glsl"
 #else
@@ -196,7 +197,7 @@ void main() {
     barrier();
     bool covered = high_bits[t] > 0u;
     float low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
-    // Nothing counts behind what lets nothing through.
+    // Nothing counts behind an opaque segment.
     bool ends_dark = dark_bits[t] != NEVER;
     float high = covered ? uintBitsToFloat(ends_dark ? dark_bits[t] : high_bits[t] - 1u) : low;
     float extent = max(high - low, 1e-6), per_cell = float(CELLS) / extent;

@@ -68,7 +68,7 @@ void reach_batched(TexelRay its, uint i, inout Reach reach) {
     }
 }
 
-// Whether the caster may reach beyond what is known of all texels, or let nothing through.
+// Whether the caster may extend any texel's range, or let nothing through.
 bool reaches_beyond(View view, Caster caster, uint low, uint high) {
     float reach = caster.radius + 1e-5 * (caster.radius + abs(caster.position.z));
     vec2 depth = (caster.position.z + vec2(-reach, reach) - view.near) / (view.far - view.near);
@@ -76,7 +76,7 @@ bool reaches_beyond(View view, Caster caster, uint low, uint high) {
            !plain_sphere(view, caster) || 2.001 * caster.radius * caster.density >= DARK;
 }
 
-// As find_range below, of those casters alone that reach beyond what is known when their batch comes.
+// As find_range below, but only with casters that may extend a range known at the beginning of their batch.
 void find_range_sieved(TexelRay its, TilePart part) {
     uvec2 most = uvec2(0u);
     uint thread = gl_LocalInvocationIndex, group = gl_LocalInvocationID.y;

@@ -1,5 +1,5 @@
-// Optical depths of a texel's segments, added up in even cells as changes: by how much more is taken in a cell than in the one before.
-// Needs, declared before: LANES, CELLS and TEXELS, and cells[], one more than CELLS a texel. Twin: reference::twin::avsm::cells.
+// Optical depths of a texel's segments, added up in even cells as changes: a cell's optical depth less that of the cell before. Needs,
+// declared before: LANES, CELLS and TEXELS, and cells[], one more than CELLS per texel. Twin: reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CHANGES_GLSL
 #define TECHNIQUE_AVSM_CHANGES_GLSL
 
@@ -28,8 +28,8 @@ void add_segment(uint texel, vec2 at, float whole, float rate) {
     change_cell(last + 1u, texel, late - even);
 }
 
-// One texel: from changes of the optical depth to its sum up to the end of each cell, which never falls and ends with what all
-// segments take.
+// One texel: from changes of the optical depth to its sum up to the end of each cell, which never falls and ends with the optical depth of
+// all segments.
 void sum_cells(uint texel, float unit) {
     uint sum = 0u, change = 0u;
     for (uint place = texel; place < uint(CELLS) * TEXELS; place += TEXELS) {

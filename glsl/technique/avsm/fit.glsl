@@ -36,9 +36,9 @@ void fit_node(uint i, uint t, vec2 node) {
     }
 }
 
-// Sums for the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to
-// the curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the
-// other bit by bit, half a cell before to half a cell behind, so that what comes out has no leaps.
+// Sums for the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the curve at
+// the ends of cells `from` to `to`, places. An end that the node passes moves its weight gradually from one of the node's lines to the
+// other, from half a cell before to half a cell behind, so that the result is continuous.
 vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
     uint first = uint(from), last = uint(to);
     vec2 sums = vec2(0.0);
@@ -81,7 +81,7 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     float farthest = at + REACH * ((is_last ? float(CELLS) : at_q) - at);
     float moved, value;
     if (is_first) {
-        // In front of it the light is whole: its line ends in a step, or where it comes to nothing.
+        // In front of it all light arrives: its line ends in a step, or where its optical depth reaches 0.
         float wanted = node.y + wish_q;
         float slope = (q.y - wanted) * per_q;
         moved = wanted < 0.0 ? min(at - wanted / slope, farthest) : at;

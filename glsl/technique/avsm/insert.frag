@@ -20,7 +20,7 @@ void main() {
     vec2 depth;
     float optical_depth;
     if (!splat_segment(view, depth, optical_depth)) {
-        discard;  // before the lock, for which nobody behind has to wait then
+        discard;  // before the lock, so that no later fragment waits for it
     }
     // Curves that are to be packed are built in room for the maps that are drawn at once.
     uint row = ((PACKED ? slot : map) * view.height + texel.y) * view.width;

@@ -1,8 +1,7 @@
 #version 460
-// Puts the nodes of each curve of a group of maps, which technique/avsm/insert.frag built, one after the other: where they are, or where
-// curves are packed into the nodes. Inputs: built, counts. In and out: nodes.
-// Invariant: each curve is rounded once, after all insertions. Where they are, eight texels beside each other change places
-// among themselves only.
+// Puts the nodes of each curve of a group of maps, which technique/avsm/insert.frag built, one after the other: in place, or packed into
+// another buffer. Inputs: built, counts. In and out: nodes. Invariant: each curve is rounded once, after all insertions. In place, nodes
+// move only among eight neighbouring texels.
 #include "technique/avsm/beside.glsl"
 #include "technique/avsm/maps.glsl"
 #include "maps/curve/tiled.glsl"

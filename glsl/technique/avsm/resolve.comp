@@ -74,7 +74,7 @@ void main() {
     while (index != NO_SEGMENT) {
         Segment segment = segments[index];
         if (SORTED && curve_dark(segment.entry)) {
-            break;  // nor is there light for those behind it
+            break;  // and no light is left for segments behind it
         }
         curve_insert(segment.entry, segment.exit, segment.optical_depth);
         index = segment.next;

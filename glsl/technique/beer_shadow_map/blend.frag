@@ -1,8 +1,7 @@
 #version 460
-// What a caster adds to a texel: the nearest entry, the farthest exit, the sum of optical depths. Colour is blended by
-// maximum, alpha by addition. Source: Hillaire 2020. Inputs: maps, casters. Output: texel (technique/beer_shadow_map/texel.glsl).
-// Twin: reference::twin::beer_shadow_map::blend.
-// Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
+// Blends a caster into a texel: the nearest entry, the farthest exit, the sum of optical depths. Colour is blended by maximum, alpha by
+// addition. Source: Hillaire 2020. Inputs: maps, casters. Output: texel (technique/beer_shadow_map/texel.glsl). Twin:
+// reference::twin::beer_shadow_map::blend. Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
 #define SPLAT_FRAGMENT
 #include "technique/beer_shadow_map/texel.glsl"
 #include "maps/splat.glsl"

@@ -1,8 +1,8 @@
 #version 460
-// The nearest entry, the farthest exit and the optical depth of each texel's casters, each texel written once. Source: ours.
-// Inputs: maps, casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect.
-// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
-// WEIGHTED_FRONT: the medium begins at the mean depth of what takes light, not at the first caster. Twin: weighted.
+// The nearest entry, the farthest exit and the optical depth of each texel's casters, each texel written once. Source: ours. Inputs: maps,
+// casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect. Invariant: sums are of whole numbers, so the
+// result depends only on the casters, not on the order they come in. WEIGHTED_FRONT: the medium begins at the casters' mean depth, not at
+// the first caster. Twin: weighted.
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;
 #include "technique/beer_shadow_map/texel.glsl"
@@ -48,8 +48,8 @@ void main() {
     }
     vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
     if (WEIGHTED_FRONT) {
-        // Each caster at its middle, by its optical depth and by what an even medium from front to back leaves there. Both sums are of no
-        // more than the optical depths.
+        // Each caster counts at its middle, weighted by its optical depth and by the transmittance of an even medium from front to there.
+        // Neither sum exceeds that of the optical depths.
         float extinction = min(float(sum) / scale, DARK) / max(depth.y - depth.x, 1e-9);
         uint weights = 0u, places = 0u;
         for (uint begin = 0u; begin < part.count; begin += batch_size()) {
@@ -59,7 +59,8 @@ void main() {
                 vec2 z;
                 float optical_depth;
                 if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth) && optical_depth > 0.0) {
-                    // In a thin medium rounding would be a weight beyond all others.
+                    // max(…, 0): in a thin medium a place may be rounded to just before the front, whose weight would
+                    // be huge.
                     float place = max(0.5 * (view_depth(view, z.x) + view_depth(view, z.y)) - depth.x, 0.0);
                     float weight = optical_depth * exp(-extinction * place) * scale;
                     weights += uint(weight + 0.5);

@@ -1,8 +1,8 @@
 #version 460
-// Builds levels of detail of Beer shadow maps. Behind the farthest back a texel lets through the mean of the four below it. Its front, or
-// its back, stands where the area under its transmittance, from the nearest front to the farthest back, is the mean of theirs. What is
-// past the map's edge, or has no casters, lets all light through. Source: ours.
-// Inputs: maps, texels. Output: level_words. Twin: reference::twin::beer_shadow_map::merged.
+// Builds levels of detail of Beer shadow maps. Behind the farthest back of the four texels below it, a texel's transmittance is their mean.
+// Its front, or its back, is placed so that the area under its transmittance, from the nearest front to the farthest back, is their mean
+// area. A texel past the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps, texels. Output: level_words.
+// Twin: reference::twin::beer_shadow_map::merged.
 #define LEVEL_WORDS 3u
 #include "maps/image_levels.glsl"
 #include "technique/beer_shadow_map/texel.glsl"
@@ -46,7 +46,7 @@ void make_level(LevelTile tile) {
     if (ends.x <= ends.y && tail < 1.0) {
         float taken = min(-log(max(tail, 1e-35)), 80.0), mean = even_mean(taken);
         vec2 depth = ends;
-        // Rounding would decide on what takes next to nothing.
+        // With next to no optical depth, rounding would decide.
         if (mean <= 0.9999) {
             // (front − nearest) + (farthest − front) × mean = area; where less light than that is left, the back is nearer:
             // (back − nearest) × mean + (farthest − back) × tail = area.

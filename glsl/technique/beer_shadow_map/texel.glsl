@@ -1,6 +1,6 @@
-// What a texel keeps, in half floats: 1 - front in red, back in green, the greatest optical depth in alpha. The mean
-// extinction is the greatest optical depth over back - front. Red and green are such that their maximum over all casters is
-// the texel's, and all are 0 where nothing is. With a weighted front both ends lie deeper by as much, which keeps the extinction. Twin: reference::twin::beer_shadow_map.
+// The content of a texel, in half floats: 1 - front in red, back in green, the greatest optical depth in alpha. The mean extinction is the
+// greatest optical depth over back - front. Red and green can be blended by maximum, and all are 0 without casters. With a weighted front,
+// front and back are moved deeper by the same distance, which keeps the extinction. Twin: reference::twin::beer_shadow_map.
 #ifndef TECHNIQUE_BEER_SHADOW_MAP_TEXEL_GLSL
 #define TECHNIQUE_BEER_SHADOW_MAP_TEXEL_GLSL
 
@@ -12,9 +12,10 @@ float beer_most(vec4 texel) { return texel.a < 65504.0 ? texel.a : 65504.0; }
 // Optical depth from the light to `depth`.
 float beer_optical_depth(vec4 texel, float depth) {
     float front = 1.0 - texel.r, extent = texel.g - front;
-    // Compared first, so that a texel of no extent is a step and not 0/0; nothing is in front of its own depth.
+    // The comparisons come first, so that a texel without extent is a step and not 0/0; a caster does not shadow its
+    // own depth.
     float share = depth >= texel.g ? 1.0 : depth <= front ? 0.0 : min((depth - front) / extent, 1.0);
-    // Nothing of what is no number would be none either.
+    // Infinity times 0 would be NaN: beer_most bounds the factor.
     return beer_most(texel) * share;
 }
 #endif

@@ -1,6 +1,6 @@
-// Nodes go whose going changes the area under the transmittance by little, and their neighbours move so that it stays, as in the curves of
-// Salvi et al. 2010; but there is no number of nodes. A window goes along the curve: where the least change is too much, its first node
-// stays.
+// Removes a node where that changes the area under the transmittance by little, and moves its neighbours so that the area stays, as in the
+// curves of Salvi et al. 2010; but the number of nodes is not fixed. A window of nodes goes along the curve: if no node in it can be
+// removed within the limit, its first node is final.
 // Needs, declared before: keep_node(Node), of a node that is final, and `kept`, their number. Source: ours, but for the removal.
 // Twin: reference::twin::deep_shadow_map::area.
 // Invariants: depths never fall, nor do optical depths; the first node and the last stay as they are.

@@ -1,9 +1,9 @@
-// The fewest nodes that stay within an error of a texel's curve, greedily: a line goes on from a node for as long as some slope is in
-// the windows of all points that it passes. A window is what optical depths let through as much as the curve's, within the
-// error. Source: Lokovic and Veach 2000; windows in optical depth, and those on the way of long rises, are ours.
-// Needs, declared before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound.
-// Invariants: transmittance is within the error of the curve's at every depth, between points as at them; depths never fall, nor do
-// optical depths; behind the last node it is within TAIL of the product of all.
+// The fewest nodes that stay within an error of a texel's curve, greedily: a line is prolonged from a node for as long as some slope passes
+// the windows of all points on the way. A window holds the optical depths at a point whose transmittance is within the error of the
+// curve's. Source: Lokovic and Veach 2000; windows in optical depth, and those between the ends of long rises, are ours. Needs, declared
+// before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: transmittance
+// is within the error of the curve's at every depth, between points as at them; depths never fall, nor do optical depths; behind the last
+// node it is within TAIL of the product of all.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"
@@ -25,7 +25,7 @@ float curve_error;
 // Optical depth of all of the curve: no line goes farther than the last node, so that none falls to it.
 float curve_total;
 
-// Where all is so dark that lines err by nothing.
+// The optical depth from which on it is so dark that lines do not matter.
 float dark_from(float error) { return 5.0 - log(2.0 * error); }
 
 // A curve of that optical depth in all.
@@ -39,8 +39,8 @@ void line_begin(float error, float total) {
 vec2 window(float value, float error) {
     float through = exp(-value);
     float low = -log(min(through + error, 1.0));
-    // Where more than half of the light that is left is error, no more than the line that touches the bound there: it is bent, and
-    // what is below it at two ends must be below it between them.
+    // Where the error is more than half of the light that is left, the bound is replaced by its tangent at that place: the bound is curved,
+    // and a line that is below it at two points must also be below it between them.
     float high = through >= 2.0 * error ? -log(through - error) : 2.0 * value + log(2.0 * error) * 2.0 - log(error);
     return vec2(max(low, 0.0), high);
 }

@@ -1,7 +1,7 @@
 #version 460
-// Halves the errors among which the least is whose nodes there is room for. Round 0 begins; the last leaves one that fits.
-// Input: tile_starts, nodes of each tile at the error that was tried. In and out: state.
-// Invariant: nodes of the error that is left were counted, or it is the greatest.
+// Bisection for the least error whose nodes fit into the buffer, one step per round. Round 0 begins; the last leaves an error that fits.
+// Input: tile_starts, nodes of each tile at the error that was tried. In and out: state. Invariant: the nodes of the final error were
+// counted, or it is the greatest error.
 #include "technique/deep_shadow_map/maps.glsl"
 
 const uint SCAN_THREADS = 128u;

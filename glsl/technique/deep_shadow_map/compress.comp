@@ -1,10 +1,9 @@
 #version 460
-// Goes along each texel's curve, in the order of its events, and leaves as few nodes as stay within the error. A workgroup has a tile.
-// Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map.
-// Invariants: optical depth is added up in whole numbers, so that nothing is left of a slope that has ended, and casters may come in any
-// order; a texel without casters has no nodes.
+// Goes along each texel's curve, in the order of its events, and keeps the fewest nodes that stay within the error. One workgroup per tile.
+// Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map. Invariants: optical depth is added up in whole numbers, so that
+// a slope that has ended leaves no rounding error behind, and casters may come in any order; a texel without casters has no nodes.
 
-// First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, told so by what is pushed, it writes. Input:
+// First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, by a push constant, it writes. Input:
 // tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does both: drivers that compile on the processor
 // take long for it.
 #include "technique/deep_shadow_map/maps.glsl"
@@ -48,7 +47,8 @@ void keep_node(Node node) {
 #include "technique/deep_shadow_map/area.glsl"
 #include "technique/deep_shadow_map/bound.glsl"
 
-// False: nodes go where lines stay within the error. True: where the area under the curve changes by no more than 4 times its square.
+// False: a node is removed if the lines without it stay within the error. True: if that changes the area under the curve by at most 4 times
+// the error's square.
 CONSTANT(bool, BY_AREA, false)
 
 void curve_point(Node point, bool is_last) {
@@ -68,8 +68,8 @@ uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS
 
 float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
 
-// A curve of that optical depth in all. Rises have points on their way as far as `dark`. There is one place that gives a point on: what takes
-// it is large, and drivers copy it to each place that calls it.
+// A curve of that optical depth in all. Rises have points on their way as far as `dark`. Points are passed on in one place only: the
+// function that takes them is large, and drivers inline it into each call.
 void sweep(uint index, float total, float dark) {
     // Whole bits of the optical depth in all, at least those of 1.
     int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;
@@ -123,7 +123,7 @@ void sweep(uint index, float total, float dark) {
         if (other > here) {
             rate = wide_plus(rate, wide_of(takes / float(other - here)));
         } else if (other < here) {
-            // What was rounded on the way is made up for.
+            // The rounding so far is corrected.
             uint extent = here - other;
             uvec2 its = wide_of(takes / float(extent));
             rate = wide_minus(rate, its);

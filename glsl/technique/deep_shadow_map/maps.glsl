@@ -1,4 +1,4 @@
-// What the passes share that make deep shadow maps. Twins: technique::deep_shadow_map, DeepPush and DeepState.
+// Shared by the passes that make deep shadow maps. Twins: technique::deep_shadow_map, DeepPush and DeepState.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_MAPS_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_MAPS_GLSL
 #include "maps/list/segments.glsl"
@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform DeepPush {
     uint is_written;     // 1: nodes are written, 0: counted
 };
 
-// What is known of all maps' nodes.
+// Totals over all maps' nodes.
 struct DeepState {
     uint nodes;    // of the groups so far
     uint covered;  // texels that have some

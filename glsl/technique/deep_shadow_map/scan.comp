@@ -1,6 +1,6 @@
 #version 460
-// Where each tile's nodes begin: behind those of the tiles before it. One workgroup goes over the tiles of a group of maps.
-// In and out: tile_starts, nodes of each tile before; state.
+// Finds where each tile's nodes begin: behind those of the tiles before it. One workgroup goes over the tiles of a group of maps. In and
+// out: tile_starts, nodes of each tile before; state.
 #include "technique/deep_shadow_map/maps.glsl"
 
 const uint SCAN_THREADS = 128u;

@@ -1,4 +1,4 @@
-// Whole numbers of 64 bits as two words, low word first. Those below 0 are what is 2^64 more: sums come out right all the same.
+// Whole numbers of 64 bits as two words, low word first. Negative numbers are in two's complement, so that sums come out right.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_WIDE_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_WIDE_GLSL
 

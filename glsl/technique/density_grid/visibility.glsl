@@ -1,5 +1,6 @@
-// Density grid look-up: what smoke and hair in the voxels between `position` and light `light` leave of it, and meshes in its opaque map. Sources: Amanatides and Woo 1987 (every
-// voxel); Novák et al. 2014 (ratio tracking); mean directions of strands are ours. Twins: reference::twin::media, reference::twin::soft.
+// Density grid look-up: how much of light `light` reaches `position`, past smoke and hair in the voxels between and past meshes in the
+// light's opaque map. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); mean directions of strands are
+// ours. Twins: reference::twin::media, reference::twin::soft.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
@@ -41,8 +42,8 @@ CONSTANT(bool, DIRECTION, false)
 const uint MARCH_EVEN = 1u;
 const uint MARCH_RATIO = 2u;
 
-// A consumer that dithers says here where in each step (x) a look-up is asked, and by what (x to z) places are drawn, from 0 to 1; below 0: in
-// the middle, and by the place alone.
+// Set by a consumer that dithers: the place within each step (x), and random numbers (x to z) for random places, from 0 to 1; below 0: the
+// middle, and numbers that depend on the place alone.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 
@@ -61,7 +62,7 @@ float media_towards(float sum, uvec3 voxel) {
 
 #include "grid/soft.glsl"
 
-// By the point, the light, and what a consumer dithers by.
+// A seed from the point, the light, and the consumer's dither.
 uint ratio_seed(uint light, vec3 position) {
     uvec3 bits = floatBitsToUint(position), dither = floatBitsToUint(look_up_dither);
     uint seed = ratio_hash(bits.x ^ ratio_hash(bits.y ^ ratio_hash(bits.z ^ ratio_hash(light))));

@@ -1,5 +1,6 @@
 #version 460
-// Keeps the sums of a Fourier series that were drawn. Inputs: ends, sums. Output: words. Twin: reference::twin::fourier.
+// Packs the sums of a Fourier series that were drawn. Inputs: ends, sums. Output: words. Twin:
+// reference::twin::fourier.
 #include "technique/fourier/parts.glsl"
 #include "maps/sums/store_halves.glsl"
 #include "maps/sums/pack.glsl"

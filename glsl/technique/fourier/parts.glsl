@@ -1,4 +1,4 @@
-// What a segment adds to a texel's sums: its optical depth, then that times the mean cosine and the mean sine of each harmonic of the
+// A segment's contribution to a texel's sums: its optical depth, then that times the mean cosine and the mean sine of each harmonic of the
 // range, exact along the segment. Twin: reference::twin::fourier.
 #ifndef TECHNIQUE_FOURIER_PARTS_GLSL
 #define TECHNIQUE_FOURIER_PARTS_GLSL

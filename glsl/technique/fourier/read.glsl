@@ -1,4 +1,4 @@
-// Reads a texel's series: it says the optical depth, which is never taken for less than none or for more than all.
+// Reads a texel's series: its value is the optical depth, clamped to between 0 and the whole.
 #ifndef TECHNIQUE_FOURIER_READ_GLSL
 #define TECHNIQUE_FOURIER_READ_GLSL
 #include "maps/sums/read_halves.glsl"

@@ -1,5 +1,5 @@
-// Grid query look-up: what is left of light `light` at `position` of all casters and triangles on the way, each asked for itself: exact, up to
-// rounding. The grid only says which to ask. Source: ours; the way Amanatides and Woo 1987, triangles Woop et al. 2013.
+// Grid query look-up: how much of light `light` reaches `position`, past all casters and triangles on the way, each tested for itself:
+// exact, up to rounding. The grid only says which to test. Source: ours; the way Amanatides and Woo 1987, triangles Woop et al. 2013.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
@@ -48,7 +48,7 @@ float light_visibility(uint light, vec3 position) {
     look_up_meshes = 1.0;
     Light l = visibility_lights[light];
     vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
-    // What is no number has no voxel.
+    // NaN has no voxel.
     if (!(all(lessThan(abs(from), vec3(1e7))))) {
         return 1.0;
     }

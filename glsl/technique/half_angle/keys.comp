@@ -1,6 +1,6 @@
 #version 460
-// How far each caster's middle lies along the half vector of light and camera, as a whole number that orders as the distance does.
-// Source: Kniss et al. 2003; Green 2008. Inputs: maps, casters. Output: items, indices rising. Twin: reference::twin::half_angle::keys.
+// Sort keys: the distance of each caster's middle along the half vector of light and camera, as a whole number in the same order. Source:
+// Kniss et al. 2003; Green 2008. Inputs: maps, casters. Output: items, indices rising. Twin: reference::twin::half_angle::keys.
 #include "maps/extents.glsl"
 #include "maps/scene.glsl"
 

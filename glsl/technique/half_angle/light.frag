@@ -1,15 +1,15 @@
 #version 460
-// What a caster leaves of the light, blended by multiplication into the light's buffer. Source: Kniss et al. 2003; Green 2008. Cutting it off at
-// meshes is ours. Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light.
-// Invariant: order matters only as far as blending rounds, and primitives blend in drawing order.
+// Multiplies a caster's transmittance into the light's buffer. Source: Kniss et al. 2003; Green 2008. Cutting it off at meshes is ours.
+// Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light. Invariant: order matters only as
+// far as blending rounds, and primitives blend in drawing order.
 #define SPLAT_FRAGMENT
 #include "maps/opaque.glsl"
 #include "maps/splat.glsl"
 
 layout(location = 0) out float transmittance;
 
-// Whether what lies behind the first mesh on a texel's ray takes nothing: the buffer is what surfaces are lit by, and light that comes to one has
-// met nothing behind it.
+// Whether casters behind the first mesh on a texel's ray are left out: the buffer lights surfaces, and the light that reaches one has met
+// nothing behind it.
 CONSTANT(bool, ENDS_AT_MESHES, false)
 
 // Where the ray of a texel of the volume view meets the first mesh, as a depth in that view's range; both views look along the same rays.

@@ -1,8 +1,9 @@
 #version 460
-// Which points each light takes, a workgroup per light: each cluster that it may see has one, and more the more texels of the map and
-// the nearer to the viewer it is. Source: Ritschel et al. 2011 (what the view and the light see); the clusters are ours. Inputs:
-// lights, head, clusters. Output: taken. Invariant: whole numbers from the ranks on, so the same points each run; what a light takes
-// of a cluster is the beginning of one order, so that little changes where little moves. Twin: reference::twin::ism::adapt.
+// Chooses the points that each light takes, one workgroup per light: at least one from each cluster that it may see, and more from clusters
+// that cover more texels of its map or are nearer to the viewer. Source: Ritschel et al. 2011 (what the view and the light see); the
+// clusters are ours. Inputs: lights, head, clusters. Output: taken. Invariant: whole numbers from the ranks on, so the same points each
+// run; a light takes the first points of a cluster in a fixed order, so that little changes where little moves. Twin:
+// reference::twin::ism::adapt.
 #include "technique/ism/map.glsl"
 #include "technique/ism/splat.glsl"
 #include "technique/ism/adaptive.glsl"
@@ -34,7 +35,7 @@ shared uint run_firsts[16384u / RUN];
 shared uint best;
 shared uint first_more;
 
-// Ranks are eighths of octaves of texels, from 2^-8 on; 0 is what is not seen.
+// Ranks are eighths of octaves of texels, from 2^-8 on; 0: not seen.
 const uint RANKS = 128u;
 const uint RANK_SHIFT = 20u;
 const uint LOWEST_RANK = 951u;
@@ -42,12 +43,12 @@ const uint LOWEST_RANK = 951u;
 const uint LOWEST_RATE = 936u;
 const uint RATES = 97u;
 
-// What a slanted cluster counts for, at least, of what it would if it faced the light.
+// The least weight of a slanted cluster, of its weight if it faced the light.
 const float LEAST_FACING = 0.25;
-// What the farthest cluster from the eye counts for, of the nearest.
+// The weight of the farthest cluster from the eye, of the nearest one's.
 const float LEAST_NEAR = 0.25;
 
-// The rank of what a cluster is worth to a light.
+// A cluster's rank, by its weight for a light.
 uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     precise vec3 offset = cluster.middle - origin;
     precise float square = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
@@ -86,7 +87,7 @@ uint count_of(uint rank, uint rate) {
     return rank == 0u ? 0u : clamp(uint(min(worth * times, 64.0)), 1u, CLUSTER);
 }
 
-// Points that all clusters come to; those of rank `more` on at the next rate.
+// The number of points over all clusters; those of rank `more` and higher count at the next rate.
 uint total_of(uint rate, uint more) {
     uint total = 0u;
     for (uint rank = 1u; rank < RANKS; ++rank) {
@@ -122,7 +123,7 @@ void main() {
     }
     barrier();
     uint rate = best;
-    // What is left goes to the ranks that are worth most.
+    // The remaining points go to the highest ranks.
     if (rate + 1u < RATES && thread > 0u && total_of(rate, thread) <= points) {
         atomicMin(first_more, thread);
     }

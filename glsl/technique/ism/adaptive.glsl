@@ -1,5 +1,5 @@
-// Which points a light takes where their density follows what it sees. The pool stands in order along a curve over all triangles, so
-// that CLUSTER consecutive points lie next to each other. A light takes as many points of each cluster as the cluster is worth to
+// Which points a light takes where their density is adapted to its view. The pool stands in order along a curve over all triangles, so that
+// CLUSTER consecutive points lie next to each other. The number of points that a light takes from a cluster follows the cluster's rank for
 // it. Sources: Ritschel et al. 2011, Making imperfect shadow maps view-adaptive; the curve and the clusters are ours. Twin:
 // reference::twin::ism::adapt.
 #ifndef TECHNIQUE_ISM_ADAPTIVE_GLSL

@@ -1,4 +1,4 @@
-// What the passes share that fill maps. Twin: technique::ism::AtlasPush.
+// Shared by the passes that fill maps. Twin: technique::ism::AtlasPush.
 #ifndef TECHNIQUE_ISM_ATLAS_GLSL
 #define TECHNIQUE_ISM_ATLAS_GLSL
 #include "technique/ism/adaptive.glsl"
@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform AtlasPush {
     uint points;  // that each light takes
 };
 
-// What only reads says so first (`readonly`): a device need not let vertices write.
+// A shader that only reads defines it first (`readonly`): a device need not let vertices write.
 #ifndef ATLAS_ACCESS
 #define ATLAS_ACCESS
 #endif

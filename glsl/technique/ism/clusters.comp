@@ -1,6 +1,6 @@
 #version 460
-// What there is to know of each cluster of points, a workgroup each. Source: ours. Inputs: the pool. Output: clusters. Invariant: bounds
-// hold for every point of the cluster. Twin: reference::twin::ism::clusters.
+// Bounds, mean place and mean normal of each cluster of points, one workgroup per cluster. Source: ours. Inputs: the pool. Output:
+// clusters. Invariant: bounds hold for every point of the cluster. Twin: reference::twin::ism::clusters.
 #include "technique/ism/adaptive.glsl"
 
 layout(local_size_x = 64) in;

@@ -21,7 +21,8 @@ float drawn_distance(float depth, float radius) { return HALF_WAY * radius * dep
 
 uvec2 map_corner(uint map, uint size) { return uvec2(map % COLUMNS, map / COLUMNS) * size; }
 
-// Rays through the middles of texels alone meet what is drawn: it is wider than a disc, which a texel has as well that it comes near to.
+// A rasterizer only covers texels whose middles are inside, so the shape is drawn wider than the disc, which also covers texels that it
+// nearly reaches.
 const float WIDER = 1.2;
 
 // A point in the target: its middle and its radius, texels, and its depth. `offset`: from the light, world axes; `usual`: the radius

@@ -1,6 +1,6 @@
 #version 460
-// A workgroup per light: what technique/ism/tiled.comp does behind the points, on maps that stand in memory. Source: as technique/ism/fill.glsl. Inputs: head,
-// maps. Output: maps. Twin: reference::twin::ism::fill.
+// A workgroup per light: the last steps of technique/ism/tiled.comp, on maps that stand in memory. Source: as technique/ism/fill.glsl.
+// Inputs: head, maps. Output: maps. Twin: reference::twin::ism::fill.
 #include "technique/ism/atlas.glsl"
 
 CONSTANT(uint, THREADS, 128u)

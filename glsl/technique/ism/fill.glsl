@@ -1,7 +1,7 @@
-// What is done to a map once all points are in it: wide points come down to the finest level, and holes between points are filled by
-// pull-push, within the map. Threads of a workgroup do it together, on texels that the includer has: texel_get, texel_set and
-// texel_barrier. Sources: Ritschel et al. 2008, section 4.3 (pull-push); tested by the size of points, so that what is empty stays
-// empty. Twin: reference::twin::ism::fill.
+// Finishes a map once all points are in it: wide points come down to the finest level, and holes between points are filled by pull-push,
+// within the map. Threads of a workgroup do it together, on texels behind three functions of the includer: texel_get, texel_set and
+// texel_barrier. Sources: Ritschel et al. 2008, section 4.3 (pull-push); limited by the size of points, so that real gaps stay empty. Twin:
+// reference::twin::ism::fill.
 #ifndef TECHNIQUE_ISM_FILL_GLSL
 #define TECHNIQUE_ISM_FILL_GLSL
 #include "technique/ism/map.glsl"
@@ -9,14 +9,14 @@
 // Radii of a point that a hole is wide at most.
 const float WIDE = 8.0;
 
-// Distance to what is seen there; NOTHING as infinity.
+// Distance to the nearest point there; NOTHING counts as infinity.
 float level_get(uint level, ivec2 texel) { return uintBitsToFloat(texel_get(texel_index(level, texel))); }
 
 void level_set(uint level, ivec2 texel, float distance) {
     texel_set(texel_index(level, texel), floatBitsToUint(distance));
 }
 
-// What a texel of the level is wide at a distance of 1, world units.
+// Width of a texel of the level at a distance of 1, world units.
 float texel_wide(uint level, ivec2 texel) {
     vec2 place = texel_place(level, texel);
     precise float wide = 4.0 / ((1.0 + (place.x * place.x + place.y * place.y)) * float(level_side(level)));
@@ -34,12 +34,12 @@ void wide_down(uint thread, uint threads) {
     }
 }
 
-// More than three quarters of 16 neighbours have to be found: a hole has points on all sides, and what is beside a straight edge is
-// no hole.
+// More than three quarters of 16 neighbours have to be found: a hole has points on all sides, while a texel beside a straight edge is no
+// hole.
 const float SURROUNDED = 13.0;
 
-// The mean of what belongs together of four, if that is of weight `least`: what is farther than the nearest by at most a point's width
-// and a texel's, twice, as a surface is that the light sees at a slant. `wide`: texel_wide.
+// The mean of those of four distances that belong to one surface, if their weight is at least `least`: they are farther than the nearest by
+// at most twice a point's width and a texel's, as on a surface that the light sees at a slant. `wide`: texel_wide.
 float mean_of(vec4 distances, vec4 weights, float least, float wide, float radius) {
     float nearest = min(min(distances.x, distances.y), min(distances.z, distances.w));
     precise float last = nearest + 2.0 * (radius + wide * nearest);

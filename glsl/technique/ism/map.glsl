@@ -1,4 +1,4 @@
-// A light's map: a paraboloid over the half space that a virtual light shines into, a distance a texel, with smaller maps of it for
+// A light's map: a paraboloid over the half space that a virtual light shines into, a distance per texel, with smaller maps of it for
 // points that are wide in it. Sources: Brabec, Annen and Seidel 2002 (dual paraboloid mapping); the levels are ours. Twin:
 // reference::twin::ism::map.
 #ifndef TECHNIQUE_ISM_MAP_GLSL

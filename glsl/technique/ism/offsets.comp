@@ -1,6 +1,6 @@
 #version 460
-// The weight before each block, and of all. Source: none. Inputs and outputs: blocks, head. Invariant: as technique/ism/sums.comp. Twin:
-// reference::twin::ism::points.
+// Prefix sums of the blocks' weights, and their total. Source: none. Inputs and outputs: blocks, head. Invariant: as
+// technique/ism/sums.comp. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 

@@ -48,8 +48,8 @@ const uint HALVINGS = 20u;
 // How much longer than those before it a side has to be to be the one that is halved.
 const float LONGER = 1.01;
 
-// The place in a triangle at `weight` of the triangle's `wide`, on the curve that halves the longest side, then in each half the side
-// that it had before, and so on: what stands next to each other on it does so in the triangle. Sums of halves alone: exact.
+// The place in a triangle at `weight` of the triangle's `wide`, on the curve that halves the longest side, then in each half the side that
+// it had before, and so on: neighbours on it are neighbours in the triangle. Sums of halves alone: exact.
 vec2 place_at(Triangle triangle, uint weight, uint wide) {
     vec2 corners[3] = { vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(0.0, 1.0) };
     uint longest = 0u;

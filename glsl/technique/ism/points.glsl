@@ -9,7 +9,7 @@ struct IsmPoint {
     uint normal;  // see unpack_normal; the lowest bit says that the mesh is closed, and its normal looks outwards
 };
 
-// What the passes know of all points. Twin: technique::PointsData.
+// Totals over all points. Twin: technique::PointsData.
 struct IsmPoints {
     float scale;   // weight a unit of area: a power of two
     uint total;    // the weight of all triangles

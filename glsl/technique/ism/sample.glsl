@@ -1,4 +1,4 @@
-// What the passes share that put points on the meshes. Twin: technique::ism::SamplePush.
+// Shared by the passes that put points on the meshes. Twin: technique::ism::SamplePush.
 #ifndef TECHNIQUE_ISM_SAMPLE_GLSL
 #define TECHNIQUE_ISM_SAMPLE_GLSL
 #include "technique/ism/points.glsl"

@@ -1,6 +1,6 @@
 #version 460
-// The area of all triangles, and the power of two that makes a weight below 2^30 of it: from here on sums are of whole numbers.
-// Source: none. Inputs: areas of blocks. Output: head. Twin: reference::twin::ism::points.
+// The area of all triangles, and the power of two that scales it to a weight below 2^30: from here on sums are of whole numbers. Source:
+// none. Inputs: areas of blocks. Output: head. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 
@@ -9,7 +9,7 @@ const float COVER = 1.25;
 
 shared float parts[BLOCK];
 
-// 2^30 over the next power of two, which is at most 2^127 and at least 2^-96: what is less has no weight.
+// 2^30 over the next power of two, which is at most 2^127 and at least 2^-96: smaller areas have no weight.
 float scale_of(float area) {
     int exponent = int(floatBitsToUint(area) >> 23u) - 127;
     return uintBitsToFloat(uint(127 + 29 - clamp(exponent, -96, 127)) << 23u);

@@ -1,5 +1,5 @@
-// What a point leaves in a light's map: a disc, at the level on which it is at most 7 texels wide. Sources: Ritschel et al. 2008;
-// Tokuyoshi 2014 (which points are left out). Twin: reference::twin::ism::splat.
+// Splats a point into a light's map: as a disc, at the level on which it is at most 7 texels wide. Sources: Ritschel et al. 2008; Tokuyoshi
+// 2014 (which points are left out). Twin: reference::twin::ism::splat.
 #ifndef TECHNIQUE_ISM_SPLAT_GLSL
 #define TECHNIQUE_ISM_SPLAT_GLSL
 #include "technique/ism/map.glsl"
@@ -20,7 +20,7 @@ const float WIDEST = 3.0;
 const float BESIDE = 0.3;
 
 // How much farther than its point a plane may be in the point's own texel, texels, where its disc is narrower: as far as one that is seen
-// at 30° comes, on a map of 32 texels, from its point to the middle of the texel. So what is far stays flat as well.
+// at 30° comes, on a map of 32 texels, from its point to the middle of the texel. So far surfaces stay flat as well.
 const float DEEP = 1.5;
 
 // A box, along the world's axes, that a disc ends at.
@@ -32,8 +32,8 @@ struct Bounds {
 // Whether lights chose their points, whose discs end at bounds.
 CONSTANT(bool, ISM_ADAPTIVE, false)
 
-// How far a point may be from the middle of its own texel, texels across and down, to be there in any case where lights chose their
-// points: were all of them, what is narrower than a texel would be a texel wide or two.
+// How far a point may be from the middle of its own texel, texels across and down, to be splatted in any case, with adaptive points: if all
+// points were, shapes narrower than a texel would become one or two texels wide.
 const float OWN_NEAR = 0.3;
 
 struct Splat {
@@ -65,8 +65,8 @@ bool is_before(vec3 origin, vec3 forward, vec3 offset) {
     return before > far;
 }
 
-// Whether a point before the light's plane casts. Where near sides are left out what is closed turns its back on the light there: the far
-// side of things casts, as far from the light as can be. Source: Tokuyoshi 2014, Culling via DirectCompute.
+// Whether a point before the light's plane casts. Where near sides are left out, closed meshes cast by their far side, which lies as far
+// from the light as possible. Source: Tokuyoshi 2014, Culling via DirectCompute.
 bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
     vec3 along = ISM_SLIDE ? forward : offset;
     precise float away = normal.x * along.x + normal.y * along.y + normal.z * along.z;
@@ -143,7 +143,7 @@ uint own_distance(Splat splat) {
     return floatBitsToUint(along > 0.0 ? min(max(distance, splat.least), splat.most) : splat.distance);
 }
 
-// Whether a place, in the light's axes, is within what a disc ends at.
+// Whether a place, in the light's axes, is within the limits of a disc.
 bool in_bounds(Axes axes, Bounds bounds, vec3 place) {
     precise vec3 world = axes.right * place.x + axes.up * place.y + axes.forward * place.z;
     precise vec3 off = abs(world - bounds.middle);

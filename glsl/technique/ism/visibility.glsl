@@ -24,7 +24,7 @@ CONSTANT(uint, ISM_STRIDE, 4096u)
 // point in space.
 vec3 visibility_normal = vec3(0.0);
 
-// How much nearer to the light than a surface what shadows it has to be, texels: what rounding and the planes of points are off by.
+// How much nearer to the light than a surface its shadow's caster must be, texels: the error of rounding and of the points' planes.
 const float NEARER_TEXELS = 0.5;
 // The sine of the angle by which a surface has to turn away from the light to be dark for that alone.
 const float AWAY = 1e-4;
@@ -41,8 +41,8 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
 
 // The distance to the surface from the light, which lies `plane` before it, on the ray through the middle of a texel. It also covers the
 // texels of coarser maps about it on which points of the plane may be splatted: `along` is half of ahead in splat.glsl, which changes by at
-// most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. No farther than `distance`, where its point is: beyond, at a slant, its
-// plane lies behind whatever stands on it; and no nearer than half of it, as own_distance.
+// most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. It is clamped to at most `distance`, that of its point, since farther
+// out a slanted plane would lie behind things that stand on it; and to at least half of that, as in own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
     float least = distance;
     for (uint level = 0u; level_side(level) >= 4u; ++level) {
@@ -67,13 +67,13 @@ float light_visibility(uint light, vec3 position) {
     bool on_surface = dot(visibility_normal, visibility_normal) > 0.0;
     visibility_normal = vec3(0.0);
     float square = dot(offset, offset);
-    // Behind its plane it sends nothing, so that nothing stands in its way; what is no number is nowhere; nothing casts nothing.
+    // A light sends nothing behind its plane, so nothing is shadowed there; NaN has no place; without points nothing casts.
     if (!(offset.z > 0.0) || !(square < FARTHEST) || visibility_points.total == 0u) {
         return 1.0;
     }
     float distance = sqrt(square), plane = dot(normal, offset);
-    // What is closed and turns its back on the light shadows itself; for what is open, light is asked for on the
-    // light's side.
+    // A closed mesh shadows its sides that face away from the light; on an open mesh, the side towards the light is
+    // looked up.
     if (plane > AWAY * distance) {
         return 0.0;
     }

@@ -1,11 +1,11 @@
-// What a texel keeps: its range (maps/sums/range.glsl), then PLANES optical depths, each from the light to the end of a layer; the
-// last layer ends with the range, and what is behind gets its sum. Twin: reference::twin::layers.
+// The content of a texel: its range (maps/sums/range.glsl), then PLANES optical depths, each from the light to the end of a layer; the last
+// layer ends with the range, and points behind get its sum. Twin: reference::twin::layers.
 #ifndef TECHNIQUE_LAYERS_LAYERS_GLSL
 #define TECHNIQUE_LAYERS_LAYERS_GLSL
 #include "maps/sums/range.glsl"
 
 CONSTANT(uint, PLANES, 16u)      // optical depths of a texel
-CONSTANT(uint, SUM_STORAGE, 0u)  // what they are kept in: 0 32 bits, 1 a half float, 2 16 bits in units of DEEPEST / 65535
+CONSTANT(uint, SUM_STORAGE, 0u)  // their storage: 0: 32 bits, 1: half floats, 2: 16 bits in units of DEEPEST / 65535
 
 const uint STORAGE_F32 = 0u;
 const uint STORAGE_F16 = 1u;

@@ -1,4 +1,4 @@
-// What a segment adds to a texel's layers. Twin: reference::twin::layers.
+// A segment's contribution to a texel's layers. Twin: reference::twin::layers.
 #ifndef TECHNIQUE_LAYERS_PARTS_GLSL
 #define TECHNIQUE_LAYERS_PARTS_GLSL
 #include "technique/layers/layers.glsl"

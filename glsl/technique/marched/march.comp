@@ -1,12 +1,11 @@
 #version 460
-// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it. It keeps a sample where the transmittance departs, by
-// both thresholds, from what the extinction at the last sample predicts. Where there are more than WORK samples it removes the cheapest, in the end all
-// but NODES. A workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (what is kept); Salvi et al. 2010 (what
-// goes); Amanatides and Woo 1987 (the march); that it ends at voxels' sides, and not at even steps, is ours.
-// Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many rays meet any. Twin:
-// reference::twin::marched.
-// Invariants: samples stand on what the grid takes; the last has all that it takes, up to an optical depth of DARK; a tile of which
-// no ray meets any has no nodes where TILED is true.
+// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it. It keeps a sample where the transmittance
+// differs, by both thresholds, from a prediction by the extinction at the last sample. Where there are more than WORK samples it removes
+// those that change the curve least, in the end all but NODES. One workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine
+// 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are removed); Amanatides and Woo 1987 (the march); that it
+// ends at voxels' sides, and not at even steps, is ours. Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many
+// rays meet any. Twin: reference::twin::marched. Invariants: samples stand on what the grid takes; the last has all that it takes, up to an
+// optical depth of DARK; a tile of which no ray meets any has no nodes where TILED is true.
 #include "maps/scene.glsl"
 #include "grid/media.glsl"
 #include "maps/curve/tiled.glsl"
@@ -26,7 +25,7 @@ layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
-// By how much of the light, and by what share of what is left, a transmittance may be off before a sample is kept.
+// Errors of a transmittance before a sample is kept: as a share of all light, and of the light that is left.
 CONSTANT(float, ABSOLUTE_ERROR, 0.0)
 CONSTANT(float, RELATIVE_ERROR, 0.05)
 
@@ -74,7 +73,8 @@ float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// All of the ray that is in the grid: a voxel reaches farther than what is in it, and what stands in front of the range or behind it counts at its end.
+// All of the ray that is in the grid: a voxel reaches farther than the casters in it, and parts in front of the range or behind it count at
+// its ends.
 void march_ray(View view, uvec2 texel) {
     View about = view;
     about.origin -= grid.origin;

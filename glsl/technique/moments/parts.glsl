@@ -1,4 +1,4 @@
-// What a segment adds to a texel's sums: its optical depth, then that times the mean of each function along it, exactly. Twin:
+// A segment's contribution to a texel's sums: its optical depth, then that times the mean of each function along it, exactly. Twin:
 // reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_PARTS_GLSL
 #define TECHNIQUE_MOMENTS_PARTS_GLSL
@@ -6,7 +6,7 @@
 #include "maps/sums/halves.glsl"
 
 CONSTANT(uint, MOMENTS, 4u)            // sums of a texel besides its optical depth
-CONSTANT(bool, TRIGONOMETRIC, false)  // of cosines and sines, half as many of each; else of Chebyshev polynomials, which say what powers do
+CONSTANT(bool, TRIGONOMETRIC, false)  // of cosines and sines, half as many of each; else of Chebyshev polynomials, which carry the same as powers
 
 const uint SUMS = MOMENTS + 1u;
 

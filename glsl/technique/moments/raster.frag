@@ -1,5 +1,5 @@
 #version 460
-// What a caster adds to each moment. Source: as binned.comp. Inputs: maps, casters, ends. Outputs: sums. Twin: reference::twin::moments.
+// Adds a caster to each moment. Source: as binned.comp. Inputs: maps, casters, ends. Outputs: sums. Twin: reference::twin::moments.
 // Invariant: as maps/sums/raster.glsl.
 // variants: TARGETS 1 2 4 8
 #include "technique/moments/parts.glsl"

@@ -1,4 +1,4 @@
-// Reads a texel's moments: what is left of the light is between the sharpest bounds that they have.
+// Reads a texel's moments: the transmittance is taken between the sharpest bounds that follow from them.
 #ifndef TECHNIQUE_MOMENTS_READ_GLSL
 #define TECHNIQUE_MOMENTS_READ_GLSL
 #include "maps/sums/read.glsl"
@@ -7,7 +7,7 @@
 // By how much the moments are drawn to those of an even distribution, so that rounding leaves them moments of something.
 const float BIAS = MOMENTS == 8u || SUM_STORAGE != STORAGE_F32 ? 3e-4 : 3e-5;
 
-// What takes less light is spread evenly: its moments are mostly rounding.
+// A smaller optical depth is spread evenly: its moments are mostly rounding.
 const float THIN = 2e-3;
 
 uint texel_words() { return range_words() + moment_words(); }

@@ -8,7 +8,7 @@ const uint MOST_ROOTS = 4u;
 // Laguerre's steps to a root.
 const uint ROUNDS = 5u;
 
-// What is nearer to 0 is taken for it.
+// Values nearer to 0 count as 0.
 const float LEAST_ROOT = 1e-6;
 
 // The largest root of u^n + all[0] u^(n-1) + … where none is farther from 0 than 1: Laguerre's method from above, which never passes it.
@@ -30,7 +30,7 @@ float largest_root(float all[MOST_ROOTS], uint n) {
     return u;
 }
 
-// All roots of u^n + …, those far from 0 first, so that what is left of the polynomial is right near 0; n is at least 2.
+// All roots of u^n + …, those far from 0 first, so that the deflated polynomial is accurate near 0; n is at least 2.
 void real_roots(float all[MOST_ROOTS], uint n, out float roots[MOST_ROOTS]) {
     for (uint i = 0u; i < MOST_ROOTS; ++i) {
         roots[i] = 0.0;
@@ -49,7 +49,7 @@ void real_roots(float all[MOST_ROOTS], uint n, out float roots[MOST_ROOTS]) {
         }
         float root = largest_root(all, degree), carried = 0.0;
         roots[n - degree] = unit * root;
-        // Divided by what has that root, from the end.
+        // Deflation: the polynomial divided by (u − root), from the last coefficient on.
         for (uint k = degree - 1u; k > 0u; --k) {
             carried = root > 0.0 ? (carried - all[k]) / root : 0.0;
             all[k] = carried;

@@ -1,12 +1,12 @@
-// How much of a ray's optical depth lies before a place, from its moments: among all distributions that have them, the one on fewest
-// places with one at that place gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial; what each
-// weighs is one over a sum of squares, so that no bound leaves 0 to 1 however it is rounded. Twin: reference::twin::moments.
+// How much of a ray's optical depth lies before a place, from its moments: among all distributions that have them, the one on fewest places
+// with one at that place gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial; the weight of each is
+// one over a sum of squares, so that bounds stay within 0 to 1 whatever rounding does. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_SHARE_GLSL
 #define TECHNIQUE_MOMENTS_SHARE_GLSL
 #include "technique/moments/parts.glsl"
 #include "technique/moments/roots.glsl"
 
-CONSTANT(float, OVERESTIMATION, 0.45)  // of what the upper bound has more than the lower, how much is taken
+CONSTANT(float, OVERESTIMATION, 0.45)  // 0: the lower bound, 1: the upper
 
 // How many roots.
 const uint DEGREE = MOMENTS / 2u;
@@ -20,7 +20,7 @@ const float SAME = 1e-6;
 const uint MOST = MOST_ROOTS + 1u;
 const uint MOST_MEANS = 2u * MOST_ROOTS + 1u;
 
-// What function i of half the order on the circle has: twice its order, and whether it is a sine.
+// Function i of half the order on the circle: twice its order, and whether it is a sine.
 uvec2 half_function(uint i) {
     return DEGREE % 2u == 1u ? uvec2(1u + 2u * (i / 2u), i % 2u)
                              : uvec2(2u * ((i + 1u) / 2u), i > 0u && i % 2u == 0u ? 1u : 0u);
@@ -153,8 +153,8 @@ float moments_share(float means[MOST_MEANS], float place) {
     vec2 here = TRIGONOMETRIC ? cis(0.5 * ARC * place) : vec2(2.0 * place - 1.0, 1.0);
     half_functions(here, c);
     solve(lower, c);
-    // Places of the distribution are at right angles to one another; where rounding makes two of one, they share what they weigh. Each
-    // has its direction, and what is 1 along it.
+    // Places of the distribution are at right angles to one another; where rounding makes two places of one, they share its weight. Each
+    // has its direction, and a factor that makes it 1 along that.
     float directions[MOST * MOST], ones[MOST];
     float own = 1.0 / max(square_of(c), LEAST_PIVOT);
     for (uint k = 0u; k <= DEGREE; ++k) {

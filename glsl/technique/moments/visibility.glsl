@@ -1,7 +1,6 @@
-// Moments look-up: how much of light `light` reaches `position`, 0 to 1: between the sharpest bounds that the moments of each texel's
-// optical depth have; all of the light before its range, and what all casters leave behind it. Source: Münstermann, Krumpen, Klein and
-// Peters 2018, Moment-Based Order-Independent Transparency.
-// Bindings 0 to 2: maps/look_up_set.glsl. Then
+// Moments look-up: how much of light `light` reaches `position`, 0 to 1: between the sharpest bounds that follow from the moments of the
+// texel's optical depth; all light in front of the texel's range, and behind it the transmittance of all casters. Source: Münstermann,
+// Krumpen, Klein and Peters 2018, Moment-Based Order-Independent Transparency. Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  texels, map after map, rows of texels: the range (maps/sums/range.glsl), the optical depth, then MOMENTS sums as they are,
 //              or their means, SNORM, two to a word; then those of coarser levels, as maps/level_place.glsl says
 // Specialization constants MOMENTS, TRIGONOMETRIC, SUM_RANGE, SUM_STORAGE and LEVELS as the texels were made.

@@ -1,6 +1,7 @@
 #version 460
-// The optical depth from each cell's middle to each light, through a density grid. WAY_PARTS threads per cell, each a part of the way. Source: Schneider 2023 (Nubis³).
-// Inputs: lights, the grid, its media. Output: depths, of cells that stand where `place` says. Twin: reference::twin::optical_depth_grid.
+// Bakes the optical depth from each cell's middle to each light, through a density grid. WAY_PARTS threads per cell, each a part of the
+// way. Source: Schneider 2023 (Nubis³). Inputs: lights, the grid, its media. Output: depths, of cells that stand where `place` says. Twin:
+// reference::twin::optical_depth_grid.
 layout(local_size_x = 64) in;
 #include "grid/media.glsl"
 #include "grid/way.glsl"
@@ -23,10 +24,10 @@ layout(set = 0, binding = 5, scalar) writeonly buffer BakeDepths { float depths[
 CONSTANT(uint, GRID_SIZE, 64u)
 CONSTANT(uint, CELLS, 64u)
 
-// Threads that share a cell's way, each an equal part of what of it is in the grid: 1, 2, 4 or 8.
+// Threads that share a cell's way through the grid, each an equal part: 1, 2, 4 or 8.
 CONSTANT(uint, WAY_PARTS, 1u)
 
-// What each thread's part has taken.
+// The optical depth of each thread's part.
 shared float taken[64];
 
 // Voxels take the same in each direction.

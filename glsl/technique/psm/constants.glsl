@@ -5,7 +5,7 @@
 
 CONSTANT(uint, SLICES, 256u)   // of a volume; divisible by 4
 CONSTANT(bool, SPLIT, false)     // a caster is shared by the two slices about its centre
-CONSTANT(bool, ADDITIVE, false)  // optical depths are added, and what is lost of the light is kept
+CONSTANT(bool, ADDITIVE, false)  // optical depths are added, and the volume holds lost light, 1 − transmittance
 CONSTANT(uint, LAYERS, 64u)      // of a map: SLICES / 4, and one more for COVERAGE_VIEWPORT
 CONSTANT(uint, COVERAGE, 0u)
 

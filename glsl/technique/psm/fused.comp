@@ -1,11 +1,8 @@
 #version 460
-// Builds the rays of half a tile, ROWS rows of 8 texels after the other, in any order of the casters: adds up their optical depth
-// in the slices and writes what is left of the light behind each slice once. No clear, no blending, no propagation. For a tile
-// without casters, one workgroup writes all.
-// Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel
-// of it.
-// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
-// Source: ours. Twin: reference::twin::psm::fused.
+// Builds the rays of half a tile, ROWS rows of 8 texels at a time, with casters in any order: adds up their optical depth in the slices and
+// writes the transmittance behind each slice once. No clear, no blending, no propagation. For a tile without casters, one workgroup writes
+// all. Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it. Invariant: sums are of whole numbers, so
+// the result depends only on the casters, not on the order they come in. Source: ours. Twin: reference::twin::psm::fused.
 
 // variants: BITS 8 16
 #include "maps/bins/part.glsl"
@@ -17,7 +14,7 @@
 // A multiple of TEXELS: up to 256, so that a processor has several workgroups at a time; TEXELS where threads do not run at the
 // same time anyway.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: what is read of a specialized workgroup size is no constant to every tool.
+// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 256u)
 // Casters that stand in shared memory at the same time, in the view's axes, fewer than THREADS, without those that miss the
 // rows. 0: each is fetched by the thread that looks at it.
@@ -99,7 +96,7 @@ void add_units(uint texel, Place place, float units, float scale) {
     }
 }
 
-// Adds what a caster, in the view's axes, takes of the ray of a texel.
+// Adds the optical depth of a caster, in the view's axes, on the ray of a texel.
 void add_caster(View view, Ray ray, float ray_length, uint texel, Caster caster, Place place, float scale) {
     vec2 z;
     float optical_depth;
@@ -188,8 +185,9 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     barrier();
 }
 
-// Units an optical depth of 1: as fine as it gets without a sum passing 32 bits. Few casters may each take 2⁴, DARK, and
-// with SPLIT twice; what many may take is added up. Writes to the slices; all threads call it alike.
+// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. A few casters may each have
+// 2⁴, DARK, and with SPLIT twice that; the bounds of many are added up. Writes to the slices; all threads call it
+// alike.
 float part_scale(TilePart part) {
     if (part.count < MANY) {
         return exp2(float(min(22, (SPLIT ? 26 : 27) - findMSB(part.count))));
@@ -210,7 +208,7 @@ float part_scale(TilePart part) {
     return scale;
 }
 
-// Writes what is left of the light behind each slice of the thread's run of a texel. All threads call it alike.
+// Writes the transmittance behind each slice of the thread's run of a texel. All threads call it alike.
 void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     uint begin = min(run * RUN, SLICES), end = min(begin + RUN, SLICES);
     // The sum of each run stands where its last slice was; then that of the runs before it.
@@ -266,7 +264,7 @@ bool unlisted_part(out TilePart part) {
 void main() {
     TilePart part;
     bool listed = room == 0u, built = listed ? listed_part(part) : unlisted_part(part);
-    // Without waiting for what says whether there is anything to build.
+    // Before it is known whether there is anything to build, to save a wait.
     uint map = !listed ? gl_WorkGroupID.z : built ? part_map(part) : 0u;
     View view = maps[map].volume;
     if (!built) {
@@ -290,7 +288,7 @@ void main() {
         }
         add_casters(view, part, corner + down, row > 0u && part.count <= BATCH, scale);
         write_run(view, map, texel + down, t, run, unit);
-        // Who still reads sums is waited for.
+        // Threads that still read sums are waited for.
         barrier();
     }
     end_part(part);

@@ -1,9 +1,9 @@
 #version 460
-// Turns what each slice leaves of the light into what is left behind it: the running product along each ray, in place, one
-// thread per ray. Source: Bavoil and Jansen 2013, Step 3 and Coverage Optimization. Inputs: maps, counts of the bins (COVERAGE_TILES). In and out: volume.
-// Invariants: the product runs in float, so that rounding does not add up; rays whose 8×8 neighbours meet no caster are left
-// as they were cleared, which means all of the light. With ADDITIVE what is lost of the light is kept, for the same reason.
-// Twin: reference::twin::psm::propagate.
+// Turns each slice's transmittance into the light that is left behind it: the running product along each ray, in place, one thread per ray.
+// Source: Bavoil and Jansen 2013, Step 3 and Coverage Optimization. Inputs: maps, counts of the bins (COVERAGE_TILES). In and out: volume.
+// Invariants: the product runs in float, so that rounding does not add up; rays whose 8×8 neighbours meet no caster are left as they were
+// cleared, which means all of the light. With ADDITIVE what is lost of the light is kept, for the same reason. Twin:
+// reference::twin::psm::propagate.
 #extension GL_EXT_control_flow_attributes : require
 // variants: BITS 8 16
 #include "maps/scene.glsl"
@@ -33,7 +33,7 @@ bool covered(uint map) {
 // Layers that are read before the first of them is written: a ray's reads would otherwise wait for its writes one by one.
 const uint AHEAD = 8u;
 
-// From what each of four slices leaves to what is left behind it.
+// From the transmittances of four slices to those behind each of them.
 vec4 propagated(vec4 slices, float before) {
     if (ADDITIVE) {
         slices.x += before;

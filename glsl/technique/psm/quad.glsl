@@ -1,5 +1,5 @@
-// The quads that a caster is drawn as: one over its slice's layer; with SPLIT one over the next slice's where that is
-// another; with COVERAGE_VIEWPORT one over the coverage, which has a texel for 8×8 rays.
+// The quads that a caster is drawn as: one in its slice's layer; with SPLIT one in the next slice's layer where that is
+// another; with COVERAGE_VIEWPORT one in the coverage image, which has a texel for 8×8 rays.
 #ifndef TECHNIQUE_PSM_QUAD_GLSL
 #define TECHNIQUE_PSM_QUAD_GLSL
 #include "technique/psm/place.glsl"

@@ -1,8 +1,7 @@
 #version 460
-// Draws casters into their slices; this shader chooses the layer (route=vertex). Six vertices a quad, quad_count() quads
-// a caster. Source: Bavoil and Jansen 2013, which needs a geometry shader.
-// Inputs: maps, casters. Outputs: position, layer, viewport, the caster in the view's axes.
-// Invariant: the same bytes as voxelize.geom.
+// Draws casters into their slices; this shader chooses the layer (route=vertex). Six vertices per quad, quad_count()
+// quads per caster. Source: Bavoil and Jansen 2013, which needs a geometry shader. Inputs: maps, casters. Outputs:
+// position, layer, viewport, the caster in the view's axes. Invariant: the same bytes as voxelize.geom.
 #extension GL_ARB_shader_viewport_layer_array : require
 #include "maps/scene.glsl"
 #include "technique/psm/push.glsl"
@@ -21,7 +20,7 @@ void main() {
     Caster caster = casters[index / quad_count()];
     Quad quad;
     bool drawn = caster_quad(view, map, caster, index % quad_count(), quad);
-    // Once a vertex what each fragment would do.
+    // Done once per vertex, not once per fragment.
     caster = view_caster(view, caster);
     ball = vec4(caster.position, caster.radius);
     rest = vec4(caster.axis, caster.density);

@@ -1,15 +1,14 @@
-// Ray query look-up: how much of light `light` reaches `position`: nothing where a mesh stands between, else what all smoke and hair on the
-// way leave, whose boxes the ray meets in any order. Source: VK_KHR_ray_query.
-// A point comes rounded, and lies on either side of the surface that it is meant to lie on; how far along its ray it meets
-// that surface again has no bound when the ray is nearly in the surface. So a triangle whose plane passes the point as
-// closely as it may have been rounded does not count, at whatever distance the ray meets it: what is flat does not shadow
-// itself at any angle. Nor does what is so near along the ray.
+// Ray query look-up: how much of light `light` reaches `position`: 0 where a mesh stands between, else the transmittance of all smoke and
+// hair on the way, whose boxes the ray meets in any order. Source: VK_KHR_ray_query. A point comes rounded, and lies on either side of the
+// surface that it is meant to lie on; how far along its ray it meets that surface again has no bound when the ray is nearly in the surface.
+// So a triangle whose plane passes the point as closely as it may have been rounded does not count, at whatever distance the ray meets it:
+// what is flat does not shadow itself at any angle. Nor does what is so near along the ray.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  an instance of all triangles; the index of a primitive is its place in
+//   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place in
 //   binding 2  triangles (world/triangle.glsl)
 //   binding 3  the largest coordinate of the meshes, either sign
-//   binding 4  an instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
+//   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
 //   binding 5  casters (world/caster.glsl)
 // flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS
 #extension GL_EXT_ray_query : require

@@ -1,14 +1,14 @@
-// Shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Sources: Williams 1978; Reeves, Salesin and
-// Cook 1987 (percentage closer filtering). Twin: reference::twin::shadow_map.
-// The texel that the point's ray goes through and those about it, PCF a side: each is compared by itself, of a surface with the
-// surface's plane there, and all count the same. A wide filter fetches four at once.
+// Shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Sources: Williams 1978; Reeves, Salesin and Cook 1987
+// (percentage closer filtering). Twin: reference::twin::shadow_map. A square of PCF × PCF texels about the point's ray is compared, each
+// texel by itself, on a surface with the depth of the surface's plane at that texel; all have the same weight. A wide filter fetches four
+// texels at once.
 //
-// Bindings 0 to 2: maps/look_up_set.glsl. The specialization constant PCF is what the map was made for.
+// Bindings 0 to 2: maps/look_up_set.glsl. The specialization constant PCF must be the one that the map was made for.
 // flat: bindings 40, constants 80: PCF GATHERS NORMAL_BIAS CASCADES CASCADE_MAPS
 #include "maps/look_up_set.glsl"
 #include "maps/opaque.glsl"
 
-// Texels a side that are compared.
+// Texels per side that are compared.
 CONSTANT(uint, PCF, 1u)
 
 // Whether texels are gathered, four in a fetch, and not fetched one by one.
@@ -40,7 +40,8 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     if (l.has_opaque == 0u) {
         return position;
     }
-    // A texel farther from the side than it is asked: where it comes to another map, that is a finer one.
+    // One texel more margin than in the look-up itself: if the moved point falls into another map then, that is a finer
+    // one.
     return opaque_receiver(look_up_maps[map_about(l, position, 0.5 * float(PCF) + 2.0)].opaque, position, normal);
 }
 

@@ -1,12 +1,13 @@
-// Which samples of a texel a caster takes, and at which depth: each sample is a ray of its own that ends where it first meets
-// something, and knows nothing but that depth, as bits, which order as depths do. Sources: Enderton et al. 2010 (samples; the nearest
-// survivor); free flights instead of one alpha a caster: ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the
-// hash: O'Neill 2014 (PCG), Jarzynski and Olano 2020. Twin: reference::twin::stochastic.
+// Which samples of a texel end at a caster, and at which depth: each sample is a ray of its own that ends where it first meets something,
+// and knows nothing but that depth, as bits, which order as depths do. Sources: Enderton et al. 2010 (samples; the nearest survivor); free
+// flights instead of one alpha per caster: ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the hash: O'Neill 2014 (PCG),
+// Jarzynski and Olano 2020. Twin: reference::twin::stochastic.
 #ifndef TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #define TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #include "technique/stochastic/place.glsl"
 
-// 0: each sample flies freely through each caster. 1: what the texel's noise says of a caster's alpha, as engines do.
+// 0: each sample flies freely through each caster. 1: the texel's noise is compared with a caster's alpha, as in
+// engines.
 CONSTANT(uint, SAMPLING, 0u)
 
 const uint SAMPLING_HASH = 1u;
@@ -26,8 +27,8 @@ float stochastic_share(uint bits) {
     return share;
 }
 
-// What a texel draws by, the same in each map, so that a light has the same noise whichever others there are; `number` of a caster what is
-// drawn of it there.
+// A texel's seed, the same in each map, so that a light's noise does not depend on other lights; with `number`, of a caster's random
+// numbers there.
 uint texel_key(uvec2 texel) { return stochastic_hash(stochastic_hash(texel.y) ^ texel.x); }
 uint caster_key(uint of_texel, uint number) { return stochastic_hash(of_texel ^ stochastic_hash(number)); }
 
@@ -40,11 +41,11 @@ float gradient_noise(uvec2 texel) {
 
 uint depth_bits(float depth) { return floatBitsToUint(abs(max(depth, 0.0))); }
 
-// What a pass does with a sample that ends at a depth: it defines it.
+// Called for a sample that ends at a depth: each pass defines it.
 void keep_sample(uint place, uint bits);
 
-// Each sample flies on by itself; where all rays of a texel are laid end to end, a flight that leaves one goes on in the next, since what
-// it has flown tells nothing of what is ahead. So there is as much to do as there are samples that end. `first`: of the texel's samples.
+// Each sample flies on by itself. The rays of a texel are laid end to end: a flight that leaves one ray goes on in the next, which is
+// allowed since free flight has no memory. So the work is proportional to the samples that end. `first`: of the texel's samples.
 void fly(uint key, uint first, vec2 depth, float optical_depth) {
     uint i = 0u;
     while (i < SAMPLES) {

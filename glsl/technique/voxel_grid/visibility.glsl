@@ -1,5 +1,6 @@
-// Voxel grid look-up: 1 where no voxel between `position` and light `light` is occupied, no cell of its mask, or no triangle of its list, else 0. Sources: Pestana
-// 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins: reference::twin::grid::Bits, reference::twin::masks::Masks.
+// Voxel grid look-up: 0 where an occupied voxel lies between `position` and light `light` (with CELL an occupied cell of its mask, or a
+// triangle of its list), else 1. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins:
+// reference::twin::grid::Bits, reference::twin::masks::Masks.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
@@ -58,24 +59,24 @@ CONSTANT(bool, MEDIA, false)
 CONSTANT(bool, CONE, false)
 // How much its radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
-// What a receiver is moved by along its ray, once it is off its surface, in cells.
+// How far a receiver is moved along its ray, once it is off its surface, in cells.
 CONSTANT(float, BIAS, 2.0)
 
-// What a receiver is moved by more than its cells reach, in cells.
+// How far a receiver is moved beyond the reach of its cells, in cells.
 const float RECEIVER_MARGIN = 1e-3;
 
 // A cell's side, world units.
 float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
 
-// A point of a surface leaves the cells that the surface occupies along its normal: as far as a cell reaches along it, so that
-// the cell that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
-// its own, and begins half as far again. Where triangles are tested, a virtual light leaves its own by rounding.
+// Moves a point of a surface along its normal out of the cells that the surface occupies, by a cell's extent along the normal: the cell
+// there lies beyond the surface, and so do all cells that a ray away from it enters. A cone also reads the voxels beside its own, and is
+// moved half as far again. Where triangles are tested, a virtual light is moved off its own triangle by the rounding alone.
 vec3 off_the_surface(vec3 position, vec3 normal) {
     float cells = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
     return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));
 }
 
-// What a receiver is moved by along a way, as a share of it.
+// How far a receiver is moved along a way, as a share of it.
 float share_along(vec3 way) { return min(1.0, BIAS * cell_side() / max(length(way), 1e-30)); }
 
 // Where a ray to a light ends. A virtual light stands on a surface, and is asked for off it as receivers are.
@@ -87,7 +88,8 @@ vec3 light_end(Light l) {
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = visibility_lights[light];
     vec3 end = light_end(l), towards = l.kind == LIGHT_DIRECTIONAL ? -l.direction : end - position;
-    // What looks away from the light is closed, and dark: its own voxel says so, and what is beside it does not. Triangles know their own.
+    // A point of a closed mesh that faces away from the light is dark. It is looked up in its own voxel, which says so; the voxel beside it
+    // may be empty. Lists of triangles need no such care.
     if (CELL == CELL_TRIANGLES || !CONE && dot(normal, towards) <= 0.0) {
         return position;
     }
@@ -109,7 +111,7 @@ float light_visibility(uint light, vec3 position) {
     look_up_meshes = 1.0;
     Light l = visibility_lights[light];
     vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
-    // What is no number has no voxel.
+    // NaN has no voxel.
     if (!(all(lessThan(abs(from), vec3(1e7))))) {
         return 1.0;
     }

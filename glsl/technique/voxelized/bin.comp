@@ -1,8 +1,8 @@
 #version 460
-// Counts the triangles that each bin of columns may meet, or writes them down. One thread per triangle; those that meet many
-// bins are listed, and in the variants of LARGE a workgroup takes each. Source: ours. Inputs: projected. Outputs: values from
-// `at` on, the list of large ones, entries. Twin: reference::twin::voxelized::columns, which has no bins.
-// The order within a bin is any: what follows does not depend on it.
+// Counts the triangles that may meet each bin of columns, or lists them. One thread per triangle; those that meet many bins are listed, and
+// in the variants of LARGE a workgroup takes each. Source: ours. Inputs: projected. Outputs: values from `at` on, the list of large ones,
+// entries. Twin: reference::twin::voxelized::columns, which has no bins. Entries of a bin come in any order: later passes do not depend on
+// it.
 // variants: STEP 0 1 2 3
 #define PLACE (STEP >= 2)
 #define LARGE (STEP == 1 || STEP == 3)
@@ -37,7 +37,8 @@ void main() {
             for (uint b = gl_LocalInvocationIndex; b < met; b += 64u) {
                 uvec2 at_bin = uvec2(first) + uvec2(b % columns_met, b / columns_met);
                 Facet facet;
-                // The box of what is long and slanted is nearly empty. A bin is a block.
+                // The bounding box of a long, slanted triangle is nearly empty, so the triangle itself is tested. A bin
+                // is a block.
                 if (facet_at(i, uvec2(tile_x, tile_y) + BIN_COLUMNS * at_bin, CONSERVATIVE, facet)) {
                     meet(i, at_bin.y * across + at_bin.x);
                 }

@@ -1,4 +1,4 @@
-// What the passes of a bake share: buffers, what is pushed, counts. Twins: technique::voxelized::buffers, reference::twin::voxelized.
+// Shared by the passes of a bake: buffers, push constants, counts. Twins: technique::voxelized::buffers, reference::twin::voxelized.
 //
 // Blocks are squares of columns, `side` voxels wide; for each, `ranges` has the least exit and the greatest entry of its
 // columns: a voxel in front of every exit may be lit, one behind every entry may be shadowed. So a block's nodes that need
@@ -29,7 +29,7 @@ layout(push_constant, scalar) uniform BuildPush {
     uint node_capacity;
     uint at;               // where the level's blocks are in `values` and `ranges`
     uint child_at;         // of the level below
-    uint child_stride;     // nodes a block of it has room for; 0: they are numbered by `values`
+    uint child_stride;     // nodes that each of its blocks has room for; 0: they are numbered by `values`
     uint slots_at;
     uint child_slots_at;
     uint rank_at;          // where the ranks of this level's nodes are in `values`
@@ -74,11 +74,11 @@ layout(set = 0, binding = 0, scalar) buffer BuildState {
     uint words;          // of `data`, all trees so far
     uint entry_capacity;
     uint large_capacity;
-    uint pieces;         // of the light's triangles, beside the first of each: what its pyramid cuts off leaves more than three corners
-    uint moves_wide;     // what moved meets more blocks than it marks: as WHOLE
+    uint pieces;         // further pieces of the light's triangles, where clipping by its pyramid leaves more than three corners
+    uint moves_wide;     // moved triangles meet more blocks than can be marked: as WHOLE
     uint found;          // blocks whose columns were found in this bake, of all trees
     uint piece_capacity;
-    uint failed;         // something had no room: what follows would read what nobody has written, and stands aside
+    uint failed;         // a buffer was too small: later passes would read unwritten data, and do nothing
 };
 layout(set = 0, binding = 1, scalar) buffer BuildRanges { uvec2 ranges[]; };      // x: least exit, y: greatest entry
 layout(set = 0, binding = 2, scalar) buffer BuildValues { uint values[]; };       // counts, then their sums before each
@@ -110,7 +110,7 @@ uint node_words() { return level == 0u ? LEAF_WORDS : NODE_WORDS; }
 // Voxels per side of a node of that level; for a leaf, its thickness.
 uint level_side(uint of_level) { return 4u << of_level; }
 
-// What stands before value i, after a scan of all.
+// The sum before value i, after a scan of all.
 uint before(uint i) { return values[i] + sums[i / SCANNED]; }
 
 // Children that a mask says there are.

@@ -1,12 +1,11 @@
 #version 460
-// Where each column of voxels enters the first thing and leaves it, the least exit and the greatest entry of each block of 8 × 8
-// columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of something
-// closed, it leaves where as many faces have been left as entered, so that closed things that overlap are one; between the two
-// voxels are free. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an open
-// surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
-// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values
-// (nodes of each block), columns.
-// Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
+// Finds where each column of voxels enters the first mesh and leaves it, the least exit and the greatest entry of each block of 8 × 8
+// columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of a closed mesh, the
+// column leaves it where as many faces have been left as entered, so that closed meshes that overlap are one; voxels between the two are
+// free to count as lit or shadowed. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an
+// open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
+// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values (nodes of
+// each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
@@ -140,7 +139,8 @@ void main() {
                 }
             }
         }
-        // Left where it was thought to be; else perhaps at the next back, or never: a ground has no back.
+        // Round 0 tests the exit that was guessed. If the column is still inside there, later rounds try the next back
+        // faces; a ground has none.
         open = round == 0u ? enters <= 0 : open;
         if (searching) {
             bool left = round == 0u ? open : inside <= 0;
@@ -175,8 +175,8 @@ void main() {
         open = open || touched < FARTHEST;
         nearest = min(nearest, touched);
     }
-    // What is entered in a voxel is lit in all of it, and what is left in a voxel is behind it: where the thing is thick
-    // enough for both, nothing is rounded.
+    // An entry's voxel counts as lit, and an exit's voxel as inside: where the mesh is thick enough for both, nothing
+    // is rounded.
     float size = float(trees[light].size);
     float middle = clamp(floor(nearest + 0.5), 0.0, size);
     float entry = clamp(ceil(nearest), 0.0, size), exit = clamp(floor(leaves), 0.0, size);
@@ -200,7 +200,7 @@ void main() {
         // so on; each where its z has the most trailing zeros, so that blocks meet at the same ones.
         bool placed = false;
         for (uint turn = 0u; turn < 64u; ++turn) {
-            // What the turn before has read is not read any more.
+            // The values of the turn before are no longer read.
             uint now = turn & 1u;
             if (!placed) {
                 atomicMin(first_exit[now], range.y);

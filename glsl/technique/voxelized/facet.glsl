@@ -1,5 +1,5 @@
-// A triangle as an 8 × 8 block of columns sees it: three edges in whole numbers, and the plane of its depths. Source: ours, after
-// Pineda 1988. Twin: reference::twin::voxelized::Facet.
+// A triangle over an 8 × 8 block of columns: three edges in whole numbers, and the plane of its depths. Source: ours, after Pineda 1988.
+// Twin: reference::twin::voxelized::Facet.
 #ifndef TECHNIQUE_VOXELIZED_FACET_GLSL
 #define TECHNIQUE_VOXELIZED_FACET_GLSL
 
@@ -15,7 +15,7 @@ struct Plane {
 
 struct Facet {
     ivec3 edge;   // at the block's first column: not negative inside
-    ivec3 right;  // what a column to the right adds
+    ivec3 right;  // change per column to the right
     ivec3 up;     // and a column up
     ivec2 first;  // column of the block whose square the bounding box overlaps
     ivec2 end;    // and one past the last; both only where squares are asked for
@@ -54,7 +54,7 @@ bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
         z = z.xzy;
         area = wide_cross(b - a, c - a);
     }
-    // Not negative: what has no area has nothing inside.
+    // Not negative: a triangle without area has no inside.
     facet.edge = ivec3(edge_value(a, b - a, squares), edge_value(b, c - b, squares), edge_value(c, a - c, squares));
     facet.right = -ivec3((b - a).y, (c - b).y, (a - c).y);
     facet.up = ivec3((b - a).x, (c - b).x, (a - c).x);

@@ -1,7 +1,7 @@
 #version 460
-// Finds for each node the slot of the table that all its equals have. Where two hashes meet, words are compared, and the next
-// slot is tried: a hash alone never makes two nodes one. Source: ours; hash after Appleby 2008 (MurmurHash3).
-// Inputs: candidates, kept nodes. Outputs: table, slots. Twin: reference::twin::voxelized::merge.
+// Finds for each node the slot of the hash table that it shares with all equal nodes. On a collision the words are compared and the next
+// slot is tried: two nodes are never merged by their hash alone. Source: ours; hash after Appleby 2008 (MurmurHash3). Inputs: candidates,
+// kept nodes. Outputs: table, slots. Twin: reference::twin::voxelized::merge.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/merge.glsl"
@@ -23,7 +23,7 @@ uint hash(uint node) {
     return sum ^ (sum >> 16);
 }
 
-// Whether what stands in a slot is the same node.
+// Whether the node in a slot is the same.
 bool is_equal(uint node, uint standing) {
     uint number_of_words = node_words();
     bool kept = (standing & CANDIDATE) == 0u;

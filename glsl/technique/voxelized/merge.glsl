@@ -1,5 +1,5 @@
-// Equal nodes share a slot of a table: in it stands a kept node's number and 1, or a candidate with the top bit set. The least
-// number of all that are equal wins, so that what is kept does not depend on which came first.
+// Equal nodes share a slot of a hash table: it holds a kept node's number plus 1, or a candidate's number with the top bit set. The least
+// number among equal nodes wins, so that the kept ones do not depend on the order of threads.
 #ifndef TECHNIQUE_VOXELIZED_MERGE_GLSL
 #define TECHNIQUE_VOXELIZED_MERGE_GLSL
 

@@ -1,6 +1,6 @@
-// What stays of a bake while something moves: where the columns of each tile begin to be in shadow, their blocks' ranges, and a mark
-// for each block in which they are to be found anew. What a block that is not marked has is what a bake from nothing finds.
-// Twin: none; what is baked by parts has the words of what is baked whole.
+// Kept from a bake while something moves: where the columns of each tile begin to be in shadow, their blocks' ranges, and a mark for each
+// block whose columns are to be found anew. A block that is not marked holds the same as after a whole bake. Twin: none; a bake by parts
+// has the words of a whole one.
 #ifndef TECHNIQUE_VOXELIZED_MOVES_GLSL
 #define TECHNIQUE_VOXELIZED_MOVES_GLSL
 

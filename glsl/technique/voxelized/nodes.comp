@@ -1,7 +1,7 @@
 #version 460
-// Nodes: a mask of what each of eight children is, and the numbers of those with children of their own. A brick's children are
-// its eight slices of 8 × 8 voxels, any other node's its octants. One thread per node. Source: Kämpe et al. 2016. Inputs: ranges,
-// values, slots and table of the level below. Output: candidates, nine words each. Twin: reference::twin::voxelized::node.
+// Nodes: a mask with the kind of each of eight children, and the numbers of those with children of their own. A brick's children are its
+// eight slices of 8 × 8 voxels, any other node's its octants. One thread per node. Source: Kämpe et al. 2016. Inputs: ranges, values, slots
+// and table of the level below. Output: candidates, nine words each. Twin: reference::twin::voxelized::node.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/find.glsl"
@@ -31,7 +31,7 @@ void main() {
         }
         uvec2 range = ranges[child_region + child];
         uint kind = INTERSECTED;
-        // Where both would do, both say the same of what can be seen; shadowed merges a little better.
+        // Where both kinds would do, no look-up can tell them apart; shadowed merges a little better.
         if (child_z * child_side >= range.y) {
             kind = SHADOWED;
         } else if ((child_z + 1u) * child_side <= range.x) {

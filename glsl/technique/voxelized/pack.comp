@@ -1,6 +1,6 @@
 #version 460
 // Writes kept nodes as look-ups read them (technique/voxelized/walk.glsl). One thread per node. Source: ours, after Kämpe et al. 2016.
-// Inputs: kept nodes, sums of sizes. Output: data, which is 0. Twin: reference::twin::voxelized::pack.
+// Inputs: kept nodes, sums of sizes. Output: data, which is 0 before. Twin: reference::twin::voxelized::pack.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 

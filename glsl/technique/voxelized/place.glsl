@@ -1,4 +1,4 @@
-// Where a position is among the voxels of a light, and how far a receiver is moved there. To be included behind
+// A position in a light's voxels, and how far a receiver is moved there. To be included behind
 // technique/voxelized/walk.glsl. Twins: reference::twin::voxelized::voxel, scene::Resolution::looked_up.
 #ifndef TECHNIQUE_VOXELIZED_PLACE_GLSL
 #define TECHNIQUE_VOXELIZED_PLACE_GLSL

@@ -1,7 +1,7 @@
 #version 460
-// How many nodes each level of the tile has, and the dispatches over them; none where some level has no room for all. One thread
-// per level. Input: values, sums, after the scan from `at` on. Output: levels. Twin: reference::twin::voxelized. `level` is the
-// first level that is built, level_count how many.
+// Counts the nodes of each level of a tile and writes the dispatches over them; empty ones where a level's buffer is too small. One thread
+// per level. Input: values, sums, after the scan from `at` on. Output: levels. Twin: reference::twin::voxelized. `level` is the first level
+// that is built, level_count how many.
 layout(local_size_x = 16) in;
 #include "technique/voxelized/build.glsl"
 
@@ -15,7 +15,7 @@ void main() {
         short_of_room = failed;
     }
     barrier();
-    // The first region is the leaves', one count a brick block; then the bricks', and each further level has a quarter.
+    // The first region is the leaves', one count per brick block; then the bricks', and each further level has a quarter.
     uint begin = at, across = width;
     for (uint l = level; mine && l < of_level; ++l) {
         begin += across * across;

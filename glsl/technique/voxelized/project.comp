@@ -1,9 +1,9 @@
 #version 460
-// Where the corners of each triangle lie among the columns of a light: in 256ths of a voxel across, whole numbers, so that whether
-// a column meets a triangle has one answer on every device. What a light with a place sees is cut to its pyramid first; what has
-// more than three corners then is so many pieces. Source: ours; cutting after Sutherland and Hodgman 1974. Inputs: triangles,
-// sides, trees. Outputs: projected, the number of pieces, marks of the blocks that what moved since the last bake was or is in. Twin: reference::twin::voxelized::project.
-// Triangles that share an edge are cut in the same places: an edge is always cut from its inner end.
+// Projects each triangle's corners into the columns of a light: across in 256ths of a voxel, whole numbers, so that every device agrees
+// whether a column meets a triangle. For a light with a place, triangles are clipped to its pyramid first; a polygon with more than three
+// corners is cut into triangles. Source: ours; cutting after Sutherland and Hodgman 1974. Inputs: triangles, sides, trees. Outputs:
+// projected, the number of pieces, marks of the blocks that what moved since the last bake was or is in. Twin:
+// reference::twin::voxelized::project. Triangles that share an edge are cut in the same places: an edge is always cut from its inner end.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 const float NEAREST = 1e-6;
 const uint PLANES = 5u;
 
-// Blocks that mark what moved, of one triangle at most.
+// The most blocks that one moved triangle marks.
 const uint MOST_MARKS = 4096u;
 
 // Behind the triangles and pieces: of each triangle its corners and side when it was seen last; then of each tree and triangle the

@@ -1,6 +1,6 @@
 #version 460
-// Least exit and greatest entry of blocks of 2 × 2, 4 × 4 and 8 × 8 blocks, and how many nodes with children each has.
-// Source: ours. Inputs: ranges of one level. Outputs: ranges and values of the next three. Twin: reference::twin::voxelized::Ranges.
+// Least exit and greatest entry of blocks of 2 × 2, 4 × 4 and 8 × 8 blocks, and the number of nodes with children in each. Source: ours.
+// Inputs: ranges of one level. Outputs: ranges and values of the next three. Twin: reference::twin::voxelized::Ranges.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 
@@ -25,7 +25,7 @@ void main() {
             uvec2 a = cells[thread], b = cells[thread + stride], c = cells[thread + 8u * stride];
             uvec2 d = cells[thread + 9u * stride];
             uvec2 range = uvec2(min(min(a.x, b.x), min(c.x, d.x)), max(max(a.y, b.y), max(c.y, d.y)));
-            // Nobody else reads this cell in this step.
+            // No other thread reads this cell in this step.
             cells[thread] = range;
             ranges[next + to.y * across + to.x] = range;
             values[next + to.y * across + to.x] = node_range(range, level_side(level + step)).y;

@@ -1,6 +1,6 @@
 #version 460
-// How many nodes before each candidate are the first of their kind: the numbers of those that are. Input: slots, table.
-// Outputs: values from rank_at on, sums. Twin: reference::twin::voxelized::merge.
+// Counts, before each candidate, the nodes that are the first of their kind: this numbers the kept nodes. Input: slots,
+// table. Outputs: values from rank_at on, sums. Twin: reference::twin::voxelized::merge.
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/merge.glsl"

@@ -1,6 +1,6 @@
 #version 460
-// Completes a light's tree: what its root is, and where its levels stand. One thread. Source: ours. Inputs: ranges and slots of the
-// top level, levels, sums of sizes. Output: trees. Twin: reference::twin::voxelized::pack.
+// Completes a light's tree: the kind of its root, and where its levels begin. One thread. Source: ours. Inputs: ranges and slots of the top
+// level, levels, sums of sizes. Output: trees. Twin: reference::twin::voxelized::pack.
 layout(local_size_x = 1) in;
 #include "technique/voxelized/build.glsl"
 

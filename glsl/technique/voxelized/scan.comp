@@ -1,5 +1,5 @@
 #version 460
-// Sums before each value within its 1,024, and the sum of these. Source: Blelloch 1990. Input and output: values, sums.
+// Prefix sums of each value within its 1,024, and their total. Source: Blelloch 1990. Input and output: values, sums.
 // Twin: reference::twin::voxelized, which adds up.
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"

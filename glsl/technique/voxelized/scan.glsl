@@ -1,4 +1,4 @@
-// Sums before each of 1,024 values, eight a thread. Twin: a loop.
+// Prefix sums of 1,024 values, eight per thread. Twin: a loop.
 #ifndef TECHNIQUE_VOXELIZED_SCAN_GLSL
 #define TECHNIQUE_VOXELIZED_SCAN_GLSL
 #include "grid/scan.glsl"

@@ -1,6 +1,6 @@
 #version 460
-// What stands in each cell of the first levels, so that look-ups need not go down them. One thread per cell. Source: ours.
-// Inputs: trees, data. Output: data from the tree's shortcuts on. Twin: reference::twin::voxelized::shortcuts.
+// A table of the nodes in each cell of the first levels, so that look-ups need not go down them. One thread per cell. Source: ours. Inputs:
+// trees, data. Output: data from the tree's shortcuts on. Twin: reference::twin::voxelized::shortcuts.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/walk.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// Sums before each sum of 1,024 values, and what follows from the sum of all. One workgroup. Source: ours. Input and output: sums.
-// STEP 0: of counts that the host knows the number of. 1: of ranks: how many distinct nodes there are. 2: of sizes: where the
-// level begins, and what comes after it. Twin: reference::twin::voxelized, which adds up.
+// Prefix sums of the sums of 1,024 values, and figures that follow from the total. One workgroup. Source: ours. Input and output: sums.
+// STEP 0: of counts, whose number the host knows. 1: of ranks: the total is the number of distinct nodes. 2: of sizes: the total says where
+// the next level begins. Twin: reference::twin::voxelized, which adds up.
 // variants: STEP 0 1 2
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
@@ -36,7 +36,7 @@ void main() {
             atomicMax(entries, all);
             atomicMax(failed, uint(all > entry_capacity || large > large_capacity || pieces > piece_capacity));
         }
-        // Whoever asks what stands before the end finds all of it.
+        // The sum before the end is the total.
         if (scan_count % SCANNED == 0u) {
             sums[first + blocks] = all;
             values[scan_at + scan_count] = 0u;

@@ -4,7 +4,7 @@
 #define TECHNIQUE_VOXELIZED_TREE_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// What a child is, two bits of its parent's mask.
+// The kind of a child, two bits of its parent's mask.
 const uint LIT = 1u;
 const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;
@@ -16,7 +16,7 @@ const uint INTERSECTED = 3u;
 struct Tree {
     vec3 origin;   // the corner of the cube, or the light
     uint size;     // voxels per side
-    vec3 right;    // voxels a world unit along x, y and z of the cube; light travels along z
+    vec3 right;    // voxels per world unit along x, y and z of the cube; light travels along z
     uint levels;   // the root's, and 1
     vec3 up;
     uint root;     // LIT, SHADOWED, or INTERSECTED where there are nodes
@@ -33,11 +33,11 @@ struct Tree {
 // Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.
 CONSTANT(uint, HEADER_BITS, 16u)
 
-// Whether a column is shadowed by what touches its square anywhere; else by what covers its middle.
+// Whether a triangle that touches a column's square anywhere shadows it; else only one that covers its middle.
 CONSTANT(bool, CONSERVATIVE, false)
 
-// Look-ups begin with a cell of a grid, a word each: what kind it is, two bits, and its node, as pointers say it. The grid is as
-// fine as a level of the tree, at most 2^SHORTCUT_BITS cells per side.
+// Look-ups begin with a cell of a grid, a word each: its kind, two bits, and its node, as in pointers. The grid is as fine as a level of
+// the tree, at most 2^SHORTCUT_BITS cells per side.
 const uint SHORTCUT_BITS = 4u;
 
 // Bits of the shortcut into a tree with so many levels; a cell is no leaf.

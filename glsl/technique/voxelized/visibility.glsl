@@ -1,13 +1,13 @@
-// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose
-// voxel at the position's depth is lit. Whole leaves are counted at once: at most four, below what the columns have in shared_way.
-// Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
+// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose voxel at
+// the position's depth is lit. Leaves are counted whole, at most four, below the nodes that all columns share (shared_way). Source: Sintorn
+// et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
 //   binding 0  the trees of all lights (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
 // flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF NORMAL_BIAS
 #include "technique/voxelized/walk.glsl"
 #include "technique/voxelized/place.glsl"
 
-// Columns a side that are asked.
+// Columns per side that are asked.
 CONSTANT(uint, PCF, 1u)
 
 // The share of the normal offset, which keeps a flat surface out of its own shadow, that a point on a surface takes.
@@ -90,11 +90,11 @@ float light_visibility(uint light, vec3 position) {
     float size = float(visibility_trees[tree].size), reach = float(PCF / 2u);
     bool perspective = visibility_trees[tree].perspective != 0u;
     float beyond = perspective ? size : reach;
-    // In floats: what is outside, or no number, has no voxel. Behind the cube lies the shadow of all of it.
+    // In floats: a position outside, or NaN, has no voxel. Behind the cube lies the shadow of all meshes.
     if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-beyond))) && all(lessThan(voxel.xy, vec2(size + beyond))))) {
         return 1.0;
     }
-    // Outside of a pyramid a light shines too: what was moved there, or a filter that reaches there, keeps to its edge.
+    // Light shines outside of its pyramid too: a point that was moved there, or a filter that reaches there, is kept at the pyramid's edge.
     voxel.xy = perspective ? clamp(voxel.xy, vec2(reach), vec2(size - reach - 0.5)) : voxel.xy;
     ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[tree].size) - 1);
     if (PCF == 1u) {

@@ -8,7 +8,7 @@
 #define GOBO_SET 1
 #endif
 
-// A bake goes down what it has just made.
+// A bake walks the tree that it has just made.
 #ifdef TECHNIQUE_VOXELIZED_BUILD_GLSL
 #define visibility_trees trees
 #define visibility_nodes data
@@ -26,7 +26,7 @@ uint node_bits(uint word, uint bit, uint count) {
     return count == 32u ? bits : bits & ((1u << count) - 1u);
 }
 
-// A node on the way down, and what its voxels are: INTERSECTED as long as there is a way.
+// A node on the way down, and the kind of its voxels: INTERSECTED as long as the walk goes on.
 struct Walk {
     uint level;
     uint node;

@@ -1,5 +1,5 @@
 #version 460
-// Builds levels of detail of the means that Haar wavelets make, of the mean transmittance of the four texels below each.
+// Builds levels of detail of Haar wavelets, stored as means, from the mean transmittance of the four texels below each.
 // Inputs: maps, words of the level below. Output: words of the levels. Twin: reference::twin::texel_sums::merged.
 // Invariant: as maps/sums/levels.glsl.
 #include "maps/sums/level_words.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// Keeps the means that Haar wavelets make that were drawn. Inputs: ends, sums. Output: words. Twin: reference::twin::wavelet.
+// Packs the means of Haar wavelets that were drawn. Inputs: ends, sums. Output: words. Twin: reference::twin::wavelet.
 #include "technique/wavelet/parts.glsl"
 #include "maps/sums/store_halves.glsl"
 #include "maps/sums/pack.glsl"

@@ -1,4 +1,4 @@
-// What a segment adds to a texel's sums: for MEANS even intervals of the range, the mean of the optical depth up to each place; then
+// A segment's contribution to a texel's sums: for MEANS even intervals of the range, the mean of the optical depth up to each place; then
 // the whole of it. Haar wavelets of rank R carry the same where there are 2^(R + 1) intervals. Twin: reference::twin::wavelet.
 #ifndef TECHNIQUE_WAVELET_PARTS_GLSL
 #define TECHNIQUE_WAVELET_PARTS_GLSL
@@ -7,7 +7,7 @@ CONSTANT(uint, MEANS, 16u)  // intervals of a texel's range
 
 const uint SUMS = MEANS + 1u;
 
-// What is shorter is a step.
+// A shorter segment is a step.
 const float LEAST_LENGTH = 1e-20;
 
 // The mean from `low` to `high` of the share of a segment that lies before a place.

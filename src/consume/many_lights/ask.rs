@@ -9,13 +9,14 @@ use crate::technique::Answer;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
-/// Bytes of jobs, at most: what every device binds.
+/// Bytes of jobs, at most: the size of buffers that every device can bind.
 const MOST_JOBS_BYTES: u64 = 128 << 20;
 
-/// Jobs that there is room for, a pixel, over all of the picture: what a list is too short for is asked at once.
+/// Jobs that there is room for, a pixel, over all of the picture: look-ups that do not fit into the list are done at
+/// once.
 const JOBS_A_PIXEL: u64 = 32;
 
-/// What asks one technique.
+/// Asks one technique.
 pub enum Asking {
     /// `shadows=direct`
     Direct(Kernel<ManyLightsPush>),

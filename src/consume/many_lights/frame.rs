@@ -1,4 +1,4 @@
-//! How a frame sees the world, for passes that tell surfaces apart.
+//! The camera of a frame and of the one before, for passes that tell surfaces apart.
 
 use crate::scene::View;
 use bytemuck::{Pod, Zeroable};
@@ -15,7 +15,7 @@ pub struct FrameData {
     pub camera: View,
     /// The direction at the upper left corner of the picture, z along it being 1.
     pub corner: [f32; 3],
-    /// What a pixel to the right adds to it.
+    /// Its change per pixel to the right.
     pub across: [f32; 3],
     /// And a pixel down.
     pub down: [f32; 3],

@@ -46,7 +46,7 @@ push_struct! {
     }
 }
 
-/// What the renderer draws from and to.
+/// Buffers and images that the renderer draws from and to.
 pub(super) struct Targets<'a> {
     pub context: &'a Context,
     pub lights: &'a Buffer,
@@ -57,7 +57,7 @@ pub(super) struct Targets<'a> {
     pub color_format: Format,
 }
 
-/// Buffers and passes for one renderer, and what is kept from one frame to the next.
+/// Buffers and passes for one renderer, some of which are kept from one frame to the next.
 pub(super) struct ManyLights {
     pub(super) tiled: Tiled,
     context: Context,
@@ -77,7 +77,7 @@ pub(super) struct ManyLights {
     kept: RefCell<Kept>,
 }
 
-/// With `history=on`: what the frame before saw and found.
+/// With `history=on`: the surfaces and shadows of the frame before.
 struct History {
     shadows: Buffer,
     geometry: Buffer,
@@ -88,9 +88,9 @@ struct History {
 /// From one frame to the next.
 #[derive(Default)]
 struct Kept {
-    /// What the frame before was seen with; none where there was none.
+    /// The camera of the frame before; none at first.
     before: Option<View>,
-    /// What is on the device.
+    /// Its resources on the device.
     written: Option<[FrameData; 2]>,
     is_odd: bool,
     /// Whose answers the bits are.
@@ -102,7 +102,7 @@ pub fn words(lights: u32) -> u32 {
     lights.div_ceil(32).max(1)
 }
 
-/// What a buffer takes that the device may not have: a refusal that says why, of `what` and its `shading=`.
+/// Refuses a buffer that the device cannot have, with an error that names `what` and its `shading=`.
 pub(super) fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Result<Buffer> {
     let limit = u64::from(context.features().max_storage_buffer_range);
     if bytes > limit {
@@ -144,7 +144,7 @@ impl ManyLights {
         };
         let frame = set::ManyLightsFrame { lights: targets.lights, frames: &frames, masks: &masks, shadows: &shadows };
         let frame = frame.bind(context, "many_lights.frame")?;
-        // Without a history what stands in its place is not read.
+        // Without a history the buffer in its place is not read.
         let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
         let seen = set::ManyLightsSeen {
             geometry: &geometry,
@@ -193,7 +193,7 @@ impl ManyLights {
         buffers.map(Buffer::bytes).sum::<u64>() + self.queue.as_ref().map_or(0, Queue::bytes)
     }
 
-    /// What asks a technique. What was kept of another's answers is forgotten.
+    /// Asks a technique. What was kept of another's answers is forgotten.
     pub(super) fn asking(&self, answer: &Answer) -> Result<Asking> {
         let asked = (answer.folder, answer.constants.clone());
         let mut kept = self.kept.borrow_mut();
@@ -203,7 +203,7 @@ impl ManyLights {
         Asking::new(self, answer)
     }
 
-    /// Readies the device for a frame that is seen with `camera`: what its passes are pushed.
+    /// Readies the device for a frame seen with `camera`, and returns the passes' push constants.
     pub(super) fn begin(&self, camera: &View) -> Result<ManyLightsPush> {
         let mut kept = self.kept.borrow_mut();
         let frames = [*camera, kept.before.unwrap_or(*camera)].map(|view| FrameData::of(&view));
@@ -286,7 +286,7 @@ impl History {
     }
 }
 
-/// What the last frame left on the device, to compare with its twin.
+/// The last frame's buffers, read back to compare with their twin.
 pub struct TilesSeen {
     /// Words of lights that reach each tile, tiles row by row.
     pub masks: Vec<u32>,

@@ -37,9 +37,9 @@ pub(super) fn check_has_meshes(has_meshes: bool, name: &str) -> Result<()> {
     Err(Error::input(name, "it has no mesh that sends light back", "use a scene with meshes"))
 }
 
-/// The scene lit by what its meshes send back, and by nothing else: `count` virtual lights in the place of its lights, made on
-/// the device. They move with the scene's lights only if they are made anew: of itself nothing moves in it. Smoke and hair
-/// neither take light on its way to the meshes nor send it back. Its name says so: `cornell-1024-vpls`.
+/// The scene lit by the light that its meshes reflect, and by nothing else: `count` virtual lights in the place of its lights, made on the
+/// device. They move with the scene's lights only if they are made anew: of itself nothing moves in it. Smoke and hair neither take light
+/// on its way to the meshes nor send it back. Its name says so: `cornell-1024-vpls`.
 ///
 /// # Errors
 /// [`Error::Input`] where the count is out of range, the scene has no meshes or no light reaches them; else as [`Vpls::new`].

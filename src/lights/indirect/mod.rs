@@ -23,8 +23,8 @@ const MOST_SIDE_BITS: u32 = 8;
 /// And at least so many: for the 6,144 maps of 1,024 point lights.
 const LEAST_SIDE_BITS: u32 = 4;
 
-/// Texels of all maps, at most, as far as the least side leaves it: 64 maps are of the largest size. More would make no light
-/// stand elsewhere than by a part of its own patch.
+/// At most so many texels in all maps together, as far as the least side allows: 64 maps may have the largest size. With more texels,
+/// lights would move by no more than a part of its own patch.
 const MOST_TEXELS: u64 = 1 << 22;
 
 /// Texels per side of each of so many maps, as a power of 2.
@@ -33,7 +33,7 @@ fn side_bits(maps: u32) -> u32 {
     (LEAST_SIDE_BITS..=MOST_SIDE_BITS).rev().find(fits).unwrap_or(LEAST_SIDE_BITS)
 }
 
-/// What virtual lights are made from, and they themselves, on the device.
+/// Virtual lights on the device, with the maps that they are made from.
 pub struct Vpls {
     context: Context,
     count: u32,
@@ -139,7 +139,7 @@ impl Vpls {
     }
 }
 
-/// A virtual light as the host has it, of what [`Vpls::lights`] was read back as.
+/// A virtual light as the host has it, from an element of [`Vpls::lights`] that was read back.
 pub fn light_of(data: &LightData) -> Light {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let kind = LightKind::Virtual {
@@ -150,7 +150,7 @@ pub fn light_of(data: &LightData) -> Light {
     Light { kind, radiance: data.radiance, radius: f64::INFINITY }
 }
 
-/// What the passes left on the device, to compare with its twin.
+/// The passes' buffers, read back to compare with their twin.
 pub struct VplsSeen {
     /// As the lights' views were fitted.
     pub maps: Vec<Map>,
@@ -205,7 +205,7 @@ impl Vpls {
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn draw_from(&self, fluxes: &[f32]) -> Result<()> {
         self.fluxes.write(fluxes)?;
-        // The greatest of what is not negative, as the pass before finds it.
+        // The greatest flux, as the pass before finds it: none is negative.
         self.greatest.write(&[fluxes.iter().map(|f| f.to_bits()).max().unwrap_or(0)])?;
         self.context.submit(|commands| {
             self.sums(commands);

@@ -21,11 +21,11 @@ push_struct! {
     }
 }
 
-/// The passes and what they fill.
+/// The passes and their buffers.
 pub struct Compact {
     /// Casters, those of a map from map · capacity on.
     pub drawn: Buffer,
-    /// A VkDrawIndirectCommand a map.
+    /// A VkDrawIndirectCommand per map.
     pub draws: Buffer,
     marks: Buffer,
     blocks: Buffer,

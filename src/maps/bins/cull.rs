@@ -6,7 +6,7 @@ use crate::maps::bins::BinPush;
 use crate::maps::{Maps, detail};
 use crate::world::World;
 
-/// What culling keeps.
+/// Buffers of culling.
 pub(in crate::maps) struct Cull {
     /// The build in which a caster of a map was last in some tile: map after map, as many words as there are casters.
     pub(in crate::maps) met: Buffer,
@@ -14,7 +14,8 @@ pub(in crate::maps) struct Cull {
     pub(in crate::maps) horizon: Buffer,
     /// Whether casters behind the horizon are left out.
     pub(in crate::maps) hides: bool,
-    /// What marks the casters that are in some tile: another in each build, and older ones are cleared before 1.
+    /// The mark of casters that are in some tile: another number in each build; older marks are cleared before it is 1
+    /// again.
     pub(in crate::maps) mark: u32,
 }
 
@@ -29,7 +30,7 @@ impl Cull {
         })
     }
 
-    /// The mark of the next build; where no entries are kept always 1, for what reads the marks.
+    /// The mark of the next build; always 1 where no entries are kept, as the passes that read marks expect.
     pub(in crate::maps) fn begin(&mut self, keeps_entries: bool) {
         self.mark = if keeps_entries { self.mark.checked_add(1).unwrap_or(1) } else { 1 };
     }

@@ -33,7 +33,7 @@ const PARTS_BEHIND: u64 = GROUPS_X;
 /// Rows of workgroups that every device takes.
 const MAX_ROWS: u64 = 65535;
 
-/// Entries a caster that the buffer starts with. It grows to what a scene demands.
+/// Entries per caster that the buffer starts with. It grows as a scene needs.
 const FIRST_ENTRIES: u64 = 8;
 
 /// Bytes of entries of which each tile has the same number, at most: with more they are counted before, which takes the time of a
@@ -43,7 +43,7 @@ const MOST_ROOM_BYTES: u64 = 16 << 20;
 /// Such a number is a multiple of this.
 const ROOM_STEP: u32 = 32;
 
-/// Bytes of an entry: what it is sorted by or takes at most, and its caster.
+/// Bytes of an entry: its sort key or its greatest optical depth, and its caster.
 const ENTRY_BYTES: u64 = 8;
 
 push_struct! {
@@ -110,7 +110,7 @@ struct Lists {
     fullest_first: bool,
     /// Workgroups per tile or block with casters.
     parts_a_block: u32,
-    /// What `totals` held after the last build.
+    /// The totals of the last build.
     last: Option<BinTotals>,
 }
 
@@ -223,7 +223,7 @@ impl Bins {
         })
     }
 
-    /// For what runs without listed parts where each tile has the same room: see [`Bins::room`].
+    /// For passes that run without listed parts where each tile has the same room: see [`Bins::room`].
     pub fn unlisted(mut self) -> Self {
         self.lists.unlisted = true;
         self
@@ -435,8 +435,8 @@ impl Lists {
         if entries <= self.capacity.into() {
             return Ok(had_room);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
-        // What is past the limit is an error here.
+        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
+        // much. A need past the limit is an error here.
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;
@@ -468,8 +468,8 @@ impl Lists {
         Ok(true)
     }
 
-    /// Entries and tiles with casters of the last build, which counted `totals`; what is not listed is not counted either, and found
-    /// in `counts`.
+    /// Entries and tiles with casters of the last build, from `totals`; tiles that are not listed are not in the totals, and are counted by
+    /// `counts`.
     fn found(&self, totals: &BinTotals, counts: &Buffer) -> Result<[u64; 2]> {
         if self.room == 0 {
             return Ok([totals.all_entries(), totals.tiles_used.into()]);

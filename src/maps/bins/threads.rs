@@ -21,10 +21,12 @@ const MOST_TALLIED: u32 = 4096;
 /// takes.
 const LONE_THREADS: u32 = 1024;
 
-/// Shared memory of so many that choose, 16 bytes each and tables; half as many fit into what every device has.
+/// Shared memory of so many that choose, 16 bytes each and tables; half as many fit into the shared memory of every
+/// device.
 const LONE_BYTES: u32 = LONE_THREADS * 16 + 5120;
 
-/// Workgroups that survey casters, by themselves at first, at most: the fewer, the less they wait for each other.
+/// The most workgroups that survey casters, each in its own memory first: with fewer they wait less for each other at
+/// the end.
 const MOST_SURVEYING: u64 = 256;
 
 /// Threads of such a workgroup, or as many as the device takes, and threads that share a caster then, at most.

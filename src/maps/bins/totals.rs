@@ -33,7 +33,7 @@ impl BinTotals {
     }
 }
 
-/// What a workgroup builds. Twin: TilePart in glsl/maps/bins/totals.glsl.
+/// The part of a tile that a workgroup builds. Twin: TilePart in glsl/maps/bins/totals.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TilePart {

@@ -1,4 +1,4 @@
-//! What a technique uses bins for.
+//! Uses of bins by techniques.
 
 /// The entries of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,10 +11,10 @@ pub enum Entries {
     Summed,
 }
 
-/// What bins are for.
+/// Uses of bins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Use {
-    /// What is kept of the casters of each tile.
+    /// The data kept about each tile's casters.
     pub entries: Entries,
     /// Casters that stand in the dark behind meshes may be left out.
     pub skip: bool,

@@ -21,8 +21,8 @@ pub struct Bounce {
     pub halves: [Picture; 2],
 }
 
-/// What `camera` sees of the meshes, lit by a bounce of the scene's lights, by `samples` directions on either side of what a pixel
-/// sees, an even number. The same for the same scene.
+/// The picture of the meshes from `camera`, lit by a bounce of the scene's lights, by `samples` directions on each side of the surface that
+/// a pixel sees, an even number. The same for the same scene.
 pub fn bounce(casters: &Casters, scene: &Scene, camera: &View, samples: u32) -> Bounce {
     let half = samples.div_ceil(2).max(1);
     let pixel = |i: u32| {
@@ -67,7 +67,7 @@ fn from_side(casters: &Casters, scene: &Scene, position: DVec3, normal: DVec3, r
     met.sum::<DVec3>() / f64::from(samples)
 }
 
-/// What a surface turns of the lights, back on the side that a ray along `direction` sees.
+/// The light that a surface reflects from the lights, on the side that a ray along `direction` sees.
 fn leaving(casters: &Casters, scene: &Scene, position: DVec3, direction: DVec3, hit: &Hit) -> DVec3 {
     let normal = if hit.normal.dot(direction) > 0.0 { -hit.normal } else { hit.normal };
     let light = light(casters, scene, position, |_| 0.0, |towards| normal.dot(towards).max(0.0));
@@ -154,7 +154,7 @@ mod tests {
         (0..cells[0] * cells[1]).map(cell).filter(|light| light.radiance[0] > 0.0).collect()
     }
 
-    /// Virtual lights all over the lit square come to the same as its closed form, and so to what directions find.
+    /// Virtual lights all over the lit square give the same light as its closed form, and so the same as path tracing.
     #[test]
     fn virtual_lights_are_of_the_same_units() {
         let mut scene = square();

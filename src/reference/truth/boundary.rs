@@ -74,8 +74,8 @@ impl Casters<'_> {
         reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
     }
 
-    /// Whether a texel of a map of depths may say of a place that it is lit where it is `blocked`, or the other way round. On a surface, whose
-    /// normal is given, only what stands above its plane counts.
+    /// Whether a texel of a depth map may call a place lit that is `blocked`, or the other way round. On a surface, whose normal is given,
+    /// only meshes above its plane count.
     fn is_misjudged(&self, resolution: &Resolution, at: DVec3, blocked: bool, normal: Option<DVec3>) -> bool {
         let view = &resolution.view;
         let near = Neighbourhood { view, position: at, reach: resolution.reach_texels, depth: depth(resolution) };
@@ -368,7 +368,7 @@ mod tests {
                     is_near
                 };
                 counted[usize::from(check(casters.in_boundary(0, &resolution, point), point))] += 1;
-                // On a surface that looks up, whose texels are as seen from the point: at a slant a little wider beside it.
+                // On a surface that faces up the boundary is a little wider, since texels are seen at a slant from the point.
                 let (away, steep) = (away(point), (point - light).normalize().z < -0.5);
                 if steep && !(0.4..=2.0).contains(&away) {
                     let near = casters.in_surface_boundary(0, &resolution, point, DVec3::Z);

@@ -260,7 +260,7 @@ fn cell_overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     (high > low).then_some((low, high))
 }
 
-/// What the ray loses in a Gaussian from z `from` to `to`; nothing where it stays out of reach.
+/// Optical depth of a Gaussian from z `from` to `to`; 0 where the ray stays out of reach.
 fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
     if gaussian::missed(ray, caster) {
         return None;
@@ -270,7 +270,7 @@ fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
     (to > entry).then(|| along.optical_depth(ray, caster, from, to))
 }
 
-/// What the ray loses in the caster from z `entry` to `exit`, both within its overlap.
+/// Optical depth of the caster from z `entry` to `exit`, both within its overlap.
 pub(super) fn optical_depth(ray: &Ray, caster: &Caster, entry: f64, exit: f64) -> f64 {
     if caster.is_gaussian() {
         return gaussian::along(ray, caster).optical_depth(ray, caster, entry, exit);

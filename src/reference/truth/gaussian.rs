@@ -1,5 +1,5 @@
-//! What a ray has of an anisotropic Gaussian, in f64, with all of its tails: a Gaussian's optical depth up to a place is the error function.
-//! Source: the integral of a Gaussian along a line, which is a Gaussian in its place.
+//! Optical depth of an anisotropic Gaussian along a ray, in f64, with all of its tails: up to a place it is an error function, since along
+//! a line the Gaussian is one-dimensional again.
 
 use crate::scene::{Caster, REACH, Ray, Shape};
 use std::f64::consts::PI;
@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// Farther off, in deviations, it takes less than exp(−12.5) of its greatest optical depth: 4e-6.
 pub(super) const TRUE_REACH: f64 = 5.0;
 
-/// What a ray has of one.
+/// One along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Along {
     /// z of the point that is least far from its middle, in deviations.
@@ -18,7 +18,7 @@ pub(crate) struct Along {
     pub square: f64,
 }
 
-/// Whether a ray stays farther than [`TRUE_REACH`] from all that it may be, by the sphere about it.
+/// Whether a ray stays farther than [`TRUE_REACH`] deviations from the middle in any case, by the bounding sphere.
 pub(super) fn missed(ray: &Ray, caster: &Caster) -> bool {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
@@ -35,7 +35,8 @@ pub(crate) fn along(ray: &Ray, caster: &Caster) -> Along {
 }
 
 impl Along {
-    /// z from and to of what is within so many deviations of the middle; none where the ray stays farther off.
+    /// z at which a ray enters and leaves the ellipsoid of so many deviations about the middle; none where the ray
+    /// misses it.
     pub fn within(&self, reach: f64) -> Option<(f64, f64)> {
         let half = (reach * reach - self.square).max(0.0).sqrt() * self.deviation;
         (half > 0.0).then_some((self.middle - half, self.middle + half))

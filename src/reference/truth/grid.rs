@@ -5,7 +5,7 @@ use crate::scene::{Caster, Projection, REACH, View};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// One cell a texel of the view it was made for.
+/// One cell per texel of the view it was made for.
 pub(super) struct Grid {
     width: u32,
     height: u32,

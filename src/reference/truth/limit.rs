@@ -70,7 +70,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
         }
         error
     };
-    // In front of the first node the light is whole; behind the last it stays as it is there.
+    // In front of the first node all light arrives; behind the last the transmittance stays.
     let head: Vec<f64> = (0..vertices).map(|i| truth[..behind[i]].iter().map(|t| 1.0 - t).sum()).collect();
     let tail: Vec<f64> = (0..vertices)
         .map(|i| {

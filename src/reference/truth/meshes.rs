@@ -120,8 +120,8 @@ impl Meshes {
         nearest
     }
 
-    /// The normal at a point of a triangle whose corners have these, on the side of [`Hit::normal`]; that where they have none.
-    /// Twin: glsl/consume/smooth.comp.
+    /// The normal at a point of a triangle, mixed from these normals of its corners, on the side of [`Hit::normal`]; the latter where
+    /// corners have none. Twin: glsl/consume/smooth.comp.
     pub fn smooth_normal(&self, position: DVec3, hit: &Hit, corners: &[[f32; 3]; 3]) -> DVec3 {
         let to = self.triangles[hit.triangle].corners.map(|corner| corner - position);
         let across = (to[1] - to[0]).cross(to[2] - to[0]);
@@ -186,7 +186,7 @@ struct Way {
     origin: DVec3,
     direction: DVec3,
     inverse: DVec3,
-    /// In lengths of the direction. Who has found what is nearest may bring it nearer.
+    /// In lengths of the direction. A search that has found a hit may move it nearer.
     end: Cell<f64>,
 }
 

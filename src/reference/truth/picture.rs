@@ -24,7 +24,7 @@ const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
 /// Pixels per side of a grid cell, which only finds candidates.
 const CELL_PIXELS: u32 = 8;
 
-/// What is left of the light behind a volume where a picture no longer looks.
+/// The transmittance below which a picture's march through a volume ends.
 const HIDDEN: f64 = 1e-9;
 
 /// Renders `scene` as `camera` sees it. Casters and volumes are blended from far to near by the z of their middles, as the
@@ -84,8 +84,9 @@ pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
-/// A ray per pixel through casters and volumes in this order; what arrives at a caster is `light` of the pixel, the caster's index and
-/// the middle of what the ray sees of it; in a volume, which has no index, it is that of the middle of a step. A mesh looks as `surface` says of where the ray meets it.
+/// A ray per pixel through casters and volumes in this order. Light that arrives at a caster is `light` of the pixel, the caster's index
+/// and the middle of the ray's stretch in it; in a volume, which has no index, of the middle of a step. A mesh looks as `surface` says for
+/// the place where the ray meets it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,
@@ -227,7 +228,7 @@ fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64
     move |towards| caster.map_or(0.0, |caster| lift(caster, towards))
 }
 
-/// What a caster sends back of the light: splats and volumes have colours of their own.
+/// A caster's albedo: splats and volumes have colours of their own.
 fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.gaussians.get(i));
     match splat {
@@ -254,7 +255,7 @@ pub(in crate::reference) fn lit_surface(casters: &Casters, scene: &Scene, positi
     DVec3::from(hit.albedo.map(f64::from)) * (ambient(scene) + light)
 }
 
-/// What arrives from all sides; nothing where lights are virtual, which are what arrives. Twin: ambient.
+/// Ambient light; 0 under virtual lights, which stand for it. Twin: ambient.
 fn ambient(scene: &Scene) -> DVec3 {
     match scene.lights.first().map(|light| light.kind) {
         Some(LightKind::Virtual { .. }) => DVec3::ZERO,

@@ -5,16 +5,16 @@ use super::volume;
 use crate::scene::{Ray, View};
 use glam::{DVec2, DVec3};
 
-/// Smoke that takes less than this of what is behind it is not what is seen.
+/// Smoke that takes a smaller share of the light behind it is too thin to be seen.
 const LEAST: f64 = 1e-3;
 
 /// Halvings: a place among floats.
 const HALVINGS: u32 = 60;
 
 impl Casters<'_> {
-    /// The place that `camera` sees at a point given in pixels, of meshes, smoke, hair and splats: where half of what arrives has come
-    /// from. That is on a mesh where more than half comes from there, else in front of it where half is left behind; where no mesh is,
-    /// where half of what the casters take is taken. None where nothing is seen.
+    /// The place that `camera` sees at a point given in pixels, on meshes or in smoke, hair and splats: the depth up to which half of the
+    /// arriving light has come. That is on a mesh where more than half comes from it, else in front of it where half is left behind. Where
+    /// there is no mesh, it is where casters have taken half of all that they take. None where nothing is seen.
     pub fn seen(&self, camera: &View, pixel: DVec2) -> Option<DVec3> {
         let (ray, near) = (camera.ray(pixel), f64::from(camera.near));
         let surface = self.meshes.hit(ray.origin, ray.direction).map(|hit| hit.distance);
@@ -74,7 +74,7 @@ mod tests {
         Casters::new(&scene).seen(&camera, DVec2::splat(32.0)).map(|place| place.z)
     }
 
-    /// By hand: the optical depth rises by depth / 2 a unit, and half is left of the light after ln 2 of it.
+    /// By hand: the optical depth rises by depth / 2 per unit, and half is left of the light after ln 2 of it.
     #[test]
     fn it_is_where_half_has_come_from() {
         let half = |depth: f64| 1.0 - 2.0 * std::f64::consts::LN_2 / depth;
@@ -84,7 +84,7 @@ mod tests {
         near(seen(4.0, true), half(4.0));
         // Too thin: the plate behind it.
         near(seen(0.5, true), -3.0);
-        // Over nothing half of what it takes: 1 − (1 − exp(−τ)) / 2.
+        // Without a mesh, half of all that the smoke takes: 1 − (1 − exp(−τ)) / 2.
         let wanted = -(1.0 - 0.5 * (1.0 - (-0.5f64).exp())).ln();
         near(seen(0.5, false), 1.0 - 2.0 * wanted / 0.5);
         assert_eq!(seen(1e-5, false), None);

@@ -90,8 +90,8 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), pushed)
     }
 
-    /// The same of its middle's depth alone, and of what a map holds: nothing before the view's near plane. On a surface with a
-    /// normal only what is above the plane through the middle counts; a texel's depth may be that of a place `snap` texels beside it.
+    /// The same by the depth of its middle alone, and for maps, which hold nothing before the view's near plane. On a surface with a normal
+    /// only casters above the plane through the middle count; a texel's depth may come from a place `snap` texels beside it.
     pub fn differs_stored(&self, meshes: &Meshes, blocked: bool, normal: Option<DVec3>, snap: f64) -> bool {
         let z = self.range();
         let [right, up] = self.view.texel_at(self.position);
@@ -109,8 +109,8 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), stored)
     }
 
-    /// Whether some of the square is free where `blocked`, else whether some is not: of what is left by `cut` of the triangles' parts within
-    /// its rays up to `end`.
+    /// Whether part of the square is free where `blocked`, else whether part is not: by the parts of triangles within its rays up to `end`,
+    /// as `cut` leaves them.
     fn is_other(
         &self,
         meshes: &Meshes,
@@ -242,7 +242,7 @@ impl Flat {
         other.area.is_normal() && self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
     }
 
-    /// What is left of it without another: convex pieces.
+    /// It less another polygon: convex pieces.
     fn without(self, other: &Self) -> Vec<Self> {
         let (mut inside, mut pieces) = (self.corners.clone(), Vec::new());
         for (i, from) in other.corners.iter().enumerate() {

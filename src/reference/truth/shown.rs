@@ -1,5 +1,5 @@
-//! What is shown of a picture of many samples a pixel: their mean in linear light, then a filmic curve. Twin:
-//! glsl/consume/develop.comp.
+//! The picture that people are shown, from one of many samples per pixel: their mean in linear light, then a filmic
+//! curve. Twin: glsl/consume/develop.comp.
 
 use crate::scene::{Picture, Show};
 use glam::DVec3;

@@ -19,7 +19,7 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// The normal on the side that light from `towards` is asked for: that of the light, and of a closed thing the outside.
+    /// The surface's normal, turned towards `towards`; on a closed mesh always its outside.
     pub fn facing(&self, towards: DVec3) -> DVec3 {
         if self.closed || self.normal.dot(towards) >= 0.0 { self.normal } else { -self.normal }
     }
@@ -131,7 +131,8 @@ mod tests {
         assert!((mean - DVec3::new(1.0, 1.0 / 3.0, 0.0)).length() < 0.02, "{mean}");
     }
 
-    /// On a large plate under a lamp that ends, all points lie in its light, and there are as many as of one that does not.
+    /// On a large plate under a lamp with an end, all points lie within the lamp's light, and they are as many as under a lamp without an
+    /// end.
     #[test]
     fn points_lie_where_the_light_is() {
         let mut scene = on_the_axis(&[]);

@@ -1,4 +1,4 @@
-//! All voxels that a ray may pass, wherever a grid of them stands: whether a triangle meets any.
+//! Whether a triangle meets any voxel that a ray may pass, wherever the voxels' grid stands.
 
 use super::meshes::Meshes;
 use bvh::aabb::{Aabb, IntersectsAabb};

@@ -1,5 +1,5 @@
-//! What a ray has of a volume, in f64: exactly the integral of its trilinear densities, cell by cell. Along a ray a cell's density is a
-//! cubic, which two points of Gauss integrate exactly. Cells that are empty are gone past eight at once.
+//! Optical depth of a volume along a ray, in f64: the exact integral of its trilinear densities, cell by cell. Along a ray a cell's density
+//! is a cubic, which Gauss quadrature with two points integrates exactly. Empty cells are skipped, eight at once along each axis.
 
 use crate::scene::{Field, Placed, Ray, SIDE, Volume, trilinear};
 use glam::DVec3;
@@ -60,7 +60,7 @@ impl Way {
         (to > from).then_some((from, to))
     }
 
-    /// Cubes of `side` samples a side, one behind the other, and z where each begins and ends. Source: Amanatides and Woo 1987.
+    /// Cubes of `side` samples per side, one behind the other, and z where each begins and ends. Source: Amanatides and Woo 1987.
     fn walk(&self, side: f64, from: f64, to: f64, mut visit: impl FnMut([i32; 3], f64, f64)) {
         let mut cube = (self.at(from) / side).to_array().map(|at| at.floor() as i32);
         let mut z = from;
@@ -228,8 +228,8 @@ mod tests {
         assert!((found - expected).abs() < 1e-10 * expected, "{found}, not {expected}");
     }
 
-    /// Under light that rises evenly along a ray a picture is off by what the light changes over half a step, times what of it is scattered,
-    /// at most; and by far less, since a step's middle is near the middle of what it scatters.
+    /// Under light that rises evenly along a ray, a picture's error is at most the change of light over half a step, times the scattered
+    /// share; and by far less, since a step's middle is near the middle of its scattering.
     #[test]
     fn steps_of_a_picture() {
         let volume = volume(cube(20, |_| 0.25), straight());

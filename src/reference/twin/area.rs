@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment of a caster that lets as much light through as the mean of all rays
-//! through a texel, and what the casters of a texel take one after the other.
+//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment of a caster that lets as much light through as the mean of all rays through a
+//! texel, and the optical depths of a texel's casters, one after the other.
 
 use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};
@@ -152,7 +152,7 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
 /// What a caster takes of each cell of a texel, and its optical depth where that is most; none where it takes of all alike.
 pub type Taken = Option<([f32; AREA_CELLS], f32)>;
 
-/// What area_seen knows of one caster.
+/// The values that area_seen has for one caster.
 pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Taken {
     let (view, caster) = about_origin(view, caster);
     if caster.is_strand() {
@@ -164,7 +164,7 @@ pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> 
     Some((depths.map(share_taken), depths.into_iter().fold(0.0, f32::max)))
 }
 
-/// What is left of the light in each cell of a texel. Twin: cell_light.
+/// Transmittance of each cell of a texel. Twin: cell_light.
 pub struct CellLight([f32; AREA_CELLS]);
 
 impl CellLight {
@@ -196,7 +196,7 @@ mod tests {
 
     const SIZE: u32 = 12;
 
-    /// Down the z axis; in a parallel view a texel is a unit wide, in perspective too where z is 10.
+    /// Down the z axis; in a parallel view, texels are a unit wide, in perspective too where z is 10.
     fn view(projection: Projection, size: u32) -> View {
         let half = 0.5 * SIZE as f32;
         let scale = if projection == Projection::Parallel { 1.0 / half } else { 10.0 / half };

@@ -1,10 +1,10 @@
-//! CPU twins of glsl/technique/beer_shadow_map/: where a texel's medium begins and ends and what it takes in all, in f32.
+//! CPU twins of glsl/technique/beer_shadow_map/: where a texel's medium begins and ends, and its optical depth, in f32.
 
 use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// What a texel keeps. Twin: glsl/technique/beer_shadow_map/texel.glsl.
+/// The content of a texel. Twin: glsl/technique/beer_shadow_map/texel.glsl.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
     /// 1 − depth of the nearest entry; 0 where nothing is.
@@ -58,7 +58,7 @@ pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> 
     Texel { optical_depth: units as f32 / scale, ..kept }
 }
 
-/// The same with the medium from the mean depth of what takes light on. Twin: WEIGHTED_FRONT of collect.comp.
+/// The same, but the medium begins at the casters' mean depth. Twin: WEIGHTED_FRONT of collect.comp.
 pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let plain = collect(view, texel, casters, bound);
     let (front, scale) = (1.0 - plain.one_minus_front, scale(bound));
@@ -66,7 +66,7 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     let (mut weights, mut places) = (0u32, 0u32);
     for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {
         let share = (DARK / segment.optical_depth).min(1.0);
-        // In a thin medium rounding would be a weight beyond all others.
+        // max(…, 0): in a thin medium a place may be rounded to just before the front, whose weight would be huge.
         let place = (segment.entry + 0.5 * (segment.exit - segment.entry) * share - front).max(0.0);
         let weight = segment.optical_depth.min(DARK) * (-extinction * place).exp() * scale;
         weights += (weight + 0.5) as u32;
@@ -79,10 +79,10 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     Texel { one_minus_front: plain.one_minus_front - deeper, back: plain.back + deeper, ..plain }
 }
 
-/// What the optical depth of light that is gone is taken for, in levels of detail.
+/// The optical depth that stands for no light, in levels of detail.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Mean transmittance along an even medium that takes so much. Twin: even_mean.
+/// Mean transmittance along an even medium of that optical depth. Twin: even_mean.
 fn even_mean(t: f32) -> f32 {
     if t < 0.01 { 1.0 - t * (0.5 - t / 6.0) } else { (1.0 - (-t).exp()) / t }
 }

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/world/cell.glsl: what a ray has of a volume's cell, in f32.
+//! CPU twin of glsl/world/cell.glsl: optical depth of a volume's cell along a ray, in f32.
 
 use super::gaussian::shape as gaussian_shape;
 use crate::scene::{Caster, FARTHEST};

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/detail: what is known of each tile, and how fine it is made.
+//! CPU twin of glsl/maps/detail: the survey of each tile, and the choice of its resolution.
 
 use super::bins::{TILE_TEXELS, tile_distance};
 use super::gaussian::strand_axis;
@@ -17,7 +17,7 @@ const SCALES: [i32; 2] = [-760, 240];
 /// Levels from which on a tile is finer: 80 log2(1.5), 80 log2(2.5), …
 const LEVELS: [i32; 7] = [47, 106, 145, 174, 197, 217, 233];
 
-/// What is known of a tile. Twin: Survey.
+/// The survey of a tile. Twin: Survey.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tile {
     /// Bit 4 y + x: a caster meets cell (x, y).
@@ -60,8 +60,8 @@ fn share_of_tile(view: &View, caster: &Caster) -> [f32; 3] {
     [edge.min(8.0), optical_depth / (1.0 + optical_depth), (area / 64.0 * optical_depth).min(1.0)]
 }
 
-/// What the casters leave in a tile of a parallel view, whose cells reach out by `outset` of their own texels.
-/// Twin: glsl/maps/detail/survey.comp, where that is a sixteenth.
+/// The survey of the casters of a tile of a parallel view, whose cells are enlarged by `outset` texels. Twin:
+/// glsl/maps/detail/survey.comp, where that is a sixteenth.
 pub fn survey(view: &View, casters: &[Caster], tile: [u32; 2], outset: f32) -> Tile {
     assert_eq!(view.projection(), Projection::Parallel, "bounds in perspective have no twin");
     let fine = finer(view, CELLS);

@@ -3,12 +3,12 @@
 
 use glam::Vec3;
 
-/// What is nearer to 0 or farther from it is taken for this.
+/// Values nearer to 0 or farther from it are clamped to this.
 const LEAST: f32 = 1e-36;
 /// Likewise.
 const MOST: f32 = 1e36;
 
-/// `1 / a` of what is not negative.
+/// `1 / a` for an `a` that is not negative.
 pub fn reciprocal(a: f32) -> f32 {
     let of = a.clamp(LEAST, MOST);
     let mut guess = f32::from_bits(0x7ef3_11c7 - of.to_bits());

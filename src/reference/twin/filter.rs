@@ -65,8 +65,8 @@ mod tests {
     }
 
     proptest! {
-        /// Weights are shares, their mean place is the position (the filters are symmetrical, and exactly so wherever the
-        /// position stands: a box cut to whole texels would not be), and they do not jump as the position moves.
+        /// Weights sum to 1, their mean place is the position, and they do not jump as the position moves. (The filters are symmetrical
+        /// exactly, wherever the position stands; a box cut to whole texels would not be.)
         #[test]
         fn weights_are_a_mean_about_the_position(
             kind in 0u32..3, radius in 1u32..=8, x in 0.0f32..16.0, y in 0.0f32..16.0, step in 0.0f32..1e-3,
@@ -83,7 +83,7 @@ mod tests {
             let moved = filter.weights(size, at + step);
             let of = |weights: &[(IVec2, f32)], t: IVec2| weights.iter().find(|w| w.0 == t).map_or(0.0, |w| w.1);
             for texel in weights.iter().chain(&moved).map(|w| w.0) {
-                // A weight is a product of two, each of which changes by at most 3 a texel.
+                // A weight is a product of two, each of which changes by at most 3 per texel.
                 let change = (of(&weights, texel) - of(&moved, texel)).abs();
                 prop_assert!(change <= 6.0 * step + 1e-5, "{texel} changes by {change} over {step}");
             }

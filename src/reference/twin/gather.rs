@@ -1,6 +1,6 @@
-//! Twin of glsl/world/gather.comp, gather_splats.comp, gather_triangles.comp and gather_lights.comp: what the caller's buffers become, to
-//! the bit but for axes of strands so short that a device may flush them, for what roots, logarithms and powers round of splats, and for
-//! what quotients round of lights.
+//! Twin of glsl/world/gather.comp, gather_splats.comp, gather_triangles.comp and gather_lights.comp: casters, triangles and lights from the
+//! caller's buffers. Equal to the bit, except axes of strands that are so short that a device may flush them to 0, splats up to the
+//! rounding of roots, logarithms and powers, and lights up to that of quotients.
 
 use super::gaussian::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
 use super::segment::MAX_OPTICAL_DEPTH;
@@ -166,7 +166,7 @@ pub struct Vertices<'a> {
     pub stride: usize,
     /// That there are.
     pub count: usize,
-    /// Three a triangle; without, vertices stand in threes.
+    /// Three per triangle; without, vertices stand in threes.
     pub indices: Option<&'a [u32]>,
     /// Albedo of all triangles.
     pub albedo: [f32; 3],
@@ -228,7 +228,7 @@ pub struct GatheredLight {
     pub cos_cone: f32,
     /// Linear RGB.
     pub radiance: [f32; 3],
-    /// 1 / radius², 0 of what does not end.
+    /// 1 / radius², 0 for lights without an end.
     pub falloff: f32,
 }
 

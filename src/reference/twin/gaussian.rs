@@ -1,4 +1,4 @@
-//! CPU twin of glsl/world/gaussian.glsl: what a ray has of an anisotropic Gaussian, in f32.
+//! CPU twin of glsl/world/gaussian.glsl: optical depth of an anisotropic Gaussian along a ray, in f32.
 
 use crate::scene::{Caster, View};
 use glam::{Vec2, Vec3};
@@ -73,7 +73,7 @@ pub fn turned(view: &View, caster: &Caster) -> Caster {
     Caster { axis, ..*caster }
 }
 
-/// What a ray has of one. Twin: GaussianRay.
+/// One along a ray. Twin: GaussianRay.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongRay {
     /// z.

@@ -1,9 +1,9 @@
-//! Twin of glsl/consume/gbuffer.comp: what a pixel sees of the triangle that it sees.
+//! Twin of glsl/consume/gbuffer.comp: albedo, normal and depth of a pixel from its triangle.
 
 use crate::scene::View;
 use glam::{Vec2, Vec3};
 
-/// What a pixel sees.
+/// A pixel's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Unit length; outwards where there is an outside.

@@ -1,5 +1,5 @@
-//! CPU twins of glsl/technique/half_angle/ and of what is painted with it: slices along the half vector of light and camera, the light's
-//! buffer after each. Sources: Kniss et al. 2003; Green 2008.
+//! CPU twins of glsl/technique/half_angle/ and of its picture: slices along the half vector of light and camera, the light's buffer after
+//! each. Sources: Kniss et al. 2003; Green 2008.
 
 use super::filter::Filter;
 use super::gaussian::strand_axis;

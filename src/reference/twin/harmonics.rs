@@ -1,4 +1,5 @@
-//! CPU twin of glsl/maps/harmonics.glsl: circles, and what segments of a ray are in them, in f32.
+//! CPU twin of glsl/maps/harmonics.glsl: sines and cosines of harmonics, and their means over segments of a ray, in
+//! f32.
 
 use std::f32::consts::{PI, TAU};
 
@@ -28,7 +29,7 @@ pub fn harmonics(entry: f32, exit: f32) -> impl Iterator<Item = [f32; 2]> {
     let (once, half) = (cis(0.5 * (entry + exit)), cis(0.5 * length));
     let (mut at, mut chord) = (once, half);
     (1..).map(move |order| {
-        // What the mean over a chord leaves of the value in its middle: sin(π order length) / (π order length).
+        // The mean over a chord, as a share of the value in its middle: sin(π order length) / (π order length).
         let share = if length > LEAST_LENGTH { chord[1] / (PI * order as f32 * length) } else { 1.0 };
         let mean = at.map(|part| part * share);
         (at, chord) = (turned(at, once), turned(chord, half));
@@ -36,7 +37,7 @@ pub fn harmonics(entry: f32, exit: f32) -> impl Iterator<Item = [f32; 2]> {
     })
 }
 
-/// What is shorter is a step. Twin: LEAST_LENGTH.
+/// A shorter segment is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
 #[cfg(test)]

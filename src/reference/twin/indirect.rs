@@ -1,4 +1,4 @@
-//! CPU twin of glsl/lights/indirect: virtual lights, drawn from reflective shadow maps. Units of flux and what is drawn by them are the same
+//! CPU twin of glsl/lights/indirect: virtual lights, drawn from reflective shadow maps. Units of flux and the choice by them are the same
 //! numbers as on the device; patches and lights are in f64, from the same rays.
 
 use crate::scene::{Light, LightKind, Projection, View};
@@ -19,7 +19,7 @@ pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
     ((texel >> (2 * side_bits)) as usize, [texel & within, texel >> side_bits & within])
 }
 
-/// What a unit of flux is, where `greatest` is the greatest flux.
+/// A unit of flux, where `greatest` is the greatest flux.
 pub fn unit(greatest: f32) -> f32 {
     f32::from_bits(((greatest.to_bits() >> 23).max(LEAST_EXPONENT) - 22) << 23)
 }
@@ -90,7 +90,7 @@ pub struct Facet {
     pub side: i32,
 }
 
-/// What a light sees of a surface through a texel. Twin: Patch in glsl/lights/indirect/patch.glsl.
+/// The patch of a surface that a light sees through a texel. Twin: Patch in glsl/lights/indirect/patch.glsl.
 pub struct Patch {
     /// World units.
     pub position: DVec3,
@@ -104,8 +104,8 @@ pub struct Patch {
     pub cosine: f64,
 }
 
-/// The patch of a facet that a texel of `view` shows; the view is that of face number `face` of the light. None where another face
-/// is asked for what lies there, or the light is inside of what is closed. Twin: patch_of.
+/// The patch of a facet that a texel of `view` shows; the view is that of face number `face` of the light. None where the place belongs to
+/// another face, or the light is inside of a closed mesh. Twin: patch_of.
 pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2]) -> Option<Patch> {
     let ray = view.ray(DVec2::from(at.map(f64::from)) + 0.5);
     let [a, b, c] = facet.corners;

@@ -1,4 +1,4 @@
-//! Twins of glsl/consume/interleaved/: which lights each of 4 × 4 pixels asks, and what they find together.
+//! Twins of glsl/consume/interleaved/: which lights each of 4 × 4 pixels asks, and their mean.
 
 use super::many_lights::frame::Frame;
 use super::many_lights::shade::is_same_surface;
@@ -20,8 +20,8 @@ pub fn part(lights: u32, place: u32) -> impl Iterator<Item = u32> {
     (place % parts..lights).step_by(parts as usize)
 }
 
-/// What each pixel turns of its part, of what `light` says that it turns of one; nothing of it where `seen` says that there is
-/// sky. Twin: glsl/consume/interleaved/ask.comp.
+/// How much light each pixel reflects from its part of the lights, where `light` says how much from one; nothing where `seen` says that
+/// there is sky. Twin: glsl/consume/interleaved/ask.comp.
 pub fn ask(
     [width, height]: [u32; 2],
     lights: u32,
@@ -43,8 +43,8 @@ fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 /// How near four pixels are about a pixel, where they begin 3, 2, 1 or 0 before it. Twin: NEARNESS.
 const NEARNESS: [usize; 4] = [0, 2, 3, 1];
 
-/// What arrives at each pixel from all lights, but for the rounding of a division; nothing in the sky. `geometry`: z, as bits, and
-/// packed normal of each pixel. Twin: glsl/consume/interleaved/gather.comp.
+/// Light that each pixel reflects from all lights, up to the rounding of a division; nothing in the sky. `geometry`: z, as bits, and packed
+/// normal of each pixel. Twin: glsl/consume/interleaved/gather.comp.
 pub fn gather(frame: &Frame, geometry: &[[u32; 2]], estimates: &[[f32; 3]], lights: u32) -> Vec<[f32; 3]> {
     let [width, height] = [frame.camera.width, frame.camera.height];
     let pixel = |i: u32| {

@@ -9,7 +9,7 @@ pub fn end(range: Range, count: usize, k: usize) -> f32 {
     if range == Range::Front { (k * (k + 1)) as f32 / (of * (of + 1.0)) } else { k as f32 / of }
 }
 
-/// What a segment between two places adds to each layer's sum. Twin: segment_parts.
+/// A segment's contribution, between two places, to each layer's sum. Twin: segment_parts.
 pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let steepness = if to > from { 1.0 / (to - from) } else { 0.0 };
     std::array::from_fn(|k| match end(range, N, k + 1) {
@@ -18,7 +18,7 @@ pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: 
     })
 }
 
-/// What a texel keeps.
+/// The content of a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel<const N: usize> {
     /// Which depths its range is of.
@@ -98,7 +98,7 @@ mod tests {
     ];
 
     fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
-        // Densities of nothing, of smoke and of what is opaque.
+        // Densities of nothing, of smoke and of opaque casters.
         let density = prop_oneof![Just(0.0f32), 0.0..3.0f32, Just(1e6f32)];
         prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)
     }
@@ -157,7 +157,7 @@ mod tests {
                     let depth = texel.range[0] + end(range, 8, k) * (texel.range[1] - texel.range[0]);
                     let expected = (-exact(&view, &casters, depth.into())).exp();
                     let found = (-texel.optical_depths[k - 1]).exp();
-                    // What is opaque takes all light within a rounding of a depth.
+                    // An opaque caster takes all light within a rounding of a depth.
                     let near = [-1e-6, 1e-6].map(|off| (-exact(&view, &casters, f64::from(depth) + off)).exp());
                     let tolerance = 1e-5 + (near[0] - near[1]).abs();
                     prop_assert!((f64::from(found) - expected).abs() < tolerance, "{range:?} {k}: {found}, not {expected}");

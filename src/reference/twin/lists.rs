@@ -15,7 +15,7 @@ const BOX_GUARDS: u32 = 0x2108_4210;
 /// Twin: CAST_SLACK.
 const CAST_SLACK: f32 = 1.0 / 512.0;
 
-/// What of a box, in voxels, is in a voxel: lanes of five bits, each with the highest set. Twin: box_in in glsl/grid/lists/box.glsl.
+/// The part of a box, in voxels, inside a voxel: lanes of five bits, each with the highest set. Twin: box_in in glsl/grid/lists/box.glsl.
 fn box_in([low, high]: [[f32; 3]; 2], voxel: [u32; 3]) -> u32 {
     let place = |at: f32, i: usize| ((at - voxel[i] as f32) * 16.0).clamp(0.0, 15.0) as u32;
     (0..3).map(|i| (16 + place(high[i], i)) << (5 * i) | (31 - place(low[i], i)) << (15 + 5 * i)).sum()
@@ -50,7 +50,7 @@ pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits
     (bits, words)
 }
 
-/// What is listed for all voxels. Twin: lists_of_all.
+/// The list that all voxels share. Twin: lists_of_all.
 fn of_all(size: u32) -> (usize, u32) {
     ((size / 4).pow(3) as usize, 0)
 }

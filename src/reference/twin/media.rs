@@ -1,5 +1,5 @@
-//! What smoke and hair take in the voxels of a grid, and ways through it. Twin of glsl/grid/blob.glsl, deposit.comp, media.glsl
-//! and march.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
+//! Smoke and hair in the voxels of a grid, and their optical depth along ways through it. Twin of glsl/grid/blob.glsl, deposit.comp,
+//! media.glsl and march.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
 
 use super::cell;
 use super::grid::{Bits, Place};
@@ -9,7 +9,7 @@ use glam::Vec3;
 use std::array::from_fn;
 use std::f32::consts::PI;
 
-/// Units an optical depth of 1. Twin: MEDIA_UNITS in glsl/grid/media.glsl.
+/// Units per optical depth of 1. Twin: MEDIA_UNITS in glsl/grid/media.glsl.
 pub const UNITS: f32 = 16_777_216.0;
 
 /// Twin: MEDIA_FULL.
@@ -74,7 +74,7 @@ impl Motes {
         Self { first, axis, step, count, amount: units(amount) }
     }
 
-    /// What each of its parts puts into which voxels.
+    /// How much each of its parts puts into which voxels.
     pub(super) fn shares(&self, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
         (0..self.count).for_each(|i| mote(self.place(i), self.amount, size, &mut deposit));
     }
@@ -185,12 +185,12 @@ fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     })
 }
 
-/// What a grid's voxels take.
+/// Extinction in a grid's voxels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Media {
     /// Optical depths of ways of one voxel's length, brick by brick, modulo 32 bits.
     pub voxels: Vec<u32>,
-    /// On level 0 of voxels whose sum went past 32 bits, above of where there is anything.
+    /// On level 0: voxels whose sum overflowed 32 bits; above: bricks and blocks that are not empty.
     pub bits: Bits,
 }
 
@@ -258,7 +258,7 @@ impl Media {
         self.march_by(from, way, |voxel| self.of(voxel))
     }
 
-    /// The same of what `of` says that each voxel takes.
+    /// The same, where `of` says what each voxel takes.
     pub(super) fn march_by(&self, from: [f32; 3], way: [f32; 3], of: impl Fn([u32; 3]) -> f32) -> f32 {
         let voxels = length(way);
         let mut sum = 0.0;

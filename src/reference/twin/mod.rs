@@ -1,5 +1,5 @@
-//! CPU twins: one file per GPU pass that computes something, in f32 as on the device. [`vertex_lit`] is in f64, since it
-//! asks the truth for light, and so is what [`indirect`] knows of patches.
+//! CPU twins: one file per GPU pass that computes something, in f32 as on the device. [`vertex_lit`] is in f64, since
+//! it asks the truth for light, and so are the patches of [`indirect`].
 
 pub mod area;
 pub mod avsm;

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/moments/: what moments of a ray's optical depth say of it, in f32.
+//! CPU twin of glsl/technique/moments/: bounds of a ray's optical depth from its moments, in f32.
 
 use super::harmonics::{cis, harmonics, turned};
 use super::roots::real_roots;
@@ -6,7 +6,7 @@ use super::roots::real_roots;
 /// Which functions are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// Chebyshev polynomials up to the number of moments: they say what as many powers do, and round better.
+    /// Chebyshev polynomials up to the number of moments: they carry the same as that many powers, and round better.
     Power,
     /// Cosines and sines, half as many of each.
     Trigonometric,
@@ -18,7 +18,7 @@ const ARC: f32 = 0.65;
 /// Two places whose directions differ by less, squared, are one. Twin: SAME.
 const SAME: f32 = 1e-6;
 
-/// What takes less light is spread evenly: its moments are mostly rounding. Twin: THIN.
+/// A smaller optical depth is spread evenly: its moments are mostly rounding. Twin: THIN.
 const THIN: f32 = 2e-3;
 
 /// By how much so many moments are drawn to those of an even distribution, so that rounding leaves them moments of something. Twin: BIAS.
@@ -29,8 +29,8 @@ pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
 /// The least pivot that is divided by. Twin: LEAST_PIVOT.
 const LEAST_PIVOT: f32 = 1e-5;
 
-/// What a segment between two places of the range adds to each sum: its optical depth, then that times the mean of each function. Twin:
-/// segment_parts.
+/// A segment's contribution, between two places of the range, to each sum: its optical depth, then that times the mean of each function.
+/// Twin: segment_parts.
 pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     match basis {
@@ -61,7 +61,7 @@ pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_dept
 /// Square matrices and vectors of up to 5.
 type Vector = [f32; 5];
 
-/// What the moments are asked by.
+/// Values by which moments are evaluated.
 struct Problem<'a> {
     basis: Basis,
     /// Means of the functions, the first of them 1.
@@ -237,8 +237,8 @@ pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
     sums
 }
 
-/// The share of the optical depth that lies before a place of the range: `overestimation` of what the sharpest bound gives the place
-/// itself, all of what it puts before it. `means` are the sums over the first. Twin: moments_share.
+/// The share of the optical depth that lies before a place of the range: all that the sharpest bound puts before the place, and
+/// `overestimation` times its weight at the place itself. `means` are the sums over the first. Twin: moments_share.
 fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     let problem = Problem { basis, means, degree: (means.len() - 1) / 2 };
     let n = problem.degree;
@@ -262,7 +262,7 @@ fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     for i in 0..n {
         monic[i] = d[i + 1] / square;
     }
-    // Places of the distribution are at right angles to one another; where rounding makes two of one, they share what they weigh.
+    // Places of the distribution are at right angles to one another; where rounding makes two places of one, they share its weight.
     let mut seen = [([0.0; 5], 0.0); 5];
     seen[0] = (solved.map(|y| y / square.sqrt()), 1.0 / square.sqrt());
     let (mut before, mut all) = (overestimation / square, 1.0 / square);

@@ -134,7 +134,7 @@ fn cross(a: IVec2, b: IVec2) -> i64 {
     i64::from(a.x) * i64::from(b.y) - i64::from(a.y) * i64::from(b.x)
 }
 
-/// Exactly one of two triangles that share an edge has what lies on it.
+/// Exactly one of two triangles that share an edge covers centres on it.
 fn owns_edge(edge: IVec2) -> bool {
     edge.y < 0 || (edge.y == 0 && edge.x > 0)
 }
@@ -174,7 +174,7 @@ fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32)) {
     }
 }
 
-/// What is stored of a surface at `z` of a texel's ray. Twin: stored_depth.
+/// The depth that is stored for a surface at `z` of a texel's ray. Twin: stored_depth.
 fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
     let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
     let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));

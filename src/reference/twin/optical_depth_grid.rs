@@ -35,7 +35,7 @@ impl OpticalDepths {
         Self { place: *place, cells, depths: (0..cells.pow(3)).map(of).collect() }
     }
 
-    /// What is left of the light there. Twin: light_visibility in visibility.glsl.
+    /// Transmittance there. Twin: light_visibility in visibility.glsl.
     pub fn visibility(&self, media: &Media, light: &Light, position: [f32; 3]) -> f32 {
         let (from, way) = way(&self.place, light, position);
         let Some([near, _]) = media.bits.clipped(from, way) else { return 1.0 };

@@ -1,5 +1,5 @@
-//! CPU twins of glsl/technique/psm/: what is left of the light behind each slice of a texel's ray, in f32. Source: NVIDIA's talk at GDC
-//! 2013, "Particle Shadow Mapping", steps 2 to 4; the split, sums of optical depths and [`fused`] are ours.
+//! CPU twins of glsl/technique/psm/: transmittance behind each slice of a texel's ray, in f32. Source: NVIDIA's talk at GDC 2013, "Particle
+//! Shadow Mapping", steps 2 to 4; the split, sums of optical depths and [`fused`] are ours.
 
 use super::gaussian::strand_axis;
 use super::segment::texel_segment;
@@ -53,7 +53,7 @@ pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices
     local
 }
 
-/// What is left behind each slice, of what each leaves. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
+/// The light behind each slice, from each slice's own transmittance. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
 pub fn propagate(leaves: &[f32]) -> Vec<f32> {
     let product = |before: &mut f32, leaves: &f32| {
         *before *= leaves;
@@ -71,7 +71,7 @@ pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     local.iter().scan(0.0, sum).collect()
 }
 
-/// Casters from which on a tile's unit follows from what they take. Twin: MANY.
+/// With so many casters or more, a tile's unit follows from their optical depths. Twin: MANY.
 pub fn many(split: bool) -> usize {
     if split { 128 } else { 256 }
 }
@@ -85,8 +85,8 @@ pub fn scale(casters: &[Caster], split: bool) -> f32 {
     sums::scale(sums::bound(casters, if split { 2.0 * DARK } else { DARK }))
 }
 
-/// What is left behind each slice, from sums of whole numbers; `scale` is [`scale`] of the casters of the texel's tile.
-/// Twin: fused.comp.
+/// Transmittance behind each slice, from sums of whole numbers; `scale` is [`scale`] of the casters of the texel's
+/// tile. Twin: fused.comp.
 pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, scale: f32) -> Vec<f32> {
     let mut sums = vec![0u32; slices.count as usize];
     for caster in casters {
@@ -105,7 +105,7 @@ pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, s
     sums.iter().scan(0, run).collect()
 }
 
-/// What of the light reaches `depth`, 0 to 1 in the light's range, on a ray of which `behind` is left behind its slices.
+/// How much light reaches `depth`, 0 to 1 in the light's range, on a ray with transmittance `behind` behind its slices.
 /// Twin: light_visibility in glsl/technique/psm/visibility.glsl. Source: step 4, "Sample from PSM".
 pub fn look_up(behind: &[f32], depth: f32) -> f32 {
     let at = depth.clamp(0.0, 1.0) * behind.len() as f32;

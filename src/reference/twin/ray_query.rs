@@ -7,7 +7,7 @@ use glam::Vec3;
 /// Twin: BOX_MARGIN.
 const MARGIN: f32 = 1e-5;
 
-/// Low and high corner of the box about a caster; none of what casts nothing.
+/// Low and high corner of the box about a caster; none for a caster that casts nothing.
 pub fn boxed(caster: &Caster) -> Option<[[f32; 3]; 2]> {
     let (start, end) = (Vec3::from(caster.position), Vec3::from(caster.position) + strand_axis(caster));
     let margin = caster.radius + MARGIN * (caster.radius + start.abs().max(end.abs()));

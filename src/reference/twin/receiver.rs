@@ -22,7 +22,7 @@ pub fn moved(view: &View, position: Vec3, normal: Vec3, normal_bias: f32) -> Vec
     position + normal * by.max(rounding)
 }
 
-/// What texels about a point are compared with. Twin: Receiver.
+/// The receiver that texels about a point are compared with. Twin: Receiver.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
     view: View,
@@ -31,7 +31,7 @@ pub struct Receiver {
     pub depth: f32,
     along: f32,
     across: Vec2,
-    /// So much of what a texel holds is above the surface's plane, world units.
+    /// A texel shadows the point if it lies more than this above the surface's plane, world units.
     pub least: f32,
 }
 

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/reservoir/: which lights a pixel draws, which one it keeps, and what that weighs.
+//! Twin of glsl/consume/reservoir/: which lights a pixel draws, which one it keeps, and its weight.
 
 /// Lights that a pixel draws in a frame. Twin: CANDIDATES.
 pub const CANDIDATES: u32 = 16;
@@ -34,30 +34,30 @@ pub fn candidate_light(bits: u32, i: u32, candidates: u32, lights: u32) -> u32 {
     (i * lights + place) / candidates
 }
 
-/// What a pixel keeps. Twin: Reservoir.
+/// The light that a pixel keeps, and its weight. Twin: Reservoir.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kept {
     /// The light.
     pub light: u32,
-    /// What is turned of it times this has the sum over all lights for its mean; 0: none is kept.
+    /// Weight: the light reflected from it, times this, has the sum over all lights as its mean; 0: none is kept.
     pub weight: f32,
     /// Frames that it stands for.
     pub frames: u32,
 }
 
-/// What one frame of a pixel comes to.
+/// The result of one frame of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asked {
     /// For the next frame.
     pub kept: Kept,
     /// How much of that light arrives.
     pub visible: f32,
-    /// How near the nearest decision was, of what it was held against: less than rounding may fall the other way.
+    /// How near the nearest decision was, as a share of the value compared with: below this, rounding may turn it.
     pub margin: f32,
 }
 
-/// One frame of a pixel under so many lights, which kept `old` where it was seen before. `target`: what it would turn of a light;
-/// `visibility`: how much of one arrives; `reached`: whether one reached it where it was seen before. Twin: ask.comp.
+/// One frame of a pixel under so many lights, which kept `old` where it was seen before. `target`: the light that it would reflect from a
+/// light; `visibility`: how much of one arrives; `reached`: whether one reached it where it was seen before. Twin: ask.comp.
 pub fn ask(
     seed: u32,
     lights: u32,
@@ -142,8 +142,8 @@ mod tests {
         }
     }
 
-    /// A light's part at a pixel in a frame, and how much of it arrives: what is turned, and what is seen, change from frame to frame, so
-    /// that a pixel keeps lights that others did not reach.
+    /// A light's part at a pixel in a frame, and how much of it arrives: reflected light and visibility change from frame to frame, so that
+    /// a pixel keeps lights that others did not reach.
     fn target(frame: u32, light: u32) -> f32 {
         let lit = !(light + frame).is_multiple_of(5);
         if lit { 0.1 + ((light * 7 + frame * 3) % 11) as f32 } else { 0.0 }

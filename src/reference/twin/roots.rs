@@ -3,7 +3,7 @@
 /// Laguerre's steps to a root. Twin: ROUNDS.
 const ROUNDS: usize = 5;
 
-/// What is nearer to 0 is taken for it. Twin: LEAST_ROOT.
+/// Values nearer to 0 count as 0. Twin: LEAST_ROOT.
 const LEAST_ROOT: f32 = 1e-6;
 
 /// Factors of u^(n−1) and on, of which there are up to 4.
@@ -29,8 +29,7 @@ fn largest_root(all: &[f32]) -> f32 {
     u
 }
 
-/// All roots of u^n + …, those far from 0 first, so that what is left of the polynomial is right near 0; n is at least 2. Twin:
-/// real_roots.
+/// All roots of u^n + …, those far from 0 first, so that the deflated polynomial is accurate near 0; n is at least 2. Twin: real_roots.
 pub fn real_roots(mut all: Factors, n: usize) -> Factors {
     let mut roots = [0.0; 4];
     for degree in (3..=n).rev() {
@@ -48,7 +47,7 @@ pub fn real_roots(mut all: Factors, n: usize) -> Factors {
         }
         let root = largest_root(&all[..degree]);
         roots[n - degree] = unit * root;
-        // Divided by what has that root, from the end.
+        // Deflation: the polynomial divided by (u − root), from the last coefficient on.
         let mut carried = 0.0;
         for k in (1..degree).rev() {
             carried = if root > 0.0 { (carried - all[k]) / root } else { 0.0 };

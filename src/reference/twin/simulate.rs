@@ -1,3 +1,3 @@
-//! The fountain on the host is the twin of glsl/simulate/: one code, since a scene at a time says where its particles are.
+//! The twin of glsl/simulate/ is the fountain on the host itself, which finds where a scene's particles are at a time.
 
 pub use crate::scene::fountain_steps::{Rules, bodies, particles, pcg};

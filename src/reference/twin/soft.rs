@@ -1,5 +1,5 @@
-//! How strands run in the voxels of a grid, and ways through one that is linear between voxels' middles. Twin of
-//! glsl/grid/directions.comp and directions.glsl, to the bit, and of soft.glsl.
+//! Directions of strands in the voxels of a grid, and ways through a grid that is linear between voxels' middles. Twin
+//! of glsl/grid/directions.comp and directions.glsl, to the bit, and of soft.glsl.
 
 use super::grid::Place;
 use super::media::{DARK, Media, Motes, UNITS, inverse_root, length};
@@ -10,10 +10,10 @@ use std::f32::consts::PI;
 /// Twin: DIRECTION_UNITS.
 const DIRECTION_UNITS: f32 = 4_194_304.0;
 
-/// A matrix a voxel: xx, yy, zz, xy, yz, zx.
+/// A matrix per voxel: xx, yy, zz, xy, yz, zx.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Directions {
-    /// In the order of [`Media::voxels`], six a voxel.
+    /// In the order of [`Media::voxels`], six per voxel.
     pub words: Vec<i32>,
 }
 
@@ -76,9 +76,9 @@ fn directed(sum: f32, m: [f32; 6], towards: [f32; 3]) -> f32 {
     (sum - strands).max(0.0) + 4.0 / PI * (least + share * (most - least))
 }
 
-/// What a look-up of the technique `density-grid` knows.
+/// Data of a look-up of the technique `density-grid`.
 pub struct Soft<'a> {
-    /// What voxels take on average.
+    /// Mean extinction of voxels.
     pub media: &'a Media,
     /// How their strands run, where that is known.
     pub directions: Option<&'a Directions>,
@@ -87,7 +87,7 @@ pub struct Soft<'a> {
 }
 
 impl Soft<'_> {
-    /// What a voxel takes of a way in a direction of unit length. Twin: media_of, directed.
+    /// Extinction of a voxel in a direction of unit length. Twin: media_of, directed.
     pub fn of(&self, voxel: [u32; 3], towards: [f32; 3]) -> f32 {
         let sum = self.media.of(voxel);
         let Some(directions) = self.directions.filter(|_| !self.media.is_full(voxel)) else { return sum };
@@ -151,7 +151,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// What strands that run in these directions take of a way along z, of what they take across it: by their matrix, and in truth.
+    /// Extinction along z of strands that run in these directions, as a share of that across them: by their matrix, and in truth.
     fn taken(directions: &[[f64; 3]]) -> [f64; 2] {
         let n = directions.len() as f64;
         let mean = |of: &dyn Fn(&[f64; 3]) -> f64| directions.iter().map(of).sum::<f64>() / n;

@@ -10,7 +10,7 @@ pub const NO_END: u32 = u32::MAX;
 /// How often depths are halved. Twin: HALVINGS.
 pub const HALVINGS: u32 = 16;
 
-/// A decision of a draw that is nearer to the other one than this, of what it is held against, may fall otherwise on a device.
+/// A decision of a draw that is closer than this share of the value compared with may fall the other way on a device.
 const CLOSE: f32 = 2e-4;
 
 fn hashed(bits: u32) -> u32 {
@@ -99,7 +99,7 @@ pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32,
     drawn
 }
 
-/// What a texel's casters take, in whole units.
+/// Optical depth of a texel's casters, in whole units.
 pub struct Units {
     segments: Vec<Segment>,
     scale: f32,
@@ -138,19 +138,19 @@ impl Units {
         Some([low, high])
     }
 
-    /// How many may be rounded otherwise: one a caster, and a part of all.
+    /// How many may be rounded otherwise: one per caster, and a part of all.
     pub fn rounding(&self) -> u32 {
         self.segments.len() as u32 + (self.all as f32 * 2e-5) as u32
     }
 
-    /// What sample `i` of so many is to have lost where it ends.
+    /// The light lost where sample `i` of so many ends.
     pub fn wanted(&self, texel: [u32; 2], i: u32, count: u32) -> u32 {
         let lost = ((i as f32 + share(texel_key(texel))) / count as f32).min(0.999_999_9);
         (-(1.0 - lost).ln() * self.scale) as u32
     }
 }
 
-/// So many samples of a texel, even quantiles of what its casters leave. Twin: quantiles.comp.
+/// So many samples of a texel, even quantiles of its transmittance. Twin: quantiles.comp.
 pub fn quantiles(units: &Units, texel: [u32; 2], count: u32) -> Vec<u32> {
     let [low, high] = units.range().unwrap_or_default();
     let of = |i| {
@@ -180,7 +180,7 @@ mod tests {
     use crate::scene::tests::along_the_axis;
     use proptest::prelude::*;
 
-    /// What is left at a depth, in f64.
+    /// Transmittance up to a depth, in f64.
     fn left(view: &View, casters: &[Caster], depth: f32) -> f64 {
         let of = |s: Segment| {
             let within = f64::from(depth - s.entry) / f64::from(s.exit - s.entry).max(1e-30);

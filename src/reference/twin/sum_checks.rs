@@ -1,4 +1,4 @@
-//! What holds of every technique of sums over a texel's casters, whatever is summed.
+//! Properties that hold for every technique with sums over a texel's casters.
 
 use super::segment::texel_segment;
 use super::sums::{DARK, bound};
@@ -7,7 +7,7 @@ use crate::scene::tests::along_the_axis;
 use crate::scene::{Caster, View};
 use proptest::prelude::*;
 
-/// Spheres along the light: place, radius, and extinctions of nothing, of smoke and of what is opaque.
+/// Spheres along the light: place, radius, and extinctions of nothing, of smoke and of opaque casters.
 pub fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
     let density = prop_oneof![Just(0.0f32), 0.0..3.0f32, Just(1e6f32)];
     prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)

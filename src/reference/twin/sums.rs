@@ -14,7 +14,7 @@ pub fn bound(casters: &[Caster], dark: f32) -> u64 {
     casters.iter().map(|c| (most(c).min(dark) * BOUND_UNITS) as u64 + 1).sum()
 }
 
-/// Units an optical depth of 1. Twin: sum_scale.
+/// Units per optical depth of 1. Twin: sum_scale.
 pub fn scale(bound: u64) -> f32 {
     (22.min(38 - bound.max(1).ilog2() as i32) as f32).exp2()
 }

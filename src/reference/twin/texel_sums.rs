@@ -54,7 +54,7 @@ pub fn segments(view: &View, texel: [u32; 2], casters: &[Caster], dark: f32) -> 
     .collect()
 }
 
-/// The range of a texel and its sums. `parts` is what a segment between two places adds to each, the technique's segment_parts;
+/// The range of a texel and its sums. `parts` is a segment's contribution, between two places, to each: the technique's segment_parts;
 /// `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
 pub fn binned<const N: usize>(
     (view, texel, casters, bound): (&View, [u32; 2], &[Caster], u64),

@@ -1,4 +1,4 @@
-//! CPU twins of glsl/technique/translucency_map/: what all casters leave of a texel's ray, in f32.
+//! CPU twins of glsl/technique/translucency_map/: transmittance of all casters on a texel's ray, in f32.
 
 use super::segment::texel_segment;
 use super::sums::{DARK, scale};

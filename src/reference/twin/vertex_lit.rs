@@ -126,10 +126,10 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, spacing: f64) ->
     let size = DVec2::new(camera.width.into(), camera.height.into());
     [0, 1].map(|bound| {
         let caster = |pixel, index: Option<u32>, position| {
-            // A volume has no vertices: it is lit as ever.
+            // A volume has no vertices: its light is looked up at the position itself.
             let Some(index) = index else { return light(casters, scene, position, |_| 0.0, |_| 1.0) };
             let ndc = pixel / size * 2.0 - 1.0;
-            // What has no quad meets no ray, rounding aside.
+            // A caster without a quad meets no ray, rounding aside.
             lit[index as usize].as_ref().map_or(DVec3::ZERO, |l| l.at(ndc)[bound])
         };
         let surface = |position, hit: &_| lit_surface(casters, scene, position, hit);

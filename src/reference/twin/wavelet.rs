@@ -1,7 +1,7 @@
-//! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, as the means that these make, in f32.
+//! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, stored as means over intervals, in f32.
 
-/// What a segment between two places of the range adds to each sum: the mean of its optical depth up to each place of each interval, then
-/// all of it. Twin: segment_parts.
+/// A segment's contribution, between two places of the range, to each sum: the mean of its optical depth up to each place of each interval,
+/// then all of it. Twin: segment_parts.
 pub fn parts<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
     let side = 1.0 / (N - 1) as f32;
     std::array::from_fn(|i| match i as f32 * side {
@@ -19,7 +19,7 @@ fn mean_share([entry, exit]: [f32; 2], low: f32, high: f32) -> f32 {
     (along + (high - to)) / (high - low)
 }
 
-/// What is shorter is a step. Twin: LEAST_LENGTH.
+/// A shorter segment is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
 /// The optical depth to a place of the range: means stand in the middles of their intervals, none at the range's beginning and all at its

@@ -1,4 +1,4 @@
-//! What stands above all else: which device is fastest and by how much, which technique is best there, what interlock buys.
+//! The head of the report: which device is fastest and by how much, which technique is best there, what interlock buys.
 
 use super::Names;
 use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Status, Times, Verdict};
@@ -10,7 +10,7 @@ pub fn devices_answer(beside: &Beside) -> String {
     one_line(&format!("{}; {}.", fastest(beside), errors(beside, &beside.agreement())))
 }
 
-/// What a frame takes, or a build.
+/// The time of a frame, or of a build.
 pub(super) fn what(beside: &Beside) -> &'static str {
     match beside.times {
         Times::Frame => "frame",
@@ -53,7 +53,7 @@ fn fastest(beside: &Beside) -> String {
     let pairs = |of: usize| -> Vec<(usize, Pair)> {
         (0..count).filter(|&to| to != of).filter_map(|to| Some((to, pair(beside, to, of)?))).collect()
     };
-    // Who takes least of what the others take.
+    // The device with the least share of the others' times.
     let score = |of: usize| {
         let pairs = pairs(of);
         let sum: f64 = pairs.iter().map(|(_, pair)| pair.median.ln()).sum();

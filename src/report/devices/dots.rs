@@ -1,4 +1,4 @@
-//! The plot: for each scene and spec a track, in it a lane a device: the mark at the time's median, the line its band. It is laid out
+//! The plot: for each scene and spec a track, in it a lane per device: the mark at the time's median, the line its band. It is laid out
 //! by the browser, so that it is as wide as the window and its letters as large as all others.
 
 use super::Names;

@@ -20,7 +20,7 @@ use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// What lines are called: what tells those that are shared apart, without what they all have.
+/// The names of lines: the keys in which shared lines differ, without those that they have in common.
 struct Names<'a> {
     beside: &'a Beside,
     specs: Specs,
@@ -32,7 +32,7 @@ impl<'a> Names<'a> {
         Self { beside, specs: Specs::of(&rows) }
     }
 
-    /// Groups of the rest, by what tells them apart.
+    /// Groups of the rest, by the keys in which they differ.
     fn of_all(beside: &'a Beside) -> Self {
         let rows: Vec<Row> = beside.lines.iter().map(|line| beside.any(line).clone()).collect();
         Self { beside, specs: Specs::of(&rows) }
@@ -42,7 +42,7 @@ impl<'a> Names<'a> {
         self.specs.compact(self.beside.any(&self.beside.lines[line]))
     }
 
-    /// The path that was asked for, which is a part of the spec here: on each device another may be what runs.
+    /// The path that was asked for, which is a part of the spec here: on each device another path may run.
     fn with_path(&self, line: usize) -> String {
         let name = self.compact(line);
         let row = self.beside.any(&self.beside.lines[line]);
@@ -66,7 +66,7 @@ struct Cell {
     class: &'static str,
     /// Whether it is words and no number.
     why: bool,
-    /// The path that ran, where the spec leaves it open, and what speaks against the time.
+    /// The path that ran, where the spec leaves it open, and reasons not to trust the time.
     notes: Vec<String>,
 }
 
@@ -171,7 +171,7 @@ struct PageColumn {
 #[derive(Serialize)]
 struct PageScene {
     name: String,
-    /// What columns say otherwise of the scene.
+    /// Conditions of the scene in which columns differ.
     notes: Vec<String>,
     plot: String,
     lines: Vec<PageLine>,
@@ -376,7 +376,7 @@ fn features(beside: &Beside) -> Features {
     };
     let features = |column: usize| &beside.columns[column].results.device.features;
     let count = beside.columns.len();
-    // What names the device stands above.
+    // The device's name stands above.
     let keys: BTreeSet<&String> = (0..count)
         .flat_map(|column| features(column).keys())
         .filter(|key| !["name", "driver", "api", "type"].contains(&key.as_str()))

@@ -6,7 +6,7 @@ use crate::report::wording::{NOTHING, one_line, significant, status_word};
 use crate::{Error, Result};
 use serde_json::{Number, Value, json};
 
-/// One word for what a ratio says.
+/// The verdict of a ratio, in one word.
 pub(super) fn verdict_word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Same => "no difference",
@@ -26,7 +26,8 @@ fn header(cells: Vec<String>) -> String {
     row(cells) + &row(rule)
 }
 
-/// The sentences, then a table a scene, of what two devices or more have; what interlock buys; errors that differ.
+/// The sentences; then one table per scene, with rows that two devices or more have; what interlock buys; errors that
+/// differ.
 pub fn devices_markdown(beside: &Beside) -> String {
     let names = Names::of(beside);
     let mut text = format!("{}\n", answer::devices_answer(beside));
@@ -96,7 +97,7 @@ pub fn devices_markdown(beside: &Beside) -> String {
     text
 }
 
-/// A line for each row of each device. Numbers in full precision; what is missing is an empty field.
+/// A line for each row of each device. Numbers in full precision; missing values are empty fields.
 ///
 /// # Errors
 /// [`Error::Output`] where memory runs out.

@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
-/// Samples a side that it may have.
+/// Samples per side that it may have.
 pub(in crate::scene) const MOST: u32 = 256;
 
 /// World units across.
@@ -25,7 +25,7 @@ const BALLS: [([f64; 3], f64); 7] = [
     ([-0.2, 0.12, 0.12], 0.26),
 ];
 
-/// So many samples a side about it, under one sun, above a ground; turned against the world's axes, as files' are.
+/// So many samples per side about it, under one sun, above a ground; turned against the world's axes, as files' are.
 pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
     let wrong = |cause: String| Error::input(name, cause, "this is a bug of the built-in scene");
     let volume = volume(samples, 1).map_err(wrong)?;
@@ -119,7 +119,8 @@ fn ground() -> Mesh {
 mod tests {
     use super::*;
 
-    /// It is sparse, the same each time, and its cells hold what a finer and a coarser grid of the same formula hold.
+    /// It is sparse and the same each time, and its cells hold as much as those of a finer and of a coarser grid of the
+    /// same formula.
     #[test]
     fn a_cloud_of_any_resolution() {
         let mass = |samples| {

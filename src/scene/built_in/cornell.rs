@@ -1,5 +1,5 @@
-//! The built-in scene `cornell`: a room of which most is lit by what its walls send back. After the box of Goral et al. 1984,
-//! *Modeling the interaction of light between diffuse surfaces*, as Cornell University measured it.
+//! The built-in scene `cornell`: a room that is mostly lit by light reflected from its walls. After the box of Goral et al. 1984, *Modeling
+//! the interaction of light between diffuse surfaces*, as Cornell University measured it.
 
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, block, empty};
@@ -73,7 +73,7 @@ fn slab(name: &str, albedo: [f32; 3], low: [f64; 3], high: [f64; 3]) -> Mesh {
     mesh
 }
 
-/// A box on the floor, and a bit in it, about (x, y), turned by such a part of a full turn.
+/// A box about (x, y) that stands a little in the floor, turned by a part `turn` of a full turn.
 fn standing(name: &str, [x, y]: [f64; 2], turn: f64, height: f64) -> Mesh {
     const HALF_SIDE: f64 = 0.3;
     let mut mesh = empty(name, WHITE);

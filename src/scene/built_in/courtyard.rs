@@ -117,7 +117,7 @@ fn meshes() -> Vec<Mesh> {
     singles.into_iter().chain(slabs).collect()
 }
 
-/// A square of squares. Nobody looks at it from below.
+/// A square of squares, seen from above only.
 fn ground() -> Mesh {
     const SQUARES: u32 = 26;
     let mut ground = empty("ground", [0.42, 0.38, 0.33]);
@@ -392,7 +392,7 @@ mod tests {
         }
     }
 
-    /// Thinner than a voxel where the court has 256 a side: wires and bars.
+    /// Thinner than a voxel where the court has 256 per side: wires and bars.
     #[test]
     fn some_of_it_is_thinner_than_a_voxel() {
         let voxel = 2.0 * GROUND / 256.0;

@@ -33,7 +33,7 @@ const ARCADE: [f64; 2] = [crate::scene::built_in::courtyard::YARD, crate::scene:
 /// Free air, in which a lamp goes about a middle.
 struct Air {
     middle: DVec3,
-    /// How far it may go to either side: at least, and at most.
+    /// Bounds of its motion to either side: the least and the greatest.
     reach: [DVec3; 2],
     /// Whether it goes around the middle, and not through it.
     round: bool,
@@ -63,7 +63,7 @@ fn column(i: usize) -> [f64; 2] {
 /// ones are spread over all of it, so that few lamps light everything too.
 fn air(i: usize) -> Air {
     let [round, place] = [i / 16, i % 16];
-    // What stands free in the court has its lamps at a distance that the tables below leave it.
+    // Lamps around free-standing things keep the distances of the tables below.
     let about = |nth: usize| {
         let [x, y] = column((6 * round + nth) * 7 % COLUMNS);
         around(x, y, [0.62, 0.92], [1.25, 2.3])
@@ -119,7 +119,8 @@ fn position(i: usize, time_s: f64) -> DVec3 {
 /// `count` of them after so many seconds. Where there are more, each is weaker and ends earlier, so that all together are about
 /// as bright.
 pub(in crate::scene) fn lights(count: usize, time_s: f64) -> Vec<Light> {
-    // What all give, count · radius² · strength, stays; but that of few is not so strong that all they light is white.
+    // The light of all together, count · radius² · strength, stays the same; but a few lamps are not so strong that
+    // everything is white.
     let fourth = (USUAL as f64 / count.max(1) as f64).sqrt().sqrt();
     let (radius, strength) = (RADIUS_WORLD * fourth, STRENGTH * (fourth * fourth).min(2.0));
     let light = |i: usize| Light {

@@ -1,4 +1,4 @@
-//! What the courtyard has and the town has not: arches and a ring in a knot.
+//! Shapes that only the courtyard has: arches and a ring in a knot.
 
 use crate::scene::Mesh;
 use crate::scene::built_in::emitters::direction;

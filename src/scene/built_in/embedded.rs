@@ -17,7 +17,7 @@ pub(in crate::scene) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 /// dark.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 
-/// How far from the middle the parts' middles are at most, of the radius: they fill what the particle did.
+/// How far from the middle the parts' middles are at most, of the radius: they fill the particle's volume.
 const APART: f32 = 0.788;
 
 /// State and stream of the random numbers.
@@ -26,11 +26,12 @@ const SEED: [u64; 2] = [0x64, 8];
 /// Vertices of the terrain a side.
 const SIDE: u32 = 52;
 
-/// Points of a hair, and the bytes of one: the first point, how long a step is, and three steps a further point.
+/// Points of a hair, and the bytes of one: the first point, the length of a step, and three step numbers for each
+/// further point.
 const POINTS: usize = 32;
 const HAIR_BYTES: usize = 16 + 3 * (POINTS - 1);
 
-/// Half a hair's width, of the longest side of the hair's bounds; and what it takes: as of a file that says neither.
+/// Half a hair's width, of the longest side of the hair's bounds; and its opacity: as for a file that gives neither.
 const RADIUS: f32 = 1.0 / 800.0;
 const OPACITY: f32 = 0.5;
 

@@ -21,7 +21,7 @@ const DRAWS_PER_PARTICLE: u64 = 16;
 /// Half the side of the ground.
 const GROUND_HALF_WORLD: f32 = 5.0;
 
-/// What one emitter lets out, steadily.
+/// The steady stream of one emitter.
 pub(in crate::scene) struct Emitter {
     /// State and stream of its random numbers.
     pub(in crate::scene) seed: [u64; 2],

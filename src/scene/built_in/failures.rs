@@ -1,5 +1,5 @@
-//! The built-in scene `failures`: in five rows before a wall what techniques are known to fail at. The light comes from the left and
-//! grazes the wall, on which each row so draws its transmittance. Smoke goes on behind the wall; with `skip=off` techniques keep that too.
+//! The built-in scene `failures`: five rows of known failures of techniques, before a wall. The light comes from the left and grazes the
+//! wall, on which each row so draws its transmittance. Smoke goes on behind the wall; with `skip=off` techniques keep that too.
 //!
 //! Only operations whose result IEEE 754 fixes are used: the same bytes on every machine.
 
@@ -14,7 +14,7 @@ const ROW_WORLD: [f64; 2] = [0.85, 0.6];
 /// The lowest row's bottom.
 const BOTTOM_WORLD: f64 = 0.35;
 
-/// Where the wall stands, and how far all goes on behind it: a ray to a place on the wall has casters before the place and behind it.
+/// Where the wall stands, and how far the smoke goes on behind it: a ray to a place on the wall has casters before the place and behind it.
 const WALL_WORLD: f64 = 2.2;
 const DEEP_WORLD: f64 = 4.8;
 
@@ -24,7 +24,7 @@ const OVERLAP: f64 = 1.2;
 /// A sphere's volume by the cube of its radius.
 const BALL: f64 = 4.0 / 3.0 * std::f64::consts::PI;
 
-/// Hairs of the lowest row, half the width of one, and what it takes.
+/// Hairs of the lowest row: number, half the width of one, and its opacity.
 const HAIRS: usize = 1300;
 const HAIR_RADIUS_WORLD: f32 = 0.008;
 const HAIR_OPACITY: f32 = 0.3;
@@ -103,7 +103,7 @@ fn smoke(random: &mut Random, [low, high]: [f64; 2], along: [f64; 2], apart: f64
     let extinction = optical_depth / along[1] * (cell.x * cell.y * cell.z) / volume;
     let mut particles = Vec::new();
     for (i, j, k) in (0..nx).flat_map(|i| (0..ny).flat_map(move |j| (0..nz).map(move |k| (i, j, k)))) {
-        // What is one sphere thin stays so.
+        // A row that is one sphere thin stays so.
         let moved = [nx, ny, nz].map(|count| if count > 1 { random.between(0.2, 0.8) } else { 0.5 });
         let place = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) + DVec3::from(moved);
         let position = (corner + cell * place).as_vec3().into();

@@ -16,7 +16,7 @@ const GROUND_HALF_WORLD: f32 = 3.9;
 const BOWL: [[f64; 2]; 7] =
     [[0.28, 1.1], [0.75, 1.22], [1.15, 1.62], [1.02, 1.66], [0.66, 1.38], [0.3, 1.3], [0.1, 1.28]];
 
-/// Sides of what is round.
+/// Sides of round things.
 const SIDES: u32 = 32;
 
 /// Columns: where they stand, and how high.
@@ -87,7 +87,7 @@ fn meshes() -> Vec<Mesh> {
     {
         block(&mut rim, &world, [low[0], low[1], 0.0], [high[0], high[1], 0.3]);
     }
-    // Darker than what falls on it.
+    // Darker than the particles that fall on it.
     let ground = Mesh { albedo: [0.3, 0.33, 0.36], ..ground(GROUND_HALF_WORLD) };
     vec![ground, bowl, columns, steps, rim]
 }

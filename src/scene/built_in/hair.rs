@@ -21,7 +21,7 @@ const SEGMENTS_PER_HAIR: usize = 16;
 /// be of the few that it meets; a much wider one is smooth over several texels, which is no hair.
 const RADIUS_WORLD: f32 = 0.0045;
 
-/// A hair is seen through: what a pixel or texel holds of it stands for hair and the air beside it.
+/// A hair is translucent: a pixel's or texel's share of it stands for hair and the air beside it.
 const OPACITY: f32 = 0.45;
 
 /// Half axes of the head, which is a unit sphere while hair grows.
@@ -33,7 +33,7 @@ const FLOOR_WORLD: f32 = -1.9;
 /// Cosine and sine by which a curl turns from a segment to the next: two turns and a third in a hair.
 const CURL: [f64; 2] = [0.6, 0.8];
 
-/// When the light stands where a picture of the scene as it is has it.
+/// The time at which the moving light has its usual place, seconds.
 const AT_REST_S: f64 = 20.0;
 
 /// State and stream of the random numbers.
@@ -67,7 +67,7 @@ impl Random {
     }
 }
 
-/// What the hairs of a lock share.
+/// Shared by the hairs of a lock.
 struct Lock {
     out: DVec3,
     segment: f64,

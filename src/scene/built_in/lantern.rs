@@ -107,7 +107,7 @@ fn post([x, y]: [f32; 2]) -> Mesh {
         let side = |bit: u32| if i >> bit & 1 == 1 { half } else { -half };
         [x + side(0), y + side(1), if i & 4 == 4 { height } else { 0.0 }]
     };
-    // Two triangles a side, but for the one below; both sides of a triangle cast.
+    // Two triangles per side, but for the one below; both sides of a triangle cast.
     let quads = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
     Mesh {
         name: "post".into(),

@@ -137,7 +137,7 @@ mod tests {
         for text in ["town", "a/b.toml", "fountain:particles=0"] {
             assert_eq!((number_of(text), with_number(text, 3)), (None, text.to_owned()));
         }
-        // One a scene: else the others would be lost.
+        // One per scene: else the others would be lost.
         assert!(KEYS.iter().all(|key| KEYS.iter().filter(|other| other.scene == key.scene).count() == 1));
     }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Puffs stand on a grid of so many a side, a tenth of whose cells they fill.
+/// Puffs stand on a grid of so many per side, a tenth of whose cells they fill.
 const PUFFS: i32 = 4;
 
 /// Particles of a puff.

@@ -102,7 +102,7 @@ fn height(at: DVec2) -> f64 {
     2.4 * hill([0.0061, 0.0024], 0.1) + 1.3 * hill([-0.0042, 0.0093], 0.6) + 0.12 * hill([0.041, 0.033], 0.3)
 }
 
-/// A square of so many blocks per side, with hills. Nobody looks at it from below.
+/// A square of so many blocks per side, with hills, seen from above only.
 fn ground(blocks: u32) -> Mesh {
     let squares = SQUARES * blocks;
     let place = |i: u32| {
@@ -303,7 +303,7 @@ mod tests {
         }
     }
 
-    /// The boxes around what is closed, one after another as they were built.
+    /// The boxes around closed meshes, in the order in which they were built.
     fn boxes(mesh: &Mesh) -> Vec<[DVec3; 2]> {
         let mut boxes: Vec<[DVec3; 2]> = vec![];
         let mut next = 0;

@@ -3,7 +3,7 @@
 use crate::scene::Mesh;
 use crate::scene::built_in::town_shapes::{Place, block, extrude, fan};
 
-/// What it is built of, a mesh each.
+/// Its materials, one mesh each.
 pub(in crate::scene) struct Materials<'a> {
     pub walls: &'a mut Mesh,
     pub roofs: &'a mut Mesh,

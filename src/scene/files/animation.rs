@@ -1,5 +1,5 @@
-//! What plays from files, one file per frame: `smoke.####.ply` of particles, `smoke.####.vdb` of a volume, in which `####` stands for the
-//! frame's number.
+//! Content from files that plays, one file per frame: `smoke.####.ply` of particles, `smoke.####.vdb` of a volume, in which `####` stands
+//! for the frame's number.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::SystemTime;
 
-/// Frames a second where a scene file says nothing: a film's.
+/// Frames per second where a scene file says nothing: a film's.
 pub(in crate::scene) const FRAMES_PER_SECOND: f64 = 24.0;
 
 /// The particles and volumes of a scene of which some come from sequences, in the order of the scene file.
@@ -23,20 +23,20 @@ pub struct Animation {
 /// One `[[particles]]` or `[[volumes]]` of a scene file.
 #[derive(PartialEq)]
 pub(in crate::scene) enum Part {
-    /// What is of one file, and stands still.
+    /// Content of one file, which stands still.
     Still(Content),
-    /// What is of a sequence.
+    /// Content of a sequence.
     Moving(Sequence),
 }
 
-/// What a file holds, where it is placed.
+/// A file's content, placed.
 #[derive(Clone, PartialEq)]
 pub(in crate::scene) enum Content {
     Particles(Vec<Particle>),
     Volume(Volume),
 }
 
-/// What a sequence's files hold, and how it is placed.
+/// The kind of a sequence's files, and how they are placed.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) enum Kind {
     Particles(Placement),
@@ -60,7 +60,7 @@ pub(in crate::scene) struct Sequence {
     kept: Mutex<Kept>,
 }
 
-/// A file, and what tells it from another of its name.
+/// A file, and signs by which it is told from another of its name.
 #[derive(Clone, Debug, PartialEq)]
 struct Frame {
     path: PathBuf,
@@ -82,7 +82,7 @@ impl Animation {
         Self { parts }
     }
 
-    /// What a scene of it does.
+    /// The motion of its scene.
     pub(in crate::scene) fn motion(self) -> Motion {
         let moves = self.parts.iter().any(|part| matches!(part, Part::Moving(_)));
         if moves { Motion::Animation(Arc::new(self)) } else { Motion::Still }
@@ -253,7 +253,7 @@ impl Frame {
     }
 }
 
-/// A scene's fingerprint is made of it: of what is the same while files do not change. What stands still is in the scene itself.
+/// A scene's fingerprint is made from this text, which stays the same while files do not change. Still content is in the scene itself.
 impl fmt::Debug for Animation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         for part in &self.parts {
@@ -268,7 +268,7 @@ impl fmt::Debug for Animation {
     }
 }
 
-/// What has been read so far is no part of it.
+/// Frames that have been read so far are no part of it.
 impl PartialEq for Sequence {
     fn eq(&self, other: &Self) -> bool {
         self.frames == other.frames && self.frames_per_second == other.frames_per_second && self.kind == other.kind
@@ -280,7 +280,7 @@ pub(in crate::scene) fn is_sequence(path: &Path) -> bool {
     around(path).is_some() && !path.exists()
 }
 
-/// A scene's name where a sequence is the scene: what stands before the number.
+/// A scene's name where a sequence is the scene: the text before the number.
 pub(in crate::scene) fn stem(pattern: &Path) -> String {
     let (before, _, after) = around(pattern).unwrap_or_default();
     let before = before.trim_end_matches(['.', '-', '_', ' ']);
@@ -291,7 +291,7 @@ pub(in crate::scene) fn stem(pattern: &Path) -> String {
     }
 }
 
-/// What stands before the `#`s of a name, how many there are, and what stands behind them.
+/// The text before the `#`s of a name, their number, and the text behind them.
 fn around(path: &Path) -> Option<(String, usize, String)> {
     let name = path.file_name()?.to_str()?;
     let first = name.find('#')?;

@@ -9,7 +9,7 @@ const HEADER: usize = 16;
 /// Numbers of a block from which on each of their bytes is packed by itself, and bytes of a number at most.
 const SPLIT: [usize; 2] = [128, 16];
 
-/// What `packed` stands for, which has to be `count` bytes.
+/// Unpacks `packed`, which has to give `count` bytes.
 ///
 /// # Errors
 /// In words: another codec, damaged, of another length.
@@ -36,7 +36,7 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
         let parts = if is_split { wide } else { 1 };
         let (mut at, mut sorted) = (word(HEADER + 4 * number)?, Vec::with_capacity(length));
         for part in 0..parts {
-            // What is left over is the last part's.
+            // The rest belongs to the last part.
             let part = if part + 1 < parts { length / parts } else { length - sorted.len() };
             let size = word(at)?;
             let data = at.checked_add(4 + size).and_then(|end| packed.get(at + 4..end)).ok_or_else(damaged)?;
@@ -52,14 +52,15 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
     Ok(all)
 }
 
-/// The first bytes of all numbers stand together, then the second: back in their places; what is no whole number is as it was.
+/// Undoes the byte shuffle: the first bytes of all numbers stand together, then the second. Bytes behind the last whole number are not
+/// shuffled.
 fn shuffled(sorted: &[u8], wide: usize, all: &mut Vec<u8>) {
     let count = sorted.len() / wide;
     all.extend((0..count * wide).map(|i| sorted[i % wide * count + i / wide]));
     all.extend_from_slice(&sorted[count * wide..]);
 }
 
-/// Adds what a block of LZ4 stands for, so many bytes; nothing where it does not.
+/// Appends the bytes of an LZ4 block, so many; none if the block is damaged.
 fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
     let (begin, end) = (all.len(), all.len() + count);
     loop {
@@ -78,7 +79,7 @@ fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
         if offset == 0 || offset > all.len() - begin || length > end - all.len() {
             return None;
         }
-        // One by one: what is copied may be what was just written.
+        // Byte by byte: a match may overlap its own output.
         for _ in 0..length {
             all.push(all[all.len() - offset]);
         }

@@ -1,9 +1,9 @@
-//! What files hold, on the way to a scene.
+//! The contents of files, on the way to a scene.
 
 use crate::scene::{Camera, Gaussian, Light, Mesh, Motion, Particle, Scene, Strand, Volume, model::view};
 use glam::DVec3;
 
-/// What one file or several hold. Lights and camera: what they bring along, if anything.
+/// The content of one file or of several, with lights and a camera if the files have them.
 #[derive(Default)]
 pub(in crate::scene) struct Contents {
     pub particles: Vec<Particle>,

@@ -61,7 +61,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     Ok(contents.scene(input::stem(path), lights, camera))
 }
 
-/// Particles, or a volume, of one file per frame. The camera sees what a few of them hold.
+/// Particles, or a volume, of one file per frame. The camera is fitted to a few of the files.
 fn sequence(pattern: &Path) -> Result<Scene> {
     let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
     let kind = match input::ending(pattern).as_str() {

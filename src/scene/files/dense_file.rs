@@ -10,7 +10,7 @@ const MOST_SAMPLES: u64 = 1 << 30;
 /// Samples that are read at once.
 const CHUNK: u64 = 1 << 14;
 
-/// What a sample is.
+/// The type of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum Kind {
     /// 255 is density 1.
@@ -63,7 +63,7 @@ impl Dense {
         }
     }
 
-    /// All of them from a stream, or what is wrong with them.
+    /// Reads all samples from a stream; the error says what is wrong with them.
     pub fn read(&self, mut stream: impl Read) -> Result<Field, String> {
         let (bytes, [wide, high, _]) = (self.kind.bytes(), self.size.map(u64::from));
         let total = self.bytes()? / bytes as u64;
@@ -77,7 +77,7 @@ impl Dense {
                 return None;
             }
             let densities: Vec<_> = part.chunks_exact(bytes).map(|s| self.kind.density(s, self.big_endian)).collect();
-            // What is 0 need not be placed.
+            // Samples of 0 need no place.
             let place = |i: u64| [i % wide, i / wide % high, i / wide / high].map(|at| at as i32);
             let dense = (first..).zip(densities).filter(|(_, density)| *density != 0.0);
             Some(dense.map(move |(i, density)| (place(i), density)))

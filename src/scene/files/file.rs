@@ -277,7 +277,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     Ok(Scene { motion: animation.motion(), extinction_ratio, ..contents.scene(input::stem(path), lights, camera) })
 }
 
-/// Frames a second where a file is a sequence, none where it is one file.
+/// Frames per second where a file is a sequence, none where it is one file.
 fn rate(given: Option<f64>, file: &Path) -> std::result::Result<Option<f64>, String> {
     match (given, animation::is_sequence(file)) {
         (None, false) => Ok(None),

@@ -1,4 +1,4 @@
-//! A light and a camera for what comes without.
+//! A light and a camera for files without them.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::files::stage::{self, CameraEntry};

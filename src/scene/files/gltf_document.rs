@@ -84,7 +84,7 @@ fn target<'a>(root: &'a Value, array: &str, of: &Value, key: &str) -> Option<&'a
     root[array].get(usize::try_from(of[key].as_u64()?).ok()?)
 }
 
-/// What an extension keeps from being read, and the way out.
+/// The content that an extension makes unreadable, and the way out.
 fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     let decompress = "export it without compression, or run gltf-transform cp IN.glb OUT.glb";
     let compressed = |name| Some((format!("its geometry is compressed by {name}"), decompress));
@@ -104,7 +104,7 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     if items(root, "nodes").any(|node| node.get("mesh").is_some() && !node["extensions"][INSTANCING].is_null()) {
         return instanced();
     }
-    // Not required: what is compressed is to stand in the file uncompressed too.
+    // Where the extension is not required, compressed content also stands in the file uncompressed.
     for part in items(root, "meshes").flat_map(|mesh| items(mesh, "primitives")) {
         for (of, key) in [(&part["attributes"], "POSITION"), (part, "indices")] {
             let Some(accessor) = target(root, "accessors", of, key) else { continue };
@@ -122,8 +122,8 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     None
 }
 
-/// Takes out what is not read. Extensions may change it so that the glTF crate does not know its form: textures without
-/// an image of a kind it knows, animations of anything, attributes of any name.
+/// Removes content that is not read. Extensions may change it so that the glTF crate does not know its form: textures
+/// without an image of a kind it knows, animations of anything, attributes of any name.
 fn keep_what_is_read(root: &mut Value) {
     const READ: [&str; 11] = [
         "accessors",

@@ -157,13 +157,13 @@ impl<'a> HairFile<'a> {
         [0, 4, 8].map(|at| f32::from_le_bytes(four(self.points, 12 * point + at)))
     }
 
-    /// A point's number, or what stands for it.
+    /// A point's value, or the default.
     fn number(&self, array: &[u8], point: usize, standing: f64) -> f64 {
         if array.is_empty() { standing } else { f32::from_le_bytes(four(array, 4 * point)).into() }
     }
 }
 
-/// Four bytes, all 0 past the end, which the checks of [`HairFile::new`] leave no one to ask for.
+/// Four bytes at a place. Past the end they would be 0, but [`HairFile::new`] has checked that there are enough.
 fn four(bytes: &[u8], at: usize) -> [u8; 4] {
     bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! Scenes by their names: files and built-in ones, and what moves in the latter.
+//! Scenes by their names: files and built-in ones, and the latter's motion.
 
 use crate::error::did_you_mean;
 use crate::scene::built_in::emitters::Smoke;
@@ -37,7 +37,7 @@ pub const BUILT_IN: [&str; 21] = [
     "ink",
 ];
 
-/// What [`Scene::load`] takes, in words.
+/// The names that [`Scene::load`] takes, in words.
 pub fn known() -> String {
     let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
     let built_in = BUILT_IN.map(built_in::with_keys).join(", ");
@@ -196,7 +196,7 @@ pub(crate) struct SceneParts {
     volumes: Option<Vec<Volume>>,
 }
 
-/// What plays from files is where it is at that time.
+/// Content that plays from files shows its frame of that time.
 fn begun(scene: Scene, time_s: f64) -> Result<Scene> {
     if matches!(scene.motion, Motion::Animation(_)) { scene.at(time_s) } else { Ok(scene) }
 }

@@ -1,4 +1,4 @@
-//! Scenes and what is in them from files: a format a file.
+//! Scenes and their parts from files: one module per format.
 
 pub(super) mod animation;
 mod blosc;

@@ -11,10 +11,10 @@ use std::io::{BufRead, BufReader, Read};
 /// Bytes of a header, at most.
 const MOST_HEADER: u64 = 1 << 16;
 
-/// What deflate makes of a byte, at most.
+/// The most bytes that deflate can make of one.
 const MOST_RATIO: u64 = 1032;
 
-/// What a header says.
+/// The fields of a header.
 #[derive(Default)]
 struct Header {
     kind: Option<Kind>,

@@ -1,4 +1,4 @@
-//! Where a scene file puts what it names.
+//! Where a scene file places the files that it names.
 
 use crate::scene::files::stage::{self, CameraEntry, finite, in_range, unit};
 use crate::scene::{Camera, Light, LightKind, Mesh, Particle, files::particle_file};

@@ -1,4 +1,4 @@
-//! PLY files row by row: what the particle and the mesh loader share. Never trusts the header's counts.
+//! PLY files row by row: shared by the particle and the mesh loader. Never trusts the header's counts.
 
 use crate::scene::files::input;
 use crate::{Error, Result};

@@ -1,4 +1,4 @@
-//! Splats of any format: what the formats share.
+//! Shared by all formats of splats.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;

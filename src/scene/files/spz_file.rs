@@ -1,6 +1,6 @@
 //! Splats from `.spz` files (Niantic's *spz*, versions 1 to 3): one gzip stream of a header and of an array for each property.
 //!
-//! | bytes a splat | what |
+//! | bytes per splat | what |
 //! |---|---|
 //! | 9, of version 1: 6 | position: 24-bit whole numbers of 2^-fraction world units, of version 1 half floats |
 //! | 1 | opacity |
@@ -65,7 +65,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
     }
-    // What follows is not read, but the sum at the end holds all of it against damage.
+    // Later bytes are not used, but are read to the end, since the checksum there covers all of them.
     let most = size.saturating_mul(MOST_RATIO);
     let rest = std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
         .map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;

@@ -49,7 +49,7 @@ struct Packing {
 /// What a grid's tree has.
 #[derive(Default)]
 struct Tree {
-    /// Lowest sample, samples a side, value.
+    /// Lowest sample, samples per side, value.
     tiles: Vec<([i32; 3], i32, f32)>,
     /// 8³ samples of tiles.
     filled: u64,
@@ -150,7 +150,7 @@ impl<'a> Bytes<'a> {
         usize::try_from(i64::from_le_bytes(self.array()?)).map_err(|_| "damaged: a place before the file".into())
     }
 
-    /// Name, type and value of each; the value of that which says what class a grid is of.
+    /// Name, type and value of each entry; returns the value of the one that gives the grid's class.
     fn metadata(&mut self) -> Words<String> {
         let mut class = String::new();
         for _ in 0..self.u32()? {
@@ -332,7 +332,7 @@ impl<'a> Bytes<'a> {
         Ok(raw)
     }
 
-    /// Leaves are behind each other, as in the tree; each begins with what of it is active, again.
+    /// Leaves follow each other as in the tree; each begins with its mask of active voxels once more.
     fn field(&mut self, tree: &Tree, packing: &Packing) -> Words<Field> {
         let tiles = tree.tiles.iter().flat_map(|&(at, side, value)| voxels(at, side).map(move |at| (at, value)));
         let mut failed = None;
@@ -434,7 +434,7 @@ mod tests {
         assert!(others > 1000 && others < 16 * 512, "{others}");
     }
 
-    /// A slab of whole leaves is kept as tiles; and the ends of what is filled.
+    /// A slab of whole leaves is stored as tiles; this tests the values in it and around its ends.
     #[test]
     fn tiles_are_read() {
         let grid = grid("ok-tiles", None);

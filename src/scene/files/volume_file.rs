@@ -30,7 +30,7 @@ use std::sync::Arc;
 /// Endings of such files.
 pub(in crate::scene) const ENDINGS: [&str; 3] = ["volume", "nrrd", "vdb"];
 
-/// For smoke and for what has no colour in its file.
+/// Albedo of smoke, and of casters whose file has no colour.
 const COLOR: [f32; 3] = [0.92, 0.92, 0.95];
 
 /// A field, and where its file says that it stands.

@@ -9,7 +9,7 @@ use glam::DVec3;
 const DAY: [[f32; 3]; 2] = [[0.15, 0.19, 0.26], [0.03, 0.055, 0.12]];
 const NIGHT: [[f32; 3]; 2] = [[0.055, 0.065, 0.090], [0.008, 0.012, 0.025]];
 
-/// A mesh is a ground if it is no higher than this share of what it reaches to the sides.
+/// A mesh is a ground if its height is at most this share of its width.
 const FLAT: f64 = 0.05;
 
 /// Where a ground begins to fade at the latest, over where it ends: it does not fade where something stands farther out.

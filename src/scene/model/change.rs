@@ -4,7 +4,7 @@ use crate::scene::{Camera, Light, LightKind, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// What changes in a scene; what is none stays as it is.
+/// A change to a scene, as a user asks for it; fields that are `None` stay as they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneChange {
     /// Where the camera stands, world units.

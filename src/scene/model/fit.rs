@@ -54,9 +54,8 @@ pub struct Aim<'a> {
 }
 
 impl Scene {
-    /// What views of the scene's lights are aimed by: places of something that casts; of casters the first along x, then y, then
-    /// z, so that the same casters in another order have the same views to the bit. The opaque view is of the meshes, if there
-    /// are any.
+    /// The places at which views of the scene's lights are aimed: that of a caster, the first by x, then y, then z, so that the same
+    /// casters in another order give the same views to the bit. The opaque view aims at the meshes, if there are any.
     pub fn aim(&self) -> Aim<'_> {
         let anchors = [anchor(self, Casting::Volume), anchor(self, Casting::Opaque)];
         Aim { lights: &self.lights, anchors, has_triangles: self.has_triangles() }

@@ -1,4 +1,5 @@
-//! What moves the particles of `fountain`: numbers that the device and its twin read alike, in world units and steps.
+//! Constants of the motion of `fountain`'s particles: numbers that the device and its twin read alike, in world units
+//! and steps.
 
 use crate::scene::model::time::wave;
 use bytemuck::{Pod, Zeroable};
@@ -77,7 +78,7 @@ pub struct Place {
     pub origin: [f32; 3],
     /// A voxel's side, world units.
     pub voxel: f32,
-    /// Voxels a world unit.
+    /// Voxels per world unit.
     pub per_unit: f32,
     /// Voxels per side.
     pub size: u32,
@@ -103,7 +104,8 @@ impl Fountain {
         Self { particles, attractor: None, gravity: 1.0 }
     }
 
-    /// What moves them. The more there are the smaller they are, so that all of them take as much light.
+    /// The constants that move them. The more particles there are the smaller they are, so that all together take as
+    /// much light.
     pub fn law(&self) -> Law {
         // Its fourth root, of which every machine makes the same.
         let share = (FEW / f64::from(self.particles)).min(1.0).sqrt().sqrt();

@@ -32,7 +32,7 @@ impl Rules {
         &self.solid
     }
 
-    /// Whether a voxel that has something is there.
+    /// Whether a place lies in an occupied voxel.
     pub fn is_solid(&self, position: [f32; 3]) -> bool {
         self.has(voxel_of(&self.place, position))
     }

@@ -93,7 +93,8 @@ fn across(n: DVec3) -> [DVec3; 2] {
     [DVec3::new(1.0 + n.x * n.x * a, b, -n.x), DVec3::new(b, 1.0 + n.y * n.y * a, -n.y)]
 }
 
-/// The shortest and the longest axis and how much longer that is, in bits of floats that no driver takes for another; `mark` says of what.
+/// The shortest and the longest axis, and how much longer that one is, as bits of floats that no driver takes for others; `mark` says which
+/// kind of caster these words belong to.
 pub(super) fn packed(mark: u32, shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
     let [u, v] = half_octahedron(shortest);
     let [first, second] = across(of_half_octahedron([u, v])).map(|axis| axis.dot(longest));
@@ -130,7 +131,7 @@ impl Shape {
         Self { deviations: shape.deviations.map(|d| d * by), ..shape }
     }
 
-    /// Along the axes, in deviations: a unit sphere of what is one deviation away.
+    /// Along the axes, in deviations: one deviation is the unit sphere.
     pub fn whitened(&self, v: DVec3) -> DVec3 {
         DVec3::from_array([0, 1, 2].map(|i| self.axes[i].dot(v) / self.deviations[i]))
     }

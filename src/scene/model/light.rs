@@ -31,7 +31,8 @@ pub enum LightKind {
         position: DVec3,
         /// The surface's normal, unit length, on the side that shines.
         normal: DVec3,
-        /// World units; nearer it shines as it does there, since 1/d² of a point has no bound where a patch has.
+        /// A distance, world units. Nearer points get the light of this distance, since 1/d² of a point grows without
+        /// bound where that of a patch does not.
         nearest: f64,
     },
 }
@@ -108,7 +109,8 @@ impl Light {
         }
     }
 
-    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual
+    /// Attenuation of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual light, by distance and
+    /// cosine. Twin: light_falloff.
     /// light, what distance and the cosine leave. Twin: light_falloff.
     pub fn falloff(&self, position: DVec3) -> f64 {
         match self.kind {
@@ -155,7 +157,7 @@ mod tests {
         assert_eq!((light.falloff(DVec3::X), light.shines_on(DVec3::X - DVec3::Z)), (0.0, false));
     }
 
-    /// All of it at the light, 9/16 half way to its radius, nothing there and beyond.
+    /// All light at the lamp, 9/16 of it half way to its radius, none at the radius and beyond.
     #[test]
     fn a_light_ends_at_its_radius() {
         let mut light = Light { kind: LightKind::Point { position: DVec3::X }, radiance: [1.0; 3], radius: 2.0 };

@@ -6,7 +6,7 @@ use crate::scene::{Projection, View};
 use glam::{DQuat, DVec3};
 
 impl View {
-    /// The axes and the texels of such a map, `size` a side, of a light at `position` that shines along `normal`. As a view it sees
+    /// The axes and the texels of such a map, `size` per side, of a light at `position` that shines along `normal`. As a view it sees
     /// the middle of the half space alone, as finely as the map; what the map is anywhere else says [`View::about`].
     pub fn paraboloid(position: DVec3, normal: DVec3, size: u32) -> Self {
         let forward = normal.as_vec3().as_dvec3();
@@ -78,7 +78,7 @@ mod tests {
             let view = map.about(light + 3.0 * way);
             let (middle, _) = view.project(light + 3.0 * way);
             let (at, _) = view.project(light + offset);
-            // What is flat here is curved there, by a texel's angle.
+            // A line that is straight here is curved there, by a texel's angle.
             let most = 8.0 / f64::from(size);
             prop_assert!((at - middle - DVec2::from(beside)).length() < most, "{:?} is {}", beside, at - middle);
         }

@@ -1,9 +1,9 @@
 //! A picture in linear light.
 
-/// What the camera sees where nothing is, linear RGB.
+/// The background of pictures, linear RGB.
 pub const SKY: [f32; 3] = [0.16, 0.22, 0.32];
 
-/// What a camera sees, rows from the top.
+/// A camera's picture, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Pixels.

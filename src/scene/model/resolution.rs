@@ -3,32 +3,34 @@
 use crate::scene::{Projection, View};
 use glam::DVec3;
 
-/// What a receiver is moved by in a grid, voxels, more than a voxel reaches. Twin: RECEIVER_MARGIN in
+/// How far a receiver is moved in a grid beyond the reach of a voxel, voxels. Twin: RECEIVER_MARGIN in
 /// glsl/technique/voxel_grid/visibility.glsl.
 const GRID_MARGIN: f64 = 1e-3;
 
-/// The resolution of one of a technique's maps, or of what stands for a map: the size of what it cannot tell apart.
+/// The resolution of one of a technique's maps, or of a grid in a map's place: the size of details that it cannot tell
+/// apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Whose texels count, and whose range.
     pub view: View,
     /// Whether the view's texels are those of a [paraboloid](View::paraboloid).
     pub paraboloid: bool,
-    /// Whether it is a face of a light that has one each way: what is moved out of it is looked up in the next.
+    /// Whether it is a face of a light that has one each way: a receiver that is moved out of it is looked up in the
+    /// next.
     pub faces: bool,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
     /// How far a compared texel's centre may be from a point, texels across and down, where what a texel holds is compared with the
     /// point's surface by what that changes over as much; 0 where it is not.
     pub pushed_texels: f64,
-    /// How much nearer to the light than a point of a surface what shadows it has to be, texels.
+    /// How much nearer to the light than a point of a surface the point's caster must be, texels.
     pub nearer_texels: f64,
     /// How far beside a texel's centre, texels, the depth may have been taken that it holds, and that is compared with a surface's plane; 0
     /// where there are no such depths.
     pub snap_texels: f64,
     /// How far along its normal a point of a surface is moved before it is looked up.
     pub moved: Moved,
-    /// Whether it may answer anything inside closed things: what is nearer to their inside than it resolves is boundary too.
+    /// Whether it may answer anything inside closed meshes: points closer to their inside than the resolution are boundary too.
     pub free_inside: bool,
     /// How far along the rays, as a share of the view's range.
     pub depth: f64,
@@ -62,7 +64,7 @@ impl Resolution {
         Self { paraboloid: true, reach_texels, pushed_texels, nearer_texels, ..Self::exact(view) }
     }
 
-    /// The resolution of what knows all exactly.
+    /// The resolution of exact techniques.
     pub fn exact(view: View) -> Self {
         Self {
             view,

@@ -1,11 +1,11 @@
-//! How a picture is shown to a person, whatever it shows. What is measured knows none of it.
+//! How pictures are shown to people: samples, exposure, filmic curve. Measured pictures have none of it.
 
 use crate::{Error, Result};
 
 /// Samples of a pixel that there may be, and how they lie in it: columns, then rows.
 const SAMPLES: [(u32, [u32; 2]); 4] = [(1, [1, 1]), (4, [2, 2]), (8, [4, 2]), (16, [4, 4])];
 
-/// What is made of samples to show them.
+/// How samples become a picture to show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Show {
     /// Columns and rows of a pixel's samples, all of which weigh the same.
@@ -15,7 +15,7 @@ pub struct Show {
 }
 
 impl Show {
-    /// With 1, 4, 8 or 16 samples a pixel.
+    /// With 1, 4, 8 or 16 samples per pixel.
     ///
     /// # Errors
     /// [`Error::Input`] for another number of them, or stops that are not from −20 to 20.

@@ -1,9 +1,9 @@
-//! Which triangles of a mesh belong to closed things, and so have an inside that no light reaches.
+//! Which triangles of a mesh belong to closed surfaces, whose inside no light reaches.
 
 use crate::scene::Mesh;
 use glam::DVec3;
 
-/// What lies behind a triangle.
+/// The kind of space behind a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Nothing: it belongs to no closed thing. A leaf.
@@ -63,7 +63,7 @@ fn position(mesh: &Mesh, index: u32) -> DVec3 {
     mesh.positions.get(index as usize).map_or(DVec3::NAN, |p| DVec3::from(p.map(f64::from)))
 }
 
-/// Sorts what no two are alike of; the program by all processors.
+/// Sorts elements of which no two are equal; with the feature `program` on all processors.
 fn sort<T: Ord + Send>(all: &mut [T]) {
     #[cfg(feature = "program")]
     rayon::slice::ParallelSliceMut::par_sort_unstable(all);
@@ -130,7 +130,7 @@ impl Things {
     }
 }
 
-/// What is known of the triangles that hang together.
+/// Totals over triangles that hang together.
 #[derive(Clone, Copy, Default)]
 struct Thing {
     is_open: bool,
@@ -206,7 +206,7 @@ mod tests {
         holed.triangles.pop();
         let at_a_corner = both(cube([0.0; 3], 1.0), holed);
         assert_eq!(sides(&at_a_corner), [vec![Side::Outward; 12], vec![Side::Open; 11]].concat());
-        // Two that share an edge use it twice either way.
+        // Two cubes that share an edge use it twice in each direction.
         assert_eq!(sides(&both(cube([0.0; 3], 1.0), cube([1.0, 1.0, 0.0], 1.0))), [Side::Outward; 24]);
     }
 

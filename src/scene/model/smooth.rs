@@ -1,4 +1,4 @@
-//! Smooth normals of meshes, which have none of their own: for pictures that a person is shown.
+//! Smooth normals of meshes, which have none of their own: for pictures that people are shown.
 
 use crate::scene::Mesh;
 use crate::scene::model::view::vec;

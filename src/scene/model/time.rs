@@ -1,4 +1,4 @@
-//! What follows from time alone: which times there are, and what swings.
+//! Functions of time alone: valid times, and swinging motion.
 
 use crate::{Error, Result};
 

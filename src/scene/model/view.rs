@@ -161,16 +161,16 @@ impl View {
         self.width as usize * self.height as usize
     }
 
-    /// The views of all maps of all lights before they are fitted (a point light has one for each of [`crate::scene::FACES`]),
-    /// `size` texels per side: origin and axes, and in perspective the scale. A directional light's origin is the place of
-    /// something that `casting` is fitted to, or a corner of the box of what is simulated, so that distances from it are no larger than they need
-    /// to be. `near` is the least share of the range at which the view may begin, `far` its range over what the casters need.
+    /// The views of all maps of all lights before they are fitted (a point light has one for each of [`crate::scene::FACES`]), `size`
+    /// texels per side: origin and axes, and in perspective the scale. A directional light's origin is a place within `casting`, to which
+    /// the view is fitted, or a corner of the box in which simulated casters stay, so that distances from it are no larger than they need
+    /// to be. `near` is the least share of the range at which the view may begin, `far` its range over the range that the casters need.
     pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
         aimed(aim, size, casting)
     }
 
-    /// The views of the translucent casters, one for each map of each light, fitted to them (to the meshes where there are
-    /// none), `size` texels per side. In f64: the truth of what the device fits.
+    /// The views of the translucent casters, one for each map of each light, fitted to them (to the meshes where there are none), `size`
+    /// texels per side. In f64: the truth for the views that the device fits.
     pub fn volumes(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Volume)
     }
@@ -221,7 +221,7 @@ pub(in crate::scene) fn caster_spheres(
     particles.chain(strands).chain(gaussians).chain(cells)
 }
 
-/// The same for as long as the host is not asked: what is simulated goes on without it, inside a box.
+/// The same for all later times: simulated particles move without the host, inside a box.
 pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
     match scene.motion {
         Motion::Fountain(fountain) => Box::new(fountain.corners().into_iter()),

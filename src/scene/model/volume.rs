@@ -1,4 +1,4 @@
-//! Volumes: a field of densities that is placed in the world, and the cells by which it casts on the device.
+//! Volumes: a field of densities that is placed in the world, and the cells that cast in its place on the device.
 
 use crate::scene::model::gaussian::{EXPONENT, OCTAVES, packed};
 use crate::scene::{Caster, Field};
@@ -14,7 +14,7 @@ pub const MOST_CELLS: usize = 4_000_000;
 /// How much longer the longest side of a cell may be than the shortest.
 const LONGEST: f64 = 1000.0;
 
-/// Where a volume's samples stand, and what they mean.
+/// The places of a volume's samples, and their meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
     /// Where sample 0, 0, 0 stands, world units.
@@ -23,7 +23,7 @@ pub struct Placed {
     pub steps: [DVec3; 3],
     /// Extinction of density 1, 1 / world unit, finite and > 0.
     pub extinction: f64,
-    /// What it sends back of the light, red, green, blue, in [0, 1].
+    /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
     /// Cells of the field along a side of each cell that casts: 1, 2, 4 or 8; more where there would be more than [`MOST_CELLS`].
     pub side: u32,
@@ -114,8 +114,8 @@ impl Volume {
     }
 }
 
-/// A box by its middle and half of its sides, at right angles; sides are rounded by 0.11 % at most where they differ, and what it
-/// takes of light is not.
+/// A box by its middle and half of its sides, at right angles; sides are rounded by 0.11 % at most where they differ, but its optical depth
+/// is not.
 pub(crate) fn cell(centre: DVec3, halves: [DVec3; 3], extinction: f64) -> Caster {
     let mut sides = halves;
     sides.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
@@ -176,7 +176,7 @@ mod tests {
         }
     }
 
-    /// Middles, sides and what all of them take: extinction times volume is what the field has, whatever is rounded.
+    /// Middles, sides and the sum of extinction times volume, which is the field's in spite of rounding.
     #[test]
     fn cells_are_boxes_of_what_is_in_them() {
         let field = Arc::new(Field::new([([1, 1, 1], 2.0)]).expect("a field"));

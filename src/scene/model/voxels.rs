@@ -1,5 +1,5 @@
-//! Voxels that triangles meet, to the bit as the device finds them: what particles of `fountain` bounce off, and what its twin is held
-//! against. Twin of glsl/grid/overlap.glsl and voxelize.comp: nothing in either is divided, fused or put in another order.
+//! Voxels that triangles meet, to the bit as the device finds them: particles of `fountain` bounce off them, and tests compare the device's
+//! with them. Twin of glsl/grid/overlap.glsl and voxelize.comp: nothing in either is divided, fused or put in another order.
 
 use super::fountain_law::Place;
 use std::array::from_fn;
@@ -23,7 +23,7 @@ pub(crate) struct Facet {
     pub(crate) last: [u32; 3],
     /// Voxels, or cells, are so much larger to each side.
     slack: f32,
-    /// What its plane is not known by, in lengths of its normal times voxels.
+    /// The uncertainty of its plane, in lengths of its normal times voxels.
     error: f32,
 }
 
@@ -154,7 +154,7 @@ impl Bits {
         self.words[word] |= 1 << bit;
     }
 
-    /// Whether a voxel, or what stands for it on a level above, is occupied.
+    /// Whether a voxel, or the brick or block that contains it on a level above, is occupied.
     pub fn has(&self, level: u32, voxel: [u32; 3]) -> bool {
         let (word, bit) = self.place(level, voxel);
         self.words[word] >> bit & 1 == 1

@@ -72,7 +72,7 @@ impl Curves {
             Some(bins) if self.settings.skip => bins.texels_in_use(self.size)?,
             _ => vec![true; self.texels as usize],
         };
-        // Packed or not, a curve begins with the depth of its first node; a tight one that has none is 0.
+        // Packed or not, a curve begins with the depth of its first node; a tight curve without nodes is 0.
         let has_nodes = |n: &[NodeData]| match self.settings.is_tight() {
             true => n.iter().any(|n| [n.depth, n.value].map(f32::to_bits) != [0; 2]),
             false => n[0].depth < FARTHEST,

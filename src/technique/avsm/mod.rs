@@ -56,7 +56,7 @@ use std::ops::Range;
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "avsm",
-    about: "adaptive volumetric shadow maps: a compressed transmittance curve a texel (Salvi et al. 2010)",
+    about: "adaptive volumetric shadow maps: a compressed transmittance curve per texel (Salvi et al. 2010)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
@@ -105,7 +105,7 @@ enum Build {
 /// The technique, opened for one world.
 pub struct Avsm {
     maps: Maps,
-    /// Which casters meet which tiles: for `path=binned`, and for what `skip=on` leaves out.
+    /// Which casters meet which tiles: for `path=binned`, and for `skip=on`.
     bins: Option<Bins>,
     curves: Curves,
     build: Build,

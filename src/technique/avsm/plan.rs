@@ -1,4 +1,4 @@
-//! What a spec means for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
+//! Plans a spec for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
 //! refused.
 
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
@@ -13,8 +13,8 @@ use crate::technique::keys::word_of;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of what
-/// 112 give, which hold almost every curve exactly; what does go on the way is what changes the area least.
+/// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of that
+/// with 112, which hold almost every curve exactly: nodes are removed on the way, but those that change the area least.
 const WHOLE_NODES: u32 = 16;
 
 /// WORK − NODES of the binned path, whose curves stay in registers. They make up for sorting by tile and not by texel.
@@ -30,10 +30,10 @@ const MANY_GROUPS: u32 = 16;
 /// With 16 nodes, which take so many registers that few workgroups have room at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// With very many casters, which are small, so many are looked at before those that are hit are added.
+/// With very many casters, which are small, a thread tests so many before it adds those that are hit.
 const MOST_AHEAD: u32 = 32;
 
-/// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three
+/// With fit=refined: how often odd and even nodes take turns in being moved. Two turns gain four fifths of the gain of eight turns, three
 /// nine tenths.
 const FIT_TURNS: u32 = 3;
 
@@ -50,9 +50,9 @@ const FIT_ROOM: Limit = Limit::shared_memory((64 * 4 + 16 * 8) * 64);
 pub enum Cells {
     /// A workgroup per tile, casters in shared memory.
     Whole,
-    /// A workgroup half a tile, casters in the lanes of subgroups.
+    /// One workgroup per half tile, casters in the lanes of subgroups.
     Lanes,
-    /// A workgroup half a tile, casters in shared memory.
+    /// One workgroup per half tile, casters in shared memory.
     Half,
 }
 
@@ -62,19 +62,19 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Casters that stand in shared memory at a time: 32 for each of `groups`, and all that there is room for in what `nodes`
-    /// stand in while they are fitted. Lanes have none.
+    /// Casters that stand in shared memory at a time: 32 for each of `groups`, or as many as fit into the memory in which `nodes` stand
+    /// while they are fitted. With lanes, none.
     fn batch(self, groups: u32, nodes: u32) -> u32 {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Shared memory: 64 cells per texel and one more; 16 nodes at most, or the casters in their place, 32 bytes
-    /// each; four sets of ends, two ranges, the bound, and what is known of all texels.
+    /// Shared memory: 64 cells per texel and one more; 16 nodes at most, or the casters in their place, 32 bytes each;
+    /// four sets of ends, two ranges, the bound, and totals over all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }
 
-    /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
+    /// The limit of shared memory or threads that the device lacks for `groups` times its texels, by its Vulkan name.
     fn lacks(self, features: &Features, groups: u32) -> Option<String> {
         let threads = Limit::threads((groups * self.texels()).into());
         [self.room(groups), threads].iter().find_map(|limit| limit.lacks(features, ""))
@@ -180,7 +180,7 @@ impl Plan {
             }
             _ => groups(features),
         };
-        // Who looks ahead needs a thread for each caster of a batch (glsl/technique/avsm/cells_shared.glsl).
+        // To look ahead takes a thread for each caster of a batch (glsl/technique/avsm/cells_shared.glsl).
         let fits = |way: Cells| way != Cells::Lanes && way.batch(groups, settings.nodes) <= groups * way.texels();
         let ahead = if has_many && way_of_cells.is_some_and(fits) { MOST_AHEAD } else { 1 };
         settings.filter().check(world, settings.base_size())?;

@@ -5,11 +5,11 @@ use crate::technique::keys::{Name, word_of};
 use crate::technique::promises::EIGHT_BITS;
 use crate::technique::{Promises, Runs};
 
-/// What settings promise, on the path that runs.
+/// Promises of settings, on the path that runs.
 pub fn promises(settings: &Settings, path: &str) -> Promises {
     let (is_linear, is_captured) = (!settings.is_exponential(), !settings.is_sorted());
     let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
-    // A list that is full loses what comes last.
+    // A list that is full loses the last segments.
     let loses = settings.capacity.is_some();
     // Single passes insert in the order of the casters' middles.
     let is_sorted = [Way::TwoPass, Way::Binned].map(word_of).contains(&path) && !is_captured;
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::technique::parse;
 
-    /// What each key takes back of the promises.
+    /// Promises that each key takes back.
     #[test]
     fn keys_take_promises_back() {
         let of = |settings: &str, path: &str| {

@@ -79,7 +79,7 @@ impl RasterOrder {
         per_tile(commands, "avsm.unpack", &self.unpack, maps, group);
     }
 
-    /// Bytes of the attachments and of what is drawn.
+    /// Bytes of the attachments and of the draw's buffers.
     pub fn bytes(&self) -> u64 {
         self.splat.bytes() + self.attachments.images().iter().map(Image::bytes).sum::<u64>()
     }

@@ -1,4 +1,4 @@
-//! What there is to set of AVSM.
+//! Settings of AVSM.
 
 use crate::maps::DrawingOrder;
 use crate::technique::keys::{word_of, words};
@@ -20,7 +20,7 @@ words! {
 }
 
 words! {
-    /// What is between two nodes a straight line.
+    /// The quantity that is linear between two nodes.
     pub enum Interpolated {
         /// Transmittance.
         Transmittance = "linear",
@@ -56,7 +56,7 @@ words! {
     pub enum Fit {
         /// On the curve that is compressed, save for nudging.
         Plain = "plain",
-        /// Where they fit best to all of it.
+        /// At the places that fit the whole curve best.
         Refined = "refined",
     }
 }
@@ -104,7 +104,7 @@ words! {
 }
 
 map_settings! {
-    /// What there is to set. Not all goes with all: [`super::Avsm::new`] says what does not.
+    /// The settings. Not all can be combined: [`super::Avsm::new`] refuses those that cannot.
     #[derive(Copy)]
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each, or fewer: see `storage`.
@@ -117,8 +117,8 @@ map_settings! {
             Setting::auto("auto: binned, save for what software devices do faster and for order=captured");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// Whether all of a map is as fine as `size` says, or each tile from half to four times that, as it needs: with binned tiles
-        /// and the bilinear filter alone.
+        /// Whether a whole map has the resolution of `size`, or each tile half to four times that, as it needs: with binned tiles and the
+        /// bilinear filter alone.
         detail: Fineness = Setting::word(
             "even", "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)");
         /// Bytes that the curves of all maps may take where `detail` is adaptive, 1 or more; none: those of even maps.
@@ -127,8 +127,8 @@ map_settings! {
         /// What a texel stands for; its area with binned tiles alone.
         texel: Stands = Setting::word(
             "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by more than a
-        /// point. Not with adaptive detail.
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a footprint. Not
+        /// with adaptive detail.
         levels: u32 = LEVELS;
         /// The order of insertion; as drawn, it is not for binned tiles.
         order: Order =
@@ -136,13 +136,14 @@ map_settings! {
         /// What a curve is made of; none: cells in binned tiles without hair, else segment by segment.
         resolve: Option<Resolve> = Setting::auto(
             "segment by segment, whole curves (two-pass, binned) or sums in cells (binned); auto chooses");
-        /// The area under the curve is kept when a node is removed, of exponential curves; Salvi et al. 2010 do not.
+        /// With exponential curves, the area under the curve is kept when a node is removed; in Salvi et al. 2010 it is
+        /// not.
         nudge: bool = Setting::word(
             "on", "keep the area under the curve when a node is removed (exponential only); off: as published");
         /// Where nodes stand; refined for exponential curves from cells, or from two passes over whole curves. None: refined for cells.
         fit: Option<Fit> = Setting::auto(
             "exponential: nodes on the curve, or moved to fit all of it (resolve=cells; two-pass whole); auto: refined for cells");
-        /// Segments of all texels that the list of two passes holds, 1 to 2^28; what comes later is lost. None: it grows.
+        /// Segments of all texels that the list of two passes holds, 1 to 2^28; later ones are lost. None: it grows.
         capacity: Option<u32> =
             Setting::auto_number(1, 1 << 28, "segments that the list holds (two-pass); auto grows to the demand");
         /// How nodes are stored; none: in full, and where `detail` is adaptive as is worth most texels: tight where there is hair, else
@@ -176,7 +177,7 @@ impl Settings {
         self.order == Order::Sorted
     }
 
-    /// How nodes are stored, where there is hair or none.
+    /// How nodes are stored by default, with hair or without.
     pub(super) fn storage(&self, has_strands: bool) -> Storage {
         self.storage.unwrap_or(match (self.is_adaptive(), has_strands) {
             (false, _) => Storage::Full,

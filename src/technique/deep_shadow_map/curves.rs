@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Rounds of a search for an error. Twin: ROUNDS in glsl/technique/deep_shadow_map/choose.comp.
 const ROUNDS: u32 = 14;
 
-/// Nodes a texel that the buffer starts with. It grows to what a scene demands.
+/// Nodes per texel that the buffer starts with. It grows as a scene needs.
 const FIRST_NODES: u64 = 1;
 
 /// Twins: VALUE_BITS, VALUE_CODES and LAST_DEPTH in glsl/technique/deep_shadow_map/node.glsl.
@@ -143,8 +143,8 @@ impl Curves {
         self.set.replace(set::DeepShadowMap::EVENTS, &lists.events)
     }
 
-    /// Looks at the nodes of the build of frame `frame`, which is over, and makes room; whether `nodes` is another. Where lists
-    /// were too short, `is_short`, the nodes say nothing.
+    /// Reads the node count of frame `frame`'s build, after the frame is over, and makes room; returns whether `nodes` was replaced. Where
+    /// lists were too short, `is_short`, the count means nothing.
     pub fn settle(&mut self, frame: u64, is_short: bool) -> Result<bool> {
         let Some(state) = self.stated.read::<DeepState>(frame, 1)? else { return Ok(false) };
         if is_short {

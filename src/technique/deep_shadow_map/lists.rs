@@ -1,4 +1,4 @@
-//! The lists of segments, drawn or made tile by tile, and of their ends.
+//! The lists of segments, drawn or captured tile by tile, and the lists of their ends.
 
 use super::DeepPush;
 use super::settings::{Settings, Way};
@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Events of a segment, at most.
 const EVENTS: u64 = 2;
 
-/// The lists, and what fills them.
+/// The lists, and the passes that fill them.
 pub struct Lists {
     context: Context,
     pub list: List,

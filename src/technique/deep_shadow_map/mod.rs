@@ -62,8 +62,8 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
 };
 
-/// The error is what a curve may be off by at any depth, and in the mean it is less by area too. Its tail is exact. Sums of whole numbers
-/// have no order. With `bytes=` the error is what fits.
+/// The error bounds a curve's at any depth; by area the mean error is below it too. The tail is exact. Sums of whole numbers do not depend
+/// on order. With `bytes=` the error is the least one that fits.
 fn promises(spec: &Spec) -> Promises {
     let settings: Settings = spec.settings();
     let error = f64::from(settings.error());

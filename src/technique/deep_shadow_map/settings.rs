@@ -1,4 +1,4 @@
-//! What there is to set of deep shadow maps.
+//! Settings of deep shadow maps.
 
 use crate::technique::keys::{word_of, words};
 use crate::technique::map_settings::map_settings;
@@ -15,7 +15,7 @@ words! {
 }
 
 words! {
-    /// Which nodes a curve does without.
+    /// Which nodes are left out of a curve.
     pub enum Removal {
         /// Those that it stays within the error without.
         Bound = "bound",
@@ -44,9 +44,9 @@ map_settings! {
         /// Bytes that the curves of all maps may take, 1 or more; the least error is found that fits. None: `error` decides.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "bytes that the curves of all maps may take: the least error is found that fits; auto: error= decides");
-        /// Which nodes a curve does without: those that it stays within the error without, or, as AVSM has it, those whose going changes the
-        /// area under it by no more than four times the error's square, of which fewer bring the same mean error. None: the second where
-        /// `bytes` is given.
+        /// Which nodes are left out of a curve: those without which it stays within the error; or, as in AVSM, those whose removal changes
+        /// the area under it by no more than four times the error's square, which needs fewer nodes for the same mean error. None: the
+        /// second where `bytes` is given.
         removal: Option<Removal> = Setting::auto(
             "remove nodes that a curve stays within error= without, or that change its area by 4 error²; auto: bound, with bytes= area");
         /// How nodes are stored.

@@ -1,5 +1,5 @@
-//! Which points each light takes, by what it and the viewer see. Source: Ritschel et al. 2011, Making imperfect shadow maps
-//! view-adaptive.
+//! Chooses the points that each light takes, by the light's and the viewer's views. Source: Ritschel et al. 2011, Making imperfect shadow
+//! maps view-adaptive.
 
 use super::Settings;
 use super::sample::{SUBSETS, Sample};
@@ -25,7 +25,7 @@ pub struct ClusterData {
     pub normal: [f32; 3],
     /// How far a normal is from the mean, at most.
     pub spread: f32,
-    /// Half the sides of the box about the middle, along the world's axes, that all of them are in.
+    /// Half the sides of the box about the middle, along the world's axes, that contains all points of the cluster.
     pub sides: [f32; 3],
     /// How far a point is from the plane through the middle, at most.
     pub thick: f32,
@@ -33,7 +33,7 @@ pub struct ClusterData {
     pub closed: u32,
 }
 
-/// From an eye to what it looks at where no camera was set: nothing is taken for farther.
+/// The distance from the eye to its target where no camera was set: no point is farther.
 const FAR: f32 = 1e18;
 
 push_struct! {
@@ -92,7 +92,7 @@ impl Adapt {
         })
     }
 
-    /// Records the pass that finds what there is to know of the clusters of points as they are now.
+    /// Records the pass that finds bounds and means of the clusters of points as they are now.
     pub fn gather(&self, commands: &mut Commands) {
         let push = ClustersPush { cluster_count: cluster_count(&self.settings) };
         let [x, y] = groups(push.cluster_count.into());

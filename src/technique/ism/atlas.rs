@@ -151,7 +151,7 @@ impl Atlas {
 /// Bits of a texel in which nothing is. Twin: NOTHING.
 const NOTHING: u32 = f32::INFINITY.to_bits();
 
-/// With the levels where they stand in memory too.
+/// The levels included, where maps stand in memory.
 fn stride(settings: &Settings, way: Way) -> u32 {
     match way {
         Way::Tiled => settings.size.pow(2),

@@ -61,7 +61,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    // Points leave holes, and which triangles they are on follows from the order of these.
+    // Points leave holes, and the choice of their triangles depends on the triangles' order.
     promises: |_, _| Promises::NONE,
     runs: Runs { stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles"], ..Runs::NONE },
     limits: |spec, path| settings::limits(&spec.settings(), path),
@@ -130,7 +130,7 @@ impl Ism {
         })
     }
 
-    /// The points, subset after subset, and what is known of all of them, after a build.
+    /// The points, subset after subset, and totals over all of them, after a build.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
@@ -139,8 +139,8 @@ impl Ism {
         Ok((self.sample.head.read(1)?[0], self.sample.pool.read(count)?))
     }
 
-    /// Where points adapt, what there is to know of their clusters, and of each light, after each other, what it takes: a place
-    /// among the points, and the times that its cluster's area was halved times 2^18.
+    /// With adaptive points, their clusters, and for each light in turn the points that it takes: a place among the points, and the times
+    /// that its cluster's area was halved times 2^18.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
@@ -174,7 +174,7 @@ fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
 }
 
 impl Technique for Ism {
-    /// Points that adapt go where the camera looks.
+    /// Adaptive points depend on the camera.
     fn made_of(&self) -> Parts {
         let of = Parts::MESHES.and(Parts::LIGHTS);
         if self.settings.adaptive { of.and(Parts::CAMERA) } else { of }

@@ -19,11 +19,11 @@ const LISTED_BYTES: u64 = 16;
 /// Threads of a workgroup. Twin: local_size_x in glsl/technique/ism/gather.comp.
 const GATHER_THREADS: u32 = 128;
 
-/// What draws, and into what.
+/// The draw and its targets.
 pub struct Raster {
     settings: Settings,
     vertices: u32,
-    /// A point each, where it is drawn. Twin: drawn_point in glsl/technique/ism/drawn.glsl.
+    /// One entry per point: where it is drawn. Twin: drawn_point in glsl/technique/ism/drawn.glsl.
     listed: Buffer,
     /// A VkDrawIndirectCommand.
     arguments: Buffer,
@@ -34,8 +34,7 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// `atlas` is what all passes over maps are bound, and `constants` what they are built with; `vertices` of a point are 3
-    /// or 6.
+    /// `atlas`: bindings of all passes over maps; `constants`: their constants; `vertices` of a point are 3 or 6.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device has no such list or target, [`Error::Gpu`] where memory runs out.

@@ -27,7 +27,7 @@ pub struct PointData {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PointsData {
-    /// Weight a unit of area, a power of two.
+    /// Weight per unit of area, a power of two.
     pub scale: f32,
     /// Weight of all triangles.
     pub total: u32,

@@ -1,4 +1,4 @@
-//! What there is to set.
+//! Settings of imperfect shadow maps.
 
 use super::super::Path;
 use super::super::keys::words;
@@ -20,7 +20,7 @@ words! {
 }
 
 words! {
-    /// How it is told which side of a closed thing a light sees.
+    /// How to tell whether a point lies on the side of a closed mesh that faces the light.
     pub enum Facing {
         /// By the normal and the direction from the light.
         Exact = "exact",
@@ -49,10 +49,10 @@ pub(super) const PATHS: &[Path] = &[
 ];
 
 settings! {
-    /// What there is to set.
+    /// Settings of imperfect shadow maps.
     #[derive(Copy)]
     pub struct Settings {
-        /// What splats the points; none: a workgroup a light where it has room for a map, else atomic operations.
+        /// How points are splatted; none: a workgroup per light where it has room for a map, else atomic operations.
         path: Option<Way> = Setting::auto(
             "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
         /// Texels per side of a light's map: 32, 64 or 128.
@@ -70,7 +70,8 @@ settings! {
         /// (Tokuyoshi 2014).
         culling: Culling = Setting::word(
             "on", "leave out the near sides of closed things, or the far ones, or none; where points are drawn, the rest are listed");
-        /// How it is told which side of a closed thing a light sees; by the normals alone in Tokuyoshi 2014.
+        /// How to tell whether a point lies on the side of a closed mesh that faces the light; by the normals alone in
+        /// Tokuyoshi 2014.
         facing: Facing = Setting::word(
             "exact",
             "which side of a closed thing is seen: by the direction to the point, or by the normals alone, which is not exact");
@@ -88,7 +89,7 @@ impl Settings {
         self.facing == Facing::Slide
     }
 
-    /// The word of a shader for what is left out. Twin: ISM_CULLING.
+    /// The shader's number for the culling. Twin: ISM_CULLING.
     pub(super) fn culls(&self) -> u32 {
         match self.culling {
             Culling::Off => 0,

@@ -22,7 +22,7 @@ const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
 
-/// How many they are, twice, the room of one caster, which there always is, and what begins at a multiple of 16.
+/// Their number, twice; the room of one caster, which there always is; and padding to a multiple of 16.
 pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 
 /// Threads per workgroup, at least and at most; multiples of the former.
@@ -45,7 +45,7 @@ pub struct Fused {
     kernel: Kernel<PartPush>,
 }
 
-/// Threads a workgroup that suit the device.
+/// Threads per workgroup that suit the device.
 pub fn threads(context: &Context) -> u32 {
     let [least, most] = LEAST_AND_MOST_THREADS;
     // The threads of a software device do not run at the same time, and each costs it something.
@@ -53,8 +53,8 @@ pub fn threads(context: &Context) -> u32 {
     (room / least * least).clamp(least, most)
 }
 
-/// Casters that threads keep in shared memory beside the slices, fewer than there are threads, or a half or a quarter of that, or
-/// none where there is no room for them. One at a time, threads gain nothing from what all of them see.
+/// Casters that threads keep in shared memory beside the slices, fewer than there are threads, or a half or a quarter of that, or none
+/// where there is no room for them. One at a time, threads gain nothing from shared memory.
 fn batch(context: &Context, slices: u32, threads: u32, axes: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;

@@ -59,19 +59,19 @@ words! {
 }
 
 map_settings! {
-    /// What there is to set. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
+    /// The settings. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
     #[derive(Copy)]
     pub struct Settings {
         /// How the volume is built; none: summed tile by tile where the device can.
         path: Option<Way> = Setting::auto("auto: fused where the device can");
         /// Texels per side of a light's map, 8 to 512.
         size: u32 = Setting::number("256", 8, 512, "texels per side of a light's map");
-        /// Slices of the volume, four a texel: 4 to 256, a multiple of 4.
-        slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four a texel");
+        /// Slices of the volume, four per texel: 4 to 256, a multiple of 4.
+        slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four per texel");
         /// What the volume holds: transmittances in 8 bits in Bavoil and Jansen 2013.
         storage: Storage = Setting::word(
             "rgba8", "multiply transmittances in 8 bits (as published) or half floats, or add optical depths in half floats");
-        /// Which slices a caster goes to: that of its centre in Bavoil and Jansen 2013.
+        /// Which slices a caster goes to: the one of its centre in Bavoil and Jansen 2013.
         assign: Assign = Setting::word(
             "nearest", "a caster goes to its slice (as published), or is shared by the two about its centre");
         /// How rays without casters are known, which are not propagated.
@@ -145,8 +145,8 @@ impl Psm {
         Self::with_threads(context, world, settings, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
-    /// As [`Psm::new`], with so many threads per workgroup of path=fused, a multiple of 16, instead of what suits the device, and
-    /// whether they fetch casters ahead, instead of what suits the scene.
+    /// As [`Psm::new`], with so many threads per workgroup of path=fused, a multiple of 16, instead of the number that suits the device,
+    /// and with or without fetching casters ahead, instead of as suits the scene.
     ///
     /// # Errors
     /// As [`Psm::new`].
@@ -183,7 +183,7 @@ impl Psm {
         };
         let more = [Resource::Sampled(volume.clone(), layout.empty().1)];
         let look_up = maps.look_up(context, "psm.look_up", &more)?;
-        // What is hidden behind meshes is not summed; what is drawn is drawn behind them too.
+        // The fused path leaves out casters hidden behind meshes; the raster path draws them too.
         let of_meshes = if way == Way::Fused { Maps::OPAQUE } else { Maps::VOLUME };
         let built = Made::of(Maps::VOLUME.and(of_meshes));
         Ok(Self { volume, maps, build, built, look_up, constants, reason })

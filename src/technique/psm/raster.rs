@@ -1,5 +1,5 @@
-//! path=raster: clear the volume, draw each caster into its slice and blend, run down each ray and multiply what the
-//! slices leave. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
+//! path=raster: clear the volume, draw each caster into its slice and blend, go along each ray and multiply the slices'
+//! transmittances. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
 
 use super::volume::{Coverage, Volume};
 use crate::Result;
@@ -34,9 +34,9 @@ pub struct Raster {
     volume: Image,
     empty: f32,
     voxelize: Kernel<VoxelizePush>,
-    /// A draw a map: see glsl/technique/psm/push.glsl.
+    /// One draw per map: see glsl/technique/psm/push.glsl.
     map_pushed: bool,
-    /// Vertices a caster.
+    /// Vertices per caster.
     vertices: u32,
     /// Texels per side, of the slices and of the coverage.
     viewports: Vec<u32>,
@@ -139,7 +139,7 @@ impl Raster {
         });
     }
 
-    /// From what the slices leave to what is left behind them.
+    /// From the slices' own transmittances to the light behind them.
     pub fn propagate(&self, commands: &mut Commands, maps: &Maps) {
         let [x, y] = maps.tiles();
         commands.pass("psm.propagate", |pass| pass.dispatch(&self.propagate, &(), [x, y, maps.count()]));

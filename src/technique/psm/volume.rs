@@ -15,7 +15,7 @@ words! {
         Rgba8 = "rgba8",
         /// Transmittances in half floats.
         Rgba16f = "rgba16f",
-        /// What is lost of the light, from sums of optical depths, in half floats.
+        /// The light that is lost, from sums of optical depths, in half floats.
         OpticalDepth = "optical-depth",
     }
 }
@@ -76,12 +76,12 @@ impl Volume {
         if self.is_8_bit() { Format::R8G8B8A8_UNORM } else { Format::R16G16B16A16_SFLOAT }
     }
 
-    /// How a caster combines with those before it.
+    /// How a caster is blended with those before it.
     pub fn blend(&self) -> Blend {
         if self.additive() { Blend::Add } else { Blend::Multiply }
     }
 
-    /// What an empty slice holds, and what a sampler finds past the edge.
+    /// The value of an empty slice, and of a sampler past the edge.
     pub fn empty(&self) -> (f32, Border) {
         if self.additive() { (0.0, Border::Zero) } else { (1.0, Border::One) }
     }
@@ -91,7 +91,7 @@ impl Volume {
         self.slices / 4 + u32::from(self.coverage == Coverage::Viewport)
     }
 
-    /// The image for `maps` maps; whether it is drawn to.
+    /// Makes the image for `maps` maps. `drawn`: whether it is a target of draws.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it is past the device's limits.

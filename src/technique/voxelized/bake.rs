@@ -203,7 +203,7 @@ impl Bake {
         }
     }
 
-    /// Writes what look-ups read.
+    /// Writes the data that look-ups read.
     pub fn pack(&self, commands: &mut Commands, job: &Job) {
         let shape = job.shape;
         let state = &job.buffers.state;

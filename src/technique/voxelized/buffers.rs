@@ -7,7 +7,7 @@ use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 push_struct! {
-    /// Twin: BuildPush in glsl/technique/voxelized/build.glsl, which says what each is.
+    /// Twin: BuildPush in glsl/technique/voxelized/build.glsl, which explains each field.
     #[derive(Default)]
     pub struct BuildPush {
         light: u32,
@@ -209,7 +209,7 @@ impl Shape {
         self.tile.div_ceil(BIN_COLUMNS)
     }
 
-    /// Where the counts of bins begin in the values, and where those of what has been placed do.
+    /// Where the entries' counts per bin begin in the values, and where the counts of entries that have been placed do.
     pub fn bins_at(self) -> [u32; 2] {
         [0, aligned(self.bins().pow(2))]
     }
@@ -219,12 +219,12 @@ impl Shape {
         2 * aligned(self.bins().pow(2))
     }
 
-    /// Words of the columns of a tile, and what is kept with them.
+    /// Words of the columns of a tile, and of data kept with them.
     pub fn tile_words(self) -> u32 {
         TILE_WORDS * self.bricks().pow(2)
     }
 
-    /// Whether what so many trees are made of may stay.
+    /// Whether the columns of so many trees may be kept.
     pub fn may_stay(self, trees: usize) -> bool {
         4 * u64::from(self.tile_words()) * u64::from(self.tiles().pow(2)) * trees as u64 <= MOST_KEPT_BYTES
     }
@@ -261,7 +261,7 @@ impl Shape {
     }
 }
 
-/// At least one more than `count`, so that what stands before the end has a place; whole blocks of scans.
+/// At least one more than `count`, so that the sum before the end has a place; whole blocks of scans.
 fn aligned(count: u32) -> u32 {
     (count + 1).next_multiple_of(SCANNED)
 }
@@ -353,7 +353,7 @@ impl Room {
     }
 }
 
-/// The buffers: glsl/technique/voxelized/build.glsl says what is in them.
+/// The buffers: glsl/technique/voxelized/build.glsl has their contents.
 pub struct Buffers {
     pub state: Buffer,
     /// The state after each submission.
@@ -374,7 +374,7 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// Room for `room`; entries and exits of all columns of a tile only where they are kept. `shared`: what stays when the
+    /// Buffers with room for `room`; entries and exits of all columns of a tile only with `keep`. `shared`: the buffers that stay when the
     /// room grows, [`Shared`].
     pub fn new(context: &Context, shape: Shape, room: &Room, merge: bool, keep: bool, shared: &Shared) -> Result<Self> {
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
@@ -442,7 +442,7 @@ impl Buffers {
         })
     }
 
-    /// Bytes that only a bake needs: not what look-ups read, and not what is the world's.
+    /// Bytes that only a bake needs: without the look-ups' data, and without the world's.
     pub fn transient_bytes(&self) -> u64 {
         let own = [
             &self.state,

@@ -71,7 +71,7 @@ fn nodes(words: Words, at: std::ops::Range<u64>, unit_bits: u64, pointer_bits: u
 
 /// Where pointers may lead.
 struct Nodes {
-    /// Leaves go by number.
+    /// Leaves are named by number.
     leaves: u64,
     /// Others by where they begin, in units: a bit each.
     starts: Vec<u64>,

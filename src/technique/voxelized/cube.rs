@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
 
-/// The cube is wider than the meshes by this share, so that what rounds stays inside.
+/// The cube is wider than the meshes by this share, so that rounded points stay inside.
 const MARGIN: f64 = 1.0 / 256.0;
 
 /// Views whose texels are the columns of voxels, `size` a side, each as many voxels deep.
@@ -64,8 +64,8 @@ impl Cubes {
 
 /// How finely columns know where shadows begin and end.
 pub fn resolution(cubes: &Cubes, plan: &Plan) -> Vec<Resolution> {
-    // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
-    // What touches a column is up to a voxel away from a place in it.
+    // A column's middle is half a voxel away from its edge; the filter's outermost column is as many more columns away
+    // as its radius. A triangle that touches a column is up to a voxel away from a place in it.
     let across = f64::from(plan.filter) / 2.0 + if plan.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
     let depth = 1.0 / f64::from(plan.size);
@@ -101,8 +101,8 @@ fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
     View { origin: front.as_vec3().into(), scale_x: scale, scale_y: scale, near: 0.0, far: side as f32, ..aimed }
 }
 
-/// From the light as far as there are meshes or the light shines. A face has room about its 90 degrees for every filter; so has a
-/// cone, and besides for what receivers are moved by.
+/// From the light as far as there are meshes or the light shines. A face has room about its 90 degrees for every filter; so has a cone, and
+/// also for moved receivers.
 fn pyramid(hull: impl Iterator<Item = [f32; 3]>, light: &Light, aimed: View) -> View {
     let along = |position: [f32; 3]| aimed.axes(DVec3::from(position.map(f64::from))).z;
     let farthest = hull.map(along).fold(least(&aimed), f64::max).min(light.radius);

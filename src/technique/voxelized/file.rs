@@ -36,7 +36,7 @@ struct Header {
     free: u32,
     coverage: u32,
     trees: u32,
-    /// 0: what follows stands at multiples of 8 bytes.
+    /// 0: padding, so that later fields stand at multiples of 8 bytes.
     padding: u32,
     scene: u64,
     words: u64,
@@ -47,11 +47,11 @@ struct Header {
 pub struct Baked<'a> {
     /// Those that a file has: size, structure, closed, free and coverage.
     pub plan: Plan,
-    /// Hash of what was baked.
+    /// Hash of the scene that was baked.
     pub scene: u64,
     /// As facts count them: `counters`.
     pub counts: [u64; COUNTS.len()],
-    /// One a light, and one a face of a light that shines all about.
+    /// One per light, and one per face of a light that shines all about.
     pub trees: Vec<TreeData>,
     /// Their nodes: words, little end first.
     pub words: &'a [u8],

@@ -15,7 +15,7 @@ use crate::world::{Parts, World};
 use crate::{Error, Result, WayOut};
 use std::path::Path;
 
-/// The path of what is not built.
+/// The path of a technique that is read and not built.
 const PATH: &str = "file";
 
 /// A bake from a file, opened for the world that it was made of.
@@ -23,7 +23,7 @@ pub struct Loaded {
     file: String,
     bytes_on_disk: u64,
     plan: Plan,
-    /// Hash of what was baked.
+    /// Hash of the scene that was baked.
     scene: u64,
     counts: [u64; COUNTS.len()],
     cubes: Cubes,
@@ -33,12 +33,12 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Opens the file that `settings` name, and takes it to the device. The file says what the bake is of: settings of that are
-    /// held against it for the keys for which `held` says so.
+    /// Opens the file that `settings` name, and takes it to the device. The file has the bake's own settings: those that are given are
+    /// compared with them, for the keys for which `held` says so.
     ///
     /// # Errors
-    /// [`Error::Input`] that names the file where it cannot be read, is none of a bake, damaged, of another scene, or baked
-    /// with other settings than are held against it; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] that names the file where it cannot be read, is no bake, is damaged, is of another scene, or was baked with other
+    /// settings than the given ones; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, held: impl Fn(&Key) -> bool) -> Result<Self> {
         settings.check()?;
         let Some(file) = settings.file.clone() else {

@@ -93,7 +93,7 @@ enum Step {
         light: u32,
         tile: u32,
     },
-    /// The nodes stand, and there was no room for what look-ups read.
+    /// The nodes are made, but there was no room for the look-ups' data.
     Pack,
 }
 
@@ -139,7 +139,7 @@ struct Moves {
     mixed: bool,
 }
 
-/// Names of what is counted.
+/// Names of the counts.
 const COUNTS: [&str; 4] = ["leaves", "nodes", "tree_leaves", "tree_nodes"];
 
 fn counters(counts: [u64; COUNTS.len()]) -> BTreeMap<String, u64> {
@@ -160,7 +160,7 @@ impl Voxelized {
         Self::planned(context, world, &Plan::of(settings))
     }
 
-    /// Opens what is planned.
+    /// Opens a plan.
     ///
     /// # Errors
     /// [`Error::Input`] where there are more lights than have trees, [`Error::Refused`] where the host knows no box about the
@@ -294,8 +294,8 @@ impl Voxelized {
         Ok(true)
     }
 
-    /// Makes room for what look-ups read, one word more than there is: a pointer's second half may be sought in it. The nodes
-    /// stand, and are packed once more.
+    /// Makes room for the look-ups' data, with one word more than needed, since a pointer's second half may be read from it. The nodes
+    /// stay, and are packed once more.
     fn grow_data(&mut self) -> Result<Settled> {
         let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
         if self.cubes.views.len() > 1 {
@@ -353,7 +353,7 @@ impl Technique for Voxelized {
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         world.has_maps(self.cubes.views.len())?;
         cube::lights_are_known(world)?;
-        // What comes next depends on what is recorded.
+        // The next step depends on the recorded one.
         if self.recorded || (self.baked && self.looked.stands(world)) {
             return Ok(());
         }
@@ -403,7 +403,7 @@ impl Technique for Voxelized {
             if self.grow(tile)? {
                 return Ok(Settled::Grew);
             }
-            // Something moves: from now on it is known what.
+            // Something moves: from now on bakes note what.
             if self.moves.baked && !self.room.stays && self.shape.may_stay(self.cubes.views.len()) {
                 self.restart(Room { stays: true, ..self.room.clone() })?;
                 return Ok(Settled::Grew);

@@ -1,4 +1,4 @@
-//! What there is to set of voxelized shadows.
+//! Settings of voxelized shadows.
 
 use super::super::keys::{OneOf, words};
 use super::super::settings::{Keyed, PCF, Setting, settings};
@@ -22,7 +22,8 @@ words! {
         Exit = "exit",
         /// Where it enters.
         Entry = "entry",
-        /// At as few depths as the 8 × 8 columns of a block allow, as round ones as possible.
+        /// At as few depths as the 8 × 8 columns of a block allow, and at multiples of high powers of two where
+        /// possible.
         Shared = "shared",
     }
 }
@@ -64,14 +65,14 @@ settings! {
             IN_FILE, "what a bake was written to, in place of one that is built; size, structure, closed, free and coverage are its own");
         /// Columns per side of the square that a look-up averages: 1, 3, 5, 7 or 9.
         filter: u32 = PCF;
-        /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what keeps a flat surface out
-        /// of its own shadow, 0 to 400.
+        /// How far a point of a surface is moved along its normal before it is looked up, in hundredths of the distance that keeps a flat
+        /// surface out of its own shadow, 0 to 400.
         bias: u32 = Setting::number(
-            "100", 0, 400, "offset along a surface's normal, hundredths of what keeps a flat one out of its own shadow");
+            "100", 0, 400, "offset along a surface's normal, in hundredths of the distance that keeps a flat one out of its own shadow");
     }
 }
 
-/// What settings come to. What they cannot say is for tests.
+/// The settings, resolved. Values that settings cannot express are for tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Voxels per side: a power of two from 64 to 65,536.
@@ -86,7 +87,8 @@ pub struct Plan {
     pub coverage: Coverage,
     /// Columns per side of the square that a look-up averages; odd.
     pub filter: u32,
-    /// Hundredths of what keeps a flat surface out of its own shadow that its points are moved by.
+    /// How far a surface's points are moved along its normal, in hundredths of the distance that keeps a flat surface
+    /// out of its own shadow.
     pub bias: u32,
     /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
     pub tile: u32,
@@ -109,7 +111,7 @@ impl Plan {
         self.structure == Structure::Dag
     }
 
-    /// Whether a column is met by what touches its square.
+    /// Whether a triangle that touches a column's square, and not its middle, counts for the column.
     pub fn is_conservative(self) -> bool {
         self.coverage == Coverage::Conservative
     }

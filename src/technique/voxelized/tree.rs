@@ -16,7 +16,7 @@ pub struct TreeData {
     pub origin: [f32; 3],
     /// Voxels per side.
     pub size: u32,
-    /// Voxels a world unit along the cube's x; of a light with a place, times the depth in voxels.
+    /// Voxels per world unit along the cube's x; of a light with a place, times the depth in voxels.
     pub right: [f32; 3],
     /// The root's level, and 1.
     pub levels: u32,

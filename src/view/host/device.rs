@@ -15,7 +15,7 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// A device that has it, such as MoltenVK's, is opened with it.
 const PORTABILITY: &CStr = c"VK_KHR_portability_subset";
 
-/// What the validation layer says: warnings and errors. Clones share the list.
+/// Messages of the validation layer: warnings and errors. Clones share the list.
 pub type Said = Arc<Mutex<Vec<String>>>;
 
 /// The instance and the window's surface.
@@ -36,7 +36,7 @@ pub struct Device {
     pub physical: vk::PhysicalDevice,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// What it was opened with.
+    /// Features that it was opened with.
     pub enabled: Enabled,
     /// None only while it is dropped.
     allocator: Option<Arc<Mutex<Allocator>>>,
@@ -81,12 +81,12 @@ impl Device {
         allocator.lock().unwrap_or_else(PoisonError::into_inner).generate_report().total_allocated_bytes
     }
 
-    /// What the device came from.
+    /// The instance and the physical device.
     pub fn origin(&self) -> (ash::Entry, ash::Instance) {
         (self.instance.entry.clone(), self.instance.handle.clone())
     }
 
-    /// The window's surface, and what it is asked by.
+    /// The window's surface, and its functions.
     pub fn surface(&self) -> (&khr::surface::Instance, vk::SurfaceKHR) {
         (&self.instance.surfaces, self.instance.surface)
     }

@@ -9,7 +9,7 @@ use ash::vk;
 
 pub const FRAMES_IN_FLIGHT: u32 = 2;
 
-/// What a frame needs for itself until the device is done with it.
+/// Resources of one frame until the device is done with it.
 struct Slot {
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
@@ -24,7 +24,7 @@ pub struct Frames {
     pool: vk::CommandPool,
 }
 
-/// What lies behind the picture, where it does not reach.
+/// The background where the picture does not reach.
 const BEHIND: [f32; 4] = [0.1, 0.1, 0.1, 1.0];
 
 impl Frames {

@@ -24,12 +24,12 @@ fn error(operation: &'static str, name: &str, cause: impl ToString) -> Error {
     Error::Gpu { operation, name: name.into(), cause: cause.to_string(), way_out }
 }
 
-/// Makes one of what Vulkan says.
+/// An error from Vulkan's result.
 fn failed(operation: &'static str, name: &'static str) -> impl Fn(vk::Result) -> Error {
     move |result| error(operation, name, format!("{result:?}"))
 }
 
-/// What egui has to draw.
+/// egui's meshes to draw.
 pub struct Ui {
     pub textures: egui::TexturesDelta,
     pub primitives: Vec<egui::ClippedPrimitive>,
@@ -86,8 +86,8 @@ impl Host {
             frames_in_flight: FRAMES_IN_FLIGHT,
             messages: messages.clone(),
         };
-        // SAFETY: all of these belong together, the device was opened with `enabled`, and it goes after the context and all that was
-        // made on it: `Host` is dropped last of what the window has.
+        // SAFETY: all of these belong together, the device was opened with `enabled`, and it goes after the context and everything made on
+        // it: `Host` is the last field of the window to be dropped.
         let context = unsafe { Context::adopt(adopt) }?;
         let frames = Frames::new(&device)?;
         let size = window.inner_size().into();
@@ -100,7 +100,7 @@ impl Host {
         Ok(host)
     }
 
-    /// What draws the panel.
+    /// Draws the panel.
     fn panel(&self) -> Result<Renderer<GpuAllocator>> {
         let allocator =
             self.device.allocator().ok_or_else(|| error("make", "the panel", "the device is being closed"))?;
@@ -254,7 +254,7 @@ impl Host {
     /// Copies what text needs that was not shown before. It waits for the device, and is rare.
     fn textures(&mut self, ui: &mut Ui) -> Result<()> {
         let (Some(panel), false) = (&mut self.ui, ui.textures.set.is_empty()) else { return Ok(()) };
-        // What the frames before draw from is replaced.
+        // Textures that earlier frames draw from are replaced.
         self.device.wait();
         for (id, deltas) in ui.textures.set.drain() {
             for delta in deltas {

@@ -20,7 +20,7 @@ pub struct Swapchain {
     pub drawn: Vec<vk::Semaphore>,
 }
 
-/// What came of asking for an image, or showing it.
+/// The result of acquiring an image, or of presenting it.
 pub enum Turn<T> {
     Done(T),
     /// The window is of another size: make the images anew.
@@ -58,7 +58,7 @@ impl Swapchain {
         let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT;
         let read = can.supported_usage_flags & vk::ImageUsageFlags::TRANSFER_SRC;
         let Some(format) = formats.iter().find(is_plain).filter(|_| can.supported_usage_flags.contains(usage)) else {
-            return Err(Error::Refused { needs: "a window of 8 bits a channel that pictures can be copied to".into() });
+            return Err(Error::Refused { needs: "a window of 8-bit channels that pictures can be copied to".into() });
         };
         let most = if can.max_image_count == 0 { u32::MAX } else { can.max_image_count };
         let alpha = [vk::CompositeAlphaFlagsKHR::OPAQUE, vk::CompositeAlphaFlagsKHR::INHERIT];
@@ -137,7 +137,7 @@ impl Swapchain {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        // SAFETY: whoever drops it has waited until nothing uses the images.
+        // SAFETY: its owner has waited until nothing uses the images.
         unsafe {
             self.views.iter().for_each(|view| self.device.destroy_image_view(*view, None));
             self.drawn.iter().for_each(|semaphore| self.device.destroy_semaphore(*semaphore, None));

@@ -1,4 +1,4 @@
-//! What is drawn: a scene, the techniques that light it, their pictures. What has not changed is not built and not drawn again.
+//! The stage: a scene, the techniques that light it, their pictures. Parts that have not changed are neither built nor drawn again.
 
 mod moves;
 
@@ -26,7 +26,7 @@ struct Counting {
     frame: u64,
 }
 
-/// What the values of [`Present`] are.
+/// The meaning of the values of [`Present`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Values {
     Nothing,
@@ -40,11 +40,11 @@ enum Values {
 pub struct Stage {
     /// As its file says, at the time.
     base: Scene,
-    /// What of the state `base` was made of.
+    /// The part of the state that `base` was made from.
     of: (String, f64, Option<usize>),
-    /// What pulls at its particles.
+    /// Attractor and gravity of its particles.
     pull: (Option<DVec3>, f64),
-    /// What of it is otherwise in the world.
+    /// Its changes in the world.
     change: SceneChange,
     world: World,
     /// Another whenever the world changes: no two states of any scenes have the same.
@@ -71,7 +71,7 @@ pub struct Stage {
     values: Values,
     counting: Option<Counting>,
     steps: Option<StepRange>,
-    /// What the window's bytes show; none where that is no longer so.
+    /// The content of the window's bytes; none where it is out of date.
     shown: Option<Shown>,
     size: [u32; 2],
     context: Context,
@@ -150,7 +150,7 @@ impl Stage {
         self.size
     }
 
-    /// Pixels of a file of what is seen: of a slice those of its square.
+    /// Size of a picture's file: that of the square where a slice is shown.
     pub fn pictured(&self, state: &State) -> [u32; 2] {
         if state.show == Show::Slice { [self.size[0].min(self.size[1]); 2] } else { self.size }
     }
@@ -169,7 +169,7 @@ impl Stage {
         (self.present, self.values, self.counting, self.shown) = (None, Values::Nothing, None, None);
     }
 
-    /// What cannot be shown of A and B, a line each.
+    /// Views of A and B that cannot be shown, one line each.
     pub fn refused(&self) -> impl Iterator<Item = &str> {
         let unanswered = self.unanswered.iter().map(|(.., cause)| cause.as_str());
         self.refused.iter().flatten().map(|(_, cause)| cause.as_str()).chain(unanswered)
@@ -195,7 +195,7 @@ impl Stage {
         self.present.as_ref().map(Present::shown)
     }
 
-    /// Whether all that is seen is as it will be, for as long as nobody changes anything.
+    /// Whether the picture is final until the next change.
     pub fn is_whole(&self, state: &State) -> bool {
         self.is_drawn(state) && (!has_reference(state) || self.truth.is_whole())
     }
@@ -329,7 +329,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Records what makes the window's bytes, where they are others than before.
+    /// Records the pass that makes the window's bytes, if they have changed.
     fn show(&mut self, commands: &mut Commands, state: &State, blue_first: bool) -> Result<()> {
         if self.present.is_none() {
             let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;
@@ -349,7 +349,7 @@ impl Stage {
             _ => Source::Nobody,
         };
         let is = Shown {
-            // What has no answer is shown as a picture that nobody has.
+            // A side without an answer is shown as an empty picture.
             show: if is_answered { state.show } else { Show::A },
             wipe: (state.wipe * f64::from(self.size[0])).round() as u32,
             gain: state.gain,
@@ -363,7 +363,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Takes what is new of the reference.
+    /// Takes new parts of the reference.
     fn fill_in(&mut self, state: &State) -> Result<bool> {
         self.counting = None;
         let Some(present) = self.present.as_ref().filter(|_| has_reference(state)) else { return Ok(true) };

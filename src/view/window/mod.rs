@@ -1,4 +1,4 @@
-//! The window: what keys, mouse and lines of a script do, and its frames.
+//! The window: its frames, and the actions of keys, mouse and script lines.
 
 mod input;
 
@@ -53,7 +53,7 @@ pub struct View {
     /// The last that could be shown.
     good: State,
     script: Option<Script>,
-    /// What the script waits for.
+    /// The condition that the script waits for.
     until: Option<Instant>,
     frames_left: u64,
     said: Said,
@@ -296,7 +296,7 @@ impl View {
         Ui { textures: output.textures_delta, primitives, pixels_per_point }
     }
 
-    /// A line for the panel, and for whoever started the program.
+    /// Prints a line to the panel, and to standard error.
     fn tell(&mut self, line: String) {
         eprintln!("gobo view: {line}");
         self.lines.push(line);

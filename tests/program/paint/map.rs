@@ -37,7 +37,7 @@ enum Seen {
     At(f64),
 }
 
-/// The paraboloid over the half space that the light shines into (Brabec, Annen and Seidel 2002), a ray a texel. With
+/// The paraboloid over the half space that the light shines into (Brabec, Annen and Seidel 2002), a ray per texel. With
 /// `culling` closed things cast from where a ray leaves them.
 fn rays(meshes: &Meshes, position: DVec3, normal: DVec3, culling: bool) -> Vec<Seen> {
     let [right, up] = across(normal);

@@ -77,7 +77,7 @@ impl Plot {
         DVec2::new(on(0, x), on(1, y))
     }
 
-    /// Whether a pixel is well inside of what is plotted.
+    /// Whether a pixel is well inside of the plot's frame.
     pub fn shows(&self, pixel: DVec2) -> bool {
         let truth = &self.drawn[0].line;
         truth[0].x + 2.0 < pixel.x && pixel.x < truth[truth.len() - 1].x - 2.0

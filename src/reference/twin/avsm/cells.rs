@@ -68,7 +68,7 @@ impl Cells {
         self.sums[cell] as f32 * self.unit
     }
 
-    /// What nodes are fitted to.
+    /// The values that nodes are fitted to.
     pub(super) fn ends_of_cells(&self) -> Ends {
         Ends {
             low: self.low,
@@ -196,7 +196,8 @@ mod tests {
                 let rising = |(from, at): (f32, f32)| (end - f64::from(from)) / f64::from((at - from).max(1e-7));
                 let dark = f64::from(DARK) * cells.dark.map_or(0.0, rising).clamp(0.0, 1.0);
                 let through = (-f64::from(cells.optical_depth(cell)) - dark).exp();
-                // The end is known to some roundings of 1; dense short segments are steep there. Past 16 all is dark.
+                // A cell's end is only known up to rounding, and dense short segments are steep there. Beyond an
+                // optical depth of 16 all is dark.
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
             }
@@ -205,8 +206,8 @@ mod tests {
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
         }
 
-        /// Roundings of many segments that take as little in each cell, a few units, are not all the same: what is off grows as the
-        /// root of their number.
+        /// Many segments that take a few units in each cell are not all rounded the same way: the error of their sum grows as the root of
+        /// their number.
         #[test]
         fn roundings_new_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
             const MANY: usize = 4096;

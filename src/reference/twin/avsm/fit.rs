@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/avsm/fit.glsl: nodes moved to where the sums in cells want them, in f32.
+//! CPU twin of glsl/technique/avsm/fit.glsl: nodes moved to fit the sums in cells better, in f32.
 
 use super::cells::CELLS;
 use std::ops::Range;

@@ -3,7 +3,7 @@
 use super::curve::{Build, Curve};
 use super::node::Interpolation;
 
-/// What the optical depth of light that is gone is taken for.
+/// The optical depth that stands for no light.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// What one of the four below, (depth, value) of its nodes in use, lets through there. Twin: curve_at.
@@ -92,8 +92,8 @@ pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
     curve
 }
 
-/// Sum of squares of what a curve is off the mean of the four at the ends of even steps, from the first of their nodes to the last, which is
-/// what `merged` makes least of all curves whose nodes are among these ends.
+/// Sum of squares of the differences between a curve and the mean of the four, at the ends of even steps from the first of their nodes to
+/// the last. Among all curves with nodes at these ends `merged` has the least.
 pub fn cost(below: [&[(f32, f32)]; 4], build: Build, transmittance: impl Fn(f32) -> f32) -> f32 {
     let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
     let casts = below.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 != unshadowed));

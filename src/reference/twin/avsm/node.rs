@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/curve/node.glsl: what the nodes of a curve hold.
+//! CPU twin of glsl/maps/curve/node.glsl: the layout of a curve's nodes.
 
 use crate::scene::FARTHEST;
 

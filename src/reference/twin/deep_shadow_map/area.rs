@@ -1,5 +1,5 @@
-//! CPU twin of glsl/technique/deep_shadow_map/area.glsl: nodes go whose going changes the area under the curve by little, as AVSM's do.
-//! Source: Salvi et al. 2010, the removal; a window that goes along the curve, and that there is no number of nodes, are ours.
+//! CPU twin of glsl/technique/deep_shadow_map/area.glsl: removes nodes that change the area under the curve by little, as AVSM does.
+//! Source: Salvi et al. 2010, the removal; ours: a window that goes along the curve, and a number of nodes that is not fixed.
 
 /// Nodes that may still go. Twin: WINDOW.
 const WINDOW: usize = 16;

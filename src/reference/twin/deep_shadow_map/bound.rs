@@ -9,7 +9,7 @@ const BETWEEN: f32 = 1.0 / 64.0;
 /// How exact the last node is. Twin: TAIL.
 const TAIL: f32 = 1e-4;
 
-/// Where all is so dark that lines err by nothing. Twin: dark_from.
+/// The optical depth from which on it is so dark that lines do not matter. Twin: dark_from.
 pub fn dark_from(error: f32) -> f32 {
     5.0 - (2.0 * error).ln()
 }
@@ -41,7 +41,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// No nodes yet, of a curve that comes to `total` in all.
+    /// Begins a curve without nodes, whose whole optical depth is `total`.
     pub fn new(error: f32, total: f32) -> Self {
         Self { error: error * (1.0 - BETWEEN), total, all: Vec::new(), slopes: [0.0, f32::MAX], end: (0.0, 0.0) }
     }

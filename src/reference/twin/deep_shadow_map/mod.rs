@@ -1,5 +1,5 @@
-//! CPU twin of glsl/technique/deep_shadow_map/: a texel's whole curve, in whole numbers, and what is left of it.
-//! Source: Lokovic and Veach 2000; the sums are ours.
+//! CPU twin of glsl/technique/deep_shadow_map/: a texel's whole curve, in whole numbers, and its compression. Source:
+//! Lokovic and Veach 2000; the sums are ours.
 
 mod area;
 mod bound;
@@ -88,7 +88,7 @@ fn sweep(events: &[Segment], mut point: impl FnMut(f32, f32, bool), dark: f32) {
     if events.is_empty() {
         return;
     }
-    // Whole bits of the optical depth in all, at least those of 1.
+    // Bits for the whole part of the greatest sum, for an optical depth of 1 at least.
     let whole_bits = (total(events).max(1.0).to_bits() >> 23) as i32 - 127 + 2;
     let (scale, unit) = (2f32.powi(SUM_BITS - whole_bits), 2f32.powi(whole_bits - SUM_BITS));
     let optical_depth = |sum: u64| ((sum >> 32) as f32 * 4_294_967_296.0 + (sum & 0xFFFF_FFFF) as f32) * unit;

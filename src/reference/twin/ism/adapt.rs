@@ -19,7 +19,7 @@ const LEAST_NEAR: f32 = 0.25;
 /// Twin: TAKEN_BITS.
 const TAKEN_BITS: u32 = 18;
 
-/// What lights choose by. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
+/// Values by which lights choose. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
     /// Texels per side of a map.
@@ -103,7 +103,7 @@ fn count_of(rank: u32, rate: u32) -> u32 {
     if rank == 0 { 0 } else { count.clamp(1, CLUSTER as u32) }
 }
 
-/// What a light takes: places in the pool, and the times that the area of their cluster was halved.
+/// The points that a light takes: their places in the pool, and how often the area of their cluster was halved.
 pub fn taken(choice: &Choice, light: u32, origin: V3, forward: V3, clusters: &[Cluster]) -> Vec<u32> {
     let ranks: Vec<_> = clusters.iter().map(|cluster| rank_of(choice, origin, forward, cluster)).collect();
     let at = |rank: u32, rate: u32, more: u32| count_of(rank, rate + u32::from(rank >= more));

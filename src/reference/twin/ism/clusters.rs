@@ -25,7 +25,7 @@ pub struct Cluster {
     pub closed: bool,
 }
 
-/// What there is to know of [`CLUSTER`] points.
+/// Bounds and means of [`CLUSTER`] points.
 pub fn cluster(points: &[Point]) -> Cluster {
     let bound = |of: fn(f32, f32) -> f32| {
         points.iter().map(|p| p.position).reduce(|a, b| [0, 1, 2].map(|i| of(a[i], b[i]))).unwrap_or_default()

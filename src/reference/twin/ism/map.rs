@@ -1,6 +1,6 @@
 //! Twin of glsl/technique/ism/map.glsl.
 
-/// What a vector is here.
+/// The type of a vector here.
 pub type V3 = [f32; 3];
 
 /// The sum of products, from the first on.

@@ -1,4 +1,4 @@
-//! Twin of glsl/technique/ism/splat.glsl: what a point leaves in a light's map.
+//! Twin of glsl/technique/ism/splat.glsl: the disc of a point in a light's map.
 
 use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
 
@@ -60,7 +60,7 @@ pub struct Bounds {
     pub sides: V3,
 }
 
-/// A point that a light takes: the radius of its disc, and what that ends at, if at anything.
+/// A point that a light takes: the radius of its disc, and the limit of that, if any.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
     /// Where it stands.

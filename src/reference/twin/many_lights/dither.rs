@@ -37,7 +37,7 @@ mod tests {
         assert_eq!(sorted(&mut all(1).chain(all(3)).map(|p| p[0])), even(32));
         for i in 0..16 {
             let cell = [i % 4, i / 4].map(|c| (c as f32 + 0.5) / 4.0);
-            assert_eq!(all(2).filter(|p| p[1..] == cell).count(), 1, "one a cell of 4 × 4");
+            assert_eq!(all(2).filter(|p| p[1..] == cell).count(), 1, "one per cell of 4 × 4");
         }
         let below = (0..4096).filter(|i| noise([i % 64, i / 64], 2)[0] < 0.25).count();
         assert!((1014..=1034).contains(&below), "{below}");

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/many_lights/frame.glsl: how a frame sees the world.
+//! Twin of glsl/consume/many_lights/frame.glsl: places and surfaces in this frame's picture and in the last one's.
 
 use crate::scene::View;
 use std::array::from_fn;
@@ -10,7 +10,7 @@ pub struct Frame {
     pub camera: View,
     /// The direction at the upper left corner.
     pub corner: [f32; 3],
-    /// What a pixel to the right adds to it.
+    /// Its change per pixel to the right.
     pub across: [f32; 3],
     /// And a pixel down.
     pub down: [f32; 3],

@@ -12,7 +12,8 @@ pub struct Source {
     pub margin: f32,
 }
 
-/// The source of each pixel. `now` and `before` are z, as bits, and packed normal of what both frames saw.
+/// The source of each pixel. `now` and `before` are the surfaces that both frames saw: z, as bits, and the packed
+/// normal.
 pub fn reproject(frames: &[Frame; 2], now: &[[u32; 2]], before: &[[u32; 2]]) -> Vec<Source> {
     let width = frames[0].camera.width;
     let pixel = |i: u32| source(frames, [i % width, i / width], now[i as usize], before);

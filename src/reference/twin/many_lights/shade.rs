@@ -3,7 +3,7 @@
 use super::frame::Frame;
 use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};
 
-/// What a frame found, and the one before it.
+/// Results of a frame, and of the one before it.
 pub struct Found<'a> {
     /// z, as bits, and packed normal of each pixel.
     pub geometry: &'a [[u32; 2]],
@@ -43,7 +43,7 @@ pub fn visibility(frame: &Frame, found: &Found, light: usize, reach: i32) -> Vec
     (0..pixels).map(one).collect()
 }
 
-/// Whether what a pixel sees goes on at another, `by` so many pixels away.
+/// Whether a pixel's surface goes on at another pixel, `by` so many pixels away.
 pub(in crate::reference::twin) fn is_same_surface(
     frame: &Frame,
     geometry: &[[u32; 2]],

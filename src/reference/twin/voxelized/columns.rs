@@ -6,8 +6,8 @@ const SUB_VOXELS: f32 = 256.0;
 /// Where a pyramid as deep as 1 begins. Twin: NEAREST.
 const NEAREST: f32 = 1e-6;
 
-/// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last. Or a pyramid: the light,
-/// columns from the middle one times the voxel along the last axis, and voxels along that.
+/// A cube of voxels: its corner, and axes in voxels per world unit. Light travels along the last axis. Or a pyramid: the light at its tip,
+/// axes whose coordinates are columns from the middle one times the depth in voxels, and the depth in voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube {
     /// World units.
@@ -78,7 +78,7 @@ pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Vec<Projected>
     pieces.map(|pair| projected([polygon[0], pair[0], pair[1]], plane, Some(range))).collect()
 }
 
-/// What is in the pyramid of a polygon along its axes. Twin: put_pieces.
+/// Clips a polygon to the pyramid. Twin: put_pieces.
 fn cut(polygon: Vec<[f32; 3]>, size: f32) -> Vec<[f32; 3]> {
     let planes: [fn([f32; 3], f32) -> f32; 5] = [
         |v, size| v[2] - NEAREST * size,
@@ -121,7 +121,8 @@ pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: b
         let nearest: Vec<_> =
             met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
         let mut touched = vec![f32::INFINITY; met.len()];
-        // With all of it a voxel in front of what the middle meets: no part of the same surface.
+        // Triangles that touch the column and lie more than a voxel in front of all that meet its middle: no part of
+        // the same surface.
         for facet in &facets {
             facet.columns(size, true, |column, z| {
                 if facet.range[1] + 1.0 < nearest[column] {
@@ -149,7 +150,7 @@ struct Facet {
     corners: [[i64; 2]; 3],
     /// At the first corner.
     z: f32,
-    /// What a 256th of a voxel adds.
+    /// Change per 256th of a voxel.
     slope: [f32; 2],
     /// In a pyramid: 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its
     /// columns.

@@ -9,14 +9,14 @@ pub use columns::{Cube, Free, Projected, boundaries, columns, project, roundest,
 use columns::place;
 use std::collections::HashMap;
 
-/// What a child is. Twin: LIT in glsl/technique/voxelized/tree.glsl.
+/// The kind of a child. Twin: LIT in glsl/technique/voxelized/tree.glsl.
 pub const LIT: u32 = 1;
 /// As above.
 pub const SHADOWED: u32 = 2;
 /// As above.
 pub const INTERSECTED: u32 = 3;
 
-/// What a bake leaves. Twin: technique::TreeData, and the words that it points into.
+/// The result of a bake. Twin: technique::TreeData, and the words that it points into.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Baked {
     /// Voxels per side.
@@ -181,12 +181,12 @@ fn bits_below(end: usize) -> u32 {
     if end > 1 { (end - 1).ilog2() + 1 } else { 1 }
 }
 
-/// Words as look-ups read them. `root`: the root's number, or else what all of it is.
+/// Words as look-ups read them. `root`: the root's number, or the kind that all voxels have.
 fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) -> Baked {
     let header_bits = if merge { 16 } else { 32 };
     let mut baked =
         Baked { size, header_bits, root: if root.is_some() { INTERSECTED } else { else_is }, ..Baked::default() };
-    // What pointers call each kept node of the level below; and how many units there are.
+    // The pointer to each kept node of the level below; and how many units there are.
     let (mut names, mut units): (Vec<u32>, usize) = (Vec::new(), 0);
     for (level, nodes) in kept.iter().enumerate() {
         baked.at.push(baked.words.len() as u32);
@@ -267,7 +267,7 @@ impl Baked {
         walk
     }
 
-    /// Whether a voxel is shadowed, and how many words or nodes have said so, one a level. Twin: glsl/technique/voxelized/walk.glsl.
+    /// Whether a voxel is shadowed, and how many words or nodes have said so, one per level. Twin: glsl/technique/voxelized/walk.glsl.
     pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
         let (bits, level) = self.shortcut_bits_and_level();
         let cell = voxel.map(|v| v >> (level + 2));
@@ -286,7 +286,7 @@ impl Baked {
         (0..count).map(|b| bit(from + u64::from(b)) << b).sum()
     }
 
-    /// What a look-up answers at a place in the cube, voxels: of `filter` × `filter` columns the share that is lit. Twin:
+    /// A look-up's answer at a place in the cube, voxels: the lit share of `filter` × `filter` columns. Twin:
     /// glsl/technique/voxelized/visibility.glsl, which counts whole leaves where this asks for each voxel.
     pub fn look_up(&self, at: [f32; 3], filter: u32) -> f64 {
         let (size, reach) = (i64::from(self.size), i64::from(filter / 2));
