@@ -2,7 +2,7 @@
 # Holds what `gobo recommend` answers against all that it could have answered: `results/recommend.sh FOLDER [SCENE…]`.
 #
 # For each scene, by default five, `gobo recommend SCENE` and `gobo recommend SCENE --thorough`, which measures the same techniques in
-# half, usual and twice the size, all of them properly; and `gobo compare SCENE`, which leaves sizes as they are. Prints a Markdown row a
+# half, usual and twice the size, all of them properly; and `gobo compare SCENE`, which leaves sizes as they are. Prints a Markdown row per
 # scene: the seconds of the first two, the share that the one is of the other, those of the third, the answer, and by how much the row of
 # the thorough run that beats it most does so in both frame time and error over all points: 1.00 is on the front.
 # With QUICK=1 all three are --quick. GOBO is the program, by default `cargo run --release --`. What is there of an earlier run is kept.
@@ -33,7 +33,7 @@ for scene in "$@"; do
         fi
         seconds+=("$(cat "$out/seconds")")
     done
-    # The answer is worked out again: the least product of time and error, of what is closer than no shadow.
+    # The answer is worked out again: the least product of time and error, among rows that are closer than no shadow.
     awk -F, -v scene="$scene" -v recommend="${seconds[0]}" -v thorough="${seconds[1]}" -v compare="${seconds[2]}" '
         # What stands in quotes is one field.
         { count = split($0, part, "\""); $0 = ""; line = ""

@@ -30,8 +30,8 @@ fn options(how: How, optional: Optional, timestamps: bool) -> Options {
     Options { how, choice, device_light: false, size: [48, 36] }
 }
 
-/// Runs an engine under the validation layer, which has said nothing by the time that it is closed; of what submits or waits Gobo has
-/// called nothing by then, its end included.
+/// Runs an engine under the validation layer, which has said nothing by the time that it is closed; Gobo has called no function that
+/// submits or waits by then, its end included.
 fn engine_test(name: &str, options: &Options, body: impl FnOnce(&mut Engine)) {
     let mut engine = Engine::open(options).expect("a device of Vulkan 1.3 and the validation layer");
     log("exercised", name, &engine.gpu().name());

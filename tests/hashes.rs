@@ -1,4 +1,4 @@
-//! Hashes of what techniques build and answer, for two editions of the program to be compared by. Skipped unless GOBO_HASHES
+//! Hashes of the bytes that techniques build and of their answers, to compare two editions of the program. Skipped unless GOBO_HASHES
 //! names a file to write them to:
 //!
 //!     GOBO_HASHES=$PWD/now.tsv cargo test --release --test hashes
@@ -6,8 +6,8 @@
 //!
 //! Hashes are of one driver on one processor: its vectors' width decides how floats are rounded.
 //!
-//! Prints, and writes sorted to the file that GOBO_HASHES names: scene, spec, hash of what was built, hash of the answers at 4,096 points
-//! per light. What was built is hashed of AVSM, PSM and the lists, in settings of many kinds, and of what `gobo bake` writes; all other
+//! Prints, and writes sorted to the file that GOBO_HASHES names: scene, spec, hash of the bytes built, hash of the answers at 4,096 points
+//! per light. What was built is hashed of AVSM, PSM and the lists, in settings of many kinds, and of the files of `gobo bake`; all other
 //! techniques have a line per path, of answers alone, which the first edition had not. `-`: not hashed, or not the same twice; `refused`: the
 //! device lacks what the path needs. Lines of the spec `(scene)` hash the casters and the points asked at instead: where these differ, all
 //! others may.

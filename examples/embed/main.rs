@@ -206,7 +206,7 @@ fn draw(run: &Run, engine: &mut Engine, row: &mut Row) -> Result<()> {
 struct Row {
     frames: u64,
     calls: u64,
-    /// Of the device's memory, after frame 100, or half of all, and after the last.
+    /// The device's memory, after frame 100, or half of all, and after the last.
     bytes: [u64; 2],
     /// Gobo's part of each frame on the host.
     host_ms: Vec<f64>,

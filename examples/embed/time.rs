@@ -32,7 +32,7 @@ fn print_steps(steps: &Steps) {
     }
 }
 
-/// Of the renderer's particles, in small maps: while the host records, the device does nothing. Returns the host's time, milliseconds.
+/// Times the renderer's particles, in small maps: while the host records, the device does nothing. Returns the host's time, milliseconds.
 pub fn particles(engine: &mut Engine, frames: u64) -> Result<Vec<f64>> {
     print_steps(engine.steps());
     let mut times = Vec::new();
@@ -49,7 +49,7 @@ pub fn particles(engine: &mut Engine, frames: u64) -> Result<Vec<f64>> {
     Ok(times)
 }
 
-/// Of a scene of the program's, with two frames in flight, and one after the other as where each is waited for.
+/// Measures a scene of the program's, with two frames in flight, and one after the other as where each is waited for.
 pub fn scene(options: &Options, name: &str, frames: u64) -> Result<()> {
     let scene = Scene::load(name, SCENE_S)?;
     let mut alone = Alone::open(&options.how, &options.choice, &scene)?;

@@ -27,7 +27,7 @@ const uint OPAQUE_PARTS = 16u;
 // What rounding moves a corner by at most, of its own and the view's coordinates.
 const float OPAQUE_ROUNDING = 1e-5;
 
-// Not where all corners are on the far side of a plane that bounds what the map sees, or of what is asked about.
+// False where all corners are on the far side of a plane that bounds the map's volume.
 bool may_see(View view, Triangle triangle) {
     vec3 x, y, z, off;
     for (uint c = 0u; c < 3u; ++c) {

@@ -24,7 +24,7 @@ const float CELL_SOFT = 1e-3;
 
 // z from which and to which a ray is inside, and how long. Rounding alone would decide whether a ray along a side is in or out: of two
 // cells that share the side both might have it, or none. So each has the share of it that it has of a strip about the side, around the middle
-// of what it would have: together they have it once.
+// of its whole chord: together they have it once.
 bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z) {
     GaussianShape shape = cell_shape(radius, packed);
     vec3 offset = position - ray.origin;

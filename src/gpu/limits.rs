@@ -19,7 +19,7 @@ macro_rules! limits {
                 Self { name: $name, least }
             })*
 
-            /// How much of it a device has; nothing of what has another name than those above.
+            /// How much of it a device has; none where the name is not one of those above.
             fn of(&self, features: &Features) -> u64 {
                 match self.name {
                     $($name => features.$field.into(),)*

@@ -77,7 +77,7 @@ impl Context {
             self.shared().pending.put_back(steps);
             return Err(error);
         }
-        // SAFETY: the fence is that of what was handed over.
+        // SAFETY: the fence is the one that was handed over with these commands.
         let waited = fault::wait(|| unsafe { self.device().wait_for_fences(&[recorder.fence], true, u64::MAX) });
         if waited.is_err() {
             // The host may be out of memory while the device runs on. SAFETY: the queue is the context's own, and

@@ -19,7 +19,7 @@ pub const OPAQUE_PARTS: u32 = 16;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct OpaqueDraw {
-    /// Three a triangle.
+    /// Three per triangle.
     pub vertex_count: u32,
     /// 1 where the map may see any of them.
     pub instance_count: u32,
@@ -60,7 +60,7 @@ pub(super) struct OpaqueRaster {
 /// What finds out which parts a map may see.
 struct Cull {
     kernel: Kernel<CullPush>,
-    /// [`OpaqueDraw`], so many parts a map.
+    /// [`OpaqueDraw`], so many parts per map.
     draws: Buffer,
 }
 

@@ -36,7 +36,7 @@ const ALIKE: f64 = 1.05;
 const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;
 
-/// Whether it has failed, or another row is no worse in time and error and better by far in one, with no more of what is limited. To be
+/// Whether it has failed, or another row is no worse in time and error and better by far in one, with no more of any limited figure. To be
 /// closer than is worth time, or than was asked for, does not count. What is limited and was not measured speaks for no other row. No
 /// shadow is what others are held against, and never hopeless.
 pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {

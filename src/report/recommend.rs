@@ -245,10 +245,17 @@ fn bake_ms(row: &Row, measure: &Measure) -> Option<f64> {
     (is_baked && is_left_out).then_some(build / 1e6)
 }
 
-/// The closest by FLIP of what takes about as long as row `best`, or less, where that is far off; not where FLIP is what is chosen by.
+/// The closest by FLIP among rows that take about as long as row `best`, or less, where that is far off; none where rows are chosen by
+/// FLIP.
 fn closer_by_flip(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
-    let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?.0, (FLIP.of)(row)?));
-    let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();
+    let (dark, lit): (Vec<_>, Vec<_>) = rows.iter().partition(|(_, row)| row.technique == "none");
+    let dark = dark.iter().filter_map(|(_, row)| Some(point(row, measure)?.1)).fold(f64::INFINITY, f64::min);
+    let points = |&(index, row): &(usize, &Row)| {
+        let (time, error) = point(row, measure)?;
+        // A row that is no closer than no shadow is no answer.
+        (error < dark).then_some((index, time, (FLIP.of)(row)?))
+    };
+    let all: Vec<_> = lit.iter().filter_map(points).collect();
     let &(_, time, own) = all.iter().find(|(index, ..)| *index == best)?;
     let near = all.iter().filter(|(_, other, flip)| {
         measure.name != FLIP.name && *other <= ABOUT_AS_QUICK * time && FAR_CLOSER * flip.max(CLOSE_ENOUGH) <= own

@@ -428,13 +428,13 @@ mod tests {
         hand.click(other);
         assert_eq!(hand.spec(0), other);
         // A number that is dragged: set where it is let go.
-        hand.state.set("a", "psm:size=256").expect("known");
-        let size = hand.find("256");
+        hand.state.set("a", "psm:size=300").expect("known");
+        let size = hand.find("300");
         hand.drag(size, 30.0);
         let text = hand.spec(0);
         let dragged: u32 =
             text.split("size=").nth(1).and_then(|s| s.split(',').next()).and_then(|n| n.parse().ok()).expect(&text);
-        assert!(dragged > 256, "{text}");
+        assert!(dragged > 300, "{text}");
         // Buttons.
         assert_eq!(hand.pressed, None);
         hand.click("copy as command (C)");

@@ -306,7 +306,7 @@ impl State {
         self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
     }
 
-    /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: the slice's light has six maps.
+    /// The commands that make the window's pictures, one line each; `size` is the picture's. `faces`: the slice's light has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let look = match self.look() {
             None => " --plain".into(),
@@ -407,7 +407,7 @@ mod tests {
             ("runs", "yes", "on or off"),
             ("b", "vsm", "avsm"),
             ("b", "avsm:nodes=4|8", "sweep"),
-            ("light", "1", "extinction"),
+            ("lamp", "1", "extinction"),
         ] {
             let error = state.set(key, value).expect_err(value).to_string();
             assert!(error.contains(words) && !error.contains('\n'), "{error}");

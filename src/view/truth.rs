@@ -1,5 +1,5 @@
-//! The f64 reference beside the window: one worker fills it in from coarse to fine while nothing moves. What is asked for later takes
-//! the place of what was asked before, so that a reference that takes long never keeps the window waiting, nor has more than one at work.
+//! The f64 reference beside the window: one worker fills it in from coarse to fine while nothing moves. A later request takes
+//! the place of an earlier one, so that a reference that takes long never keeps the window waiting, nor has more than one at work.
 
 use crate::gpu::slow_truth;
 use crate::reference::truth::{Casters, developed, picture_rows, shown_rows};
@@ -59,7 +59,7 @@ pub struct Counts {
     pub dropped: u64,
 }
 
-/// The reference of what was seen last.
+/// The reference of the last view.
 #[derive(Default)]
 pub struct Truth {
     shared: Arc<Shared>,
@@ -309,7 +309,7 @@ mod tests {
     }
 
     /// Where many are asked for fast, those are made that there is time for, one after the other, and the last to its end; and a scene
-    /// is asked for once a picture that is begun.
+    /// is asked for once per picture that is begun.
     #[test]
     fn the_newest_takes_the_place_of_what_was_asked_before() {
         let (scene, camera) = plume();

@@ -104,7 +104,7 @@ impl World {
         Ok(())
     }
 
-    /// The same of what a frame left in [`World::casters`], in frames in flight: nothing waits. It is what they are now where no pass has
+    /// The same for the present content of [`World::casters`], in frames in flight: nothing waits. It is what they are now where no pass has
     /// written them since, else what they were.
     ///
     /// # Errors

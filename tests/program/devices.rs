@@ -314,7 +314,7 @@ fn commits_are_side_by_side() {
     assert!(
         csv(&out.path().join("devices.csv")).iter().any(|line| line["commit"].is_empty() && line["files"] == older)
     );
-    // What is measured now says of what commit it is, where it was built from one.
+    // New results name the commit that the program was built from, where there is one.
     let scene = small_scene(files.path());
     ok(&[
         "compare",

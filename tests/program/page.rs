@@ -95,7 +95,7 @@ fn best(results: &Value) -> (u64, Vec<u64>) {
     (best.1, measured.iter().map(|row| row.0).collect())
 }
 
-/// Of two scenes one can be chosen, and all that is not of it goes.
+/// Where there are two scenes one can be chosen, and everything of the other goes.
 #[test]
 fn one_of_two_scenes_is_chosen() {
     log("exercised", "one_of_two_scenes_is_chosen", "Chromium");

@@ -257,7 +257,7 @@ impl Stage {
         self.show(commands, state, host.is_blue_first())
     }
 
-    /// Has the reference made of what is seen of it.
+    /// Has the reference made for the present view.
     fn see(&mut self, state: &State, camera: &View) {
         if !has_reference(state) {
             self.truth.rest();
