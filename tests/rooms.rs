@@ -22,7 +22,10 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ("measure", &["consume", "gpu", "maps", "reference", "scene", "shaders", "simulate", "technique", "world"]),
     ("stress", &["consume", "gpu", "measure", "reference", "scene", "technique", "world"]),
     ("report", &["consume", "gpu", "measure", "stress", "technique"]),
-    ("view", &["consume", "gpu", "measure", "reference", "report", "scene", "shaders", "technique", "world"]),
+    (
+        "view",
+        &["consume", "gpu", "measure", "reference", "report", "scene", "shaders", "simulate", "technique", "world"],
+    ),
     (
         "cli",
         &[

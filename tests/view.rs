@@ -235,7 +235,7 @@ fn a_report_has_the_pace_of_frames() {
     let turning = |wait: u32| format!("orbit 0.02 0\nframes 1\nwait {wait}\n").repeat(5);
     let script = format!(
         "frames 3\nreport\n{}frames 3\nreport\nset a.size 512\nframes 4\nreport\nset runs on\nframes 10\nreport\nset extinction 0.5\n\
-         frames 1\nset extinction 0.6\nframes 1\nset extinction 0.7\nframes 4\nreport\n{}frames 3\nreport\nquit\n",
+         frames 1\nset extinction 0.6\nframes 1\nset extinction 0.7\nframes 4\nreport\nset runs off\n{}frames 3\nreport\nquit\n",
         turning(0),
         turning(300)
     );
@@ -403,7 +403,7 @@ fn it_goes_on_for_long() {
     let round = |i: u32| {
         format!(
             "set scene three-emitters\nset b psm:size=32,slices=16\nset show wipe\nset runs on\nframes 40\norbit 0.2 0.1\nframes 10\nset runs off\n\
-             set time 2\nset show slice\nset depth 0.3\nframes 8\nset depth 0.6\nframes 4\nset a voxel-grid:size=16\nset show steps\nframes 12\nset a avsm:size=32,lighting=vertex\n\
+             set time 2\nset show slice\nset depth 0.3\nframes 8\nset depth 0.6\nframes 4\nset a voxel-grid:size=64\nset show steps\nframes 12\nset a avsm:size=32,lighting=vertex\n\
              set show wireframe\nframes 10\nset a avsm:size=32\nset show a\nset curve on\nframes 5\ncurve curve.svg\nset curve off\nset look full\nframes 4\n\
              orbit 0.1 0\nframes 4\nset look plain\nset b reference\nset show difference\nframes 5\norbit 0.1 0\nframes 5\nset show a\n\
              set scene fountain:particles=300\nset runs on\nframes 25\nset attractor 1,0,2\nframes 5\nset runs off\nresize 80 60\nframes 6\n\

@@ -11,7 +11,7 @@ mod drawn;
 mod meshes;
 mod placed;
 mod results;
-pub(crate) mod round;
+mod round;
 mod serve;
 mod smoke;
 mod soak;

@@ -7,7 +7,7 @@ use super::subject::Subject;
 use super::verdict::broken_invariants;
 use crate::advice::advised;
 use crate::gpu::Context;
-use crate::measure::Points;
+use crate::measure::{Points, host_bytes};
 use crate::reference::truth::bounds;
 use crate::scene::{Random, Scene};
 use crate::technique::keys::word_of;
@@ -184,13 +184,6 @@ fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
     points.chain(in_casters.take(OF_CASTERS)).collect()
 }
 
-/// Resident memory of this process; none where the system does not say.
-pub(crate) fn host_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,15 +197,5 @@ mod tests {
             Some("again: 1 of 2 answers differ, by up to 2.5e-1")
         );
         assert!(differ("again", &[0.0], &[-0.0]).is_some() && differ("again", &[0.0], &[]).is_some());
-    }
-
-    /// The system says what a process holds, and more where it holds more.
-    #[test]
-    fn memory_is_seen() {
-        let Some(before) = host_bytes() else { return println!("skipped: the system does not say") };
-        // More than other tests give back meanwhile.
-        let held = std::hint::black_box(vec![1_u8; 512 << 20]);
-        assert!(host_bytes() > Some(before + (held.len() as u64) / 2));
-        drop(std::hint::black_box(held));
     }
 }

@@ -10,6 +10,7 @@ use gobo::world::World;
 /// All that some technique casts from, and a light that it takes.
 fn scene(spec: &Spec) -> Scene {
     let mut scene = scenes::opaque();
+    scene.meshes.push(scenes::level(-1.5, 2.0, [0.0, 0.0]));
     scene.particles.push(Particle { position: [0.0; 3], radius: 1.0, extinction: 1.0 });
     if spec.entry.name == "ism" {
         let kind = LightKind::Virtual { position: DVec3::new(0.0, 0.0, 3.0), normal: DVec3::NEG_Z, nearest: 0.1 };

@@ -226,7 +226,7 @@ fn a_number_of_lights_that_cannot_be() {
     fails(&bake, &["town", "lights are not a number to choose", "courtyard"]);
     for command in ["compare", "render", "slice"] {
         for (name, file) in [("lantern", "lantern"), (text(&scene), "small")] {
-            let words = [file, "lights are not a number to choose", "--lights", "courtyard"];
+            let words = [file, "lights are not a number to choose", "leave their number out", "courtyard"];
             fails(&[command, name, "--lights", "4"], &words);
         }
         for lights in ["0", "1025", "4294967297"] {

@@ -15,7 +15,7 @@ use super::state::State;
 use super::truth::Counts;
 use super::{Options, camera, no_display};
 use crate::gpu;
-use crate::stress::round::host_bytes;
+use crate::measure::host_bytes;
 use crate::{Error, Result};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
