@@ -4,12 +4,13 @@
 //! [`Job::Round`] by each technique that is asked, one after the other, then the round.
 
 use super::results::{Outcome, Stressed};
-use super::round::{Round, host_bytes, round};
+use super::round::{Round, round};
 use super::subject::Subject;
 use super::{Sweep, ask};
 use crate::consume::parse;
 use crate::gpu::Context;
 use crate::measure::DeviceFacts;
+use crate::measure::host_bytes;
 use crate::technique::{Name, Spec};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
