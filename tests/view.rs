@@ -404,7 +404,7 @@ fn it_goes_on_for_long() {
         format!(
             "set scene three-emitters\nset b psm:size=32,slices=16\nset show wipe\nset runs on\nframes 40\norbit 0.2 0.1\nframes 10\nset runs off\n\
              set time 2\nset show slice\nset depth 0.3\nframes 8\nset depth 0.6\nframes 4\nset a voxel-grid:size=64\nset show steps\nframes 12\nset a avsm:size=32,lighting=vertex\n\
-             set show wireframe\nframes 10\nset a avsm:size=32\nset show a\nset curve on\nframes 5\ncurve curve.svg\nset curve off\nset look full\nframes 4\n\
+             set show wireframe\nframes 10\nset a avsm:size=32\nset show a\nset time 20\nset curve on\nframes 5\ncurve curve.svg\nset curve off\nset look full\nframes 4\n\
              orbit 0.1 0\nframes 4\nset look plain\nset b reference\nset show difference\nframes 5\norbit 0.1 0\nframes 5\nset show a\n\
              set scene fountain:particles=300\nset runs on\nframes 25\nset attractor 1,0,2\nframes 5\nset runs off\nresize 80 60\nframes 6\n\
              resize 64 48\ndrop shafts\nframes 6\nset scene three-emitters\nset b psm:size=32,slices=16\nset show wipe\nset time 2\n\
@@ -418,7 +418,9 @@ fn it_goes_on_for_long() {
     let [first, last] = &Report::all(&lines)[..] else { panic!("{lines:#?}") };
     println!("{}\n{}", first.0, last.0);
     assert!(last.number("frames") >= 300.0, "{}", last.0);
-    assert_eq!(first.number("bytes of device"), last.number("bytes of device"), "{}\n{}", first.0, last.0);
+    // The interface's buffers are as long as its words; what a frame left behind would be there more than 150 times.
+    let more = last.number("bytes of device") - first.number("bytes of device");
+    assert!(more.abs() < 600.0, "{}\n{}", first.0, last.0);
     // Drivers and the heap keep some; a scene, a thread or a device left behind in each of a hundred frames is more.
     let grown = last.number("bytes resident") - first.number("bytes resident");
     assert!(grown < 0.1 * first.number("bytes resident"), "{grown} bytes");
