@@ -84,7 +84,7 @@ fn is_rate(words: &[&str], at: usize) -> bool {
 /// A line without the words in backticks, which are code or quoted.
 fn without_code(line: &str) -> String {
     let parts = line.split('`').enumerate().map(|(at, part)| if at % 2 == 0 { part } else { "code" });
-    if line.matches('`').count() % 2 == 0 { parts.collect() } else { line.to_owned() }
+    if line.matches('`').count().is_multiple_of(2) { parts.collect() } else { line.to_owned() }
 }
 
 /// What is wrong with a line.

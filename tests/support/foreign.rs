@@ -1,6 +1,8 @@
 //! A device that is not Gobo's: an instance with validation, a device, a queue and command buffers of the test's own making, as an
 //! engine has them.
 
+// tests/embed.rs has the example's engine too, which has it.
+#[allow(clippy::duplicate_mod)]
 #[path = "../../examples/embed/engine/counted.rs"]
 mod counted;
 
