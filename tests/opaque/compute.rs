@@ -14,7 +14,7 @@ use gobo::world::World;
 
 type Corners = [[f32; 3]; 3];
 
-fn mesh(triangles: &[Corners]) -> Mesh {
+pub fn mesh(triangles: &[Corners]) -> Mesh {
     Mesh {
         name: "triangles".into(),
         positions: triangles.iter().flatten().copied().collect(),

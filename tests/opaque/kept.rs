@@ -1,10 +1,11 @@
 //! What of the opaque maps is drawn: those of lights that moved, and of triangles those that a map may see.
 
+use super::compute::mesh;
 use crate::support::{gpu_test, ran, scenes};
 use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::maps::{Map, Maps, OPAQUE_PARTS, OpaqueDraw, OpaqueMaps, OpaqueWay, opaque_corner};
-use gobo::scene::{Light, LightKind, Mesh, Projection, Scene, View};
+use gobo::scene::{Light, LightKind, Projection, Scene, View};
 use gobo::world::World;
 
 const SIZE: u32 = 48;
@@ -131,16 +132,6 @@ fn draws(context: &Context, world: &World) -> (Vec<Map>, Vec<OpaqueDraw>, Vec<Ve
     let draws = maps.opaque_draws().expect("faces do not see all");
     let draws = draws.read((maps.count() * OPAQUE_PARTS) as usize).expect("draws");
     (maps.all().to_vec(), draws, depths)
-}
-
-fn mesh(triangles: &[[[f32; 3]; 3]]) -> Mesh {
-    Mesh {
-        name: "triangles".into(),
-        positions: triangles.iter().flatten().copied().collect(),
-        triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        albedo: [0.5; 3],
-        solid: false,
-    }
 }
 
 /// The rasterizer draws of the triangles the parts that a map may see, all that f64 says can be seen among them; the depths are those
