@@ -90,7 +90,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Somebody else has moved the casters: the next move begins anew.
+    /// The host has moved the casters: the next move begins anew.
     #[cfg(feature = "view")]
     pub(crate) fn forget(&mut self) {
         self.at = None;
