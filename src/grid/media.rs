@@ -1,7 +1,7 @@
 //! Smoke and hair in a grid: per voxel, the optical depth of a way one voxel long.
 
 use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups};
 use crate::shaders::grid as shaders;
 use crate::shaders::set;
 use crate::world::World;
@@ -34,16 +34,18 @@ pub(super) struct Media {
     most: Option<(Buffer, Kernel<GridPush>)>,
 }
 
+/// What a device is refused for that binds no buffer of so many numbers in each voxel.
+pub fn media_limit(size: u32, numbers: u64) -> Limit {
+    Limit::buffer_range(4 * numbers * u64::from(size).pow(3))
+}
+
 /// Bytes of numbers in each voxel, if the device binds so many.
 fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
-    let (wants, has) = (4 * numbers * u64::from(size).pow(3), context.features().max_storage_buffer_range);
-    if wants > u64::from(has) {
-        let needs = format!(
-            "maxStorageBufferRange of at least {wants} for smoke and hair in {size}³ voxels (this device has {has})"
-        );
-        return Err(Error::Refused { needs });
+    let limit = media_limit(size, numbers);
+    match limit.lacks(context.features(), &format!(" for smoke and hair in {size}³ voxels")) {
+        Some(needs) => Err(Error::Refused { needs }),
+        None => Ok(limit.least),
     }
-    Ok(wants)
 }
 
 impl Media {

@@ -9,7 +9,7 @@ mod stood;
 mod voxelize;
 
 pub use self::lists::{ListTotals, caster_share};
-pub use self::media::Holds;
+pub use self::media::{Holds, media_limit};
 pub use self::stood::Stood;
 pub use self::voxelize::Voxelizer;
 

@@ -24,6 +24,11 @@ pub fn level_texels(maps: &Maps, level: u32) -> u64 {
     x * y * u64::from(maps.count())
 }
 
+/// Texels of a square map and of its coarser levels, so many levels together.
+pub fn leveled_texels(size: u32, levels: u32) -> u64 {
+    (0..levels.max(1)).map(|level| u64::from(level_size([size; 2], level)[0]).pow(2)).sum()
+}
+
 /// Texels of all levels but the map itself, of so many levels, of all maps.
 pub fn coarser_texels(maps: &Maps, levels: u32) -> u64 {
     (1..levels).map(|level| level_texels(maps, level)).sum()

@@ -25,7 +25,7 @@ use super::keys::{Name, words};
 use super::settings::{Keyed, Setting};
 use super::texel_map::{BINNED, RASTER, TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
-use crate::gpu::{Blend, Constants, Context, Format};
+use crate::gpu::{Blend, Constants, Context, Format, Limit};
 use crate::maps::{TexelKernels, TexelWay, Texels};
 use crate::shaders::constant::WEIGHTED_FRONT;
 use crate::shaders::{beer_shadow_map as shaders, folder};
@@ -66,7 +66,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,front=weighted,levels=3"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
+    limits: |spec, _| vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
     open: |context, world, spec| Ok(Box::new(BeerShadowMap::new(context, world, &spec.settings())?)),
 };
 

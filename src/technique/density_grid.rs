@@ -27,7 +27,7 @@ use super::settings::{Keyed, OPAQUE, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
-use crate::grid::{Grid, Holds};
+use crate::grid::{Grid, Holds, media_limit};
 use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{constant, folder, set};
@@ -89,7 +89,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=64,march=exact|steps|ratio", "size=64,direction=mean"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
+    limits: |spec, _| vec![media_limit(spec.settings::<Settings>().size, 1)],
     open: |context, world, spec| Ok(Box::new(DensityGrid::new(context, world, &spec.settings())?)),
 };
 

@@ -60,7 +60,7 @@ pub const ENTRY: Entry = Entry {
     },
     limits: |spec, path| {
         let settings: Settings = spec.settings();
-        sums::limits(path, settings.coefficients, settings.size)
+        sums::limits(path, [settings.coefficients, settings.words()], settings.size, settings.levels)
     },
     open: |context, world, spec| Ok(Box::new(Fourier::new(context, world, &spec.settings())?)),
 };

@@ -90,7 +90,7 @@ pub const ENTRY: Entry = Entry {
     },
     limits: |spec, path| {
         let settings: Settings = spec.settings();
-        sums::limits(path, settings.layers, settings.size)
+        sums::limits(path, [settings.layers, settings.words()], settings.size, settings.levels)
     },
     open: |context, world, spec| Ok(Box::new(Layers::new(context, world, &spec.settings())?)),
 };

@@ -27,9 +27,9 @@ use super::map_settings::map_settings;
 use super::settings::{Keyed, LEVELS, SIZE, Setting};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory};
-use crate::grid::{Grid, Holds};
-use crate::maps::{FilterKind, Levels, Map, Maps, OpaqueMaps, TILE_TEXELS, level_texels};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory};
+use crate::grid::{Grid, Holds, media_limit};
+use crate::maps::{FilterKind, Levels, Map, Maps, OpaqueMaps, TILE_TEXELS, level_texels, leveled_texels};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, constant, curve, folder, set};
 use crate::world::{Made, Parts, World};
@@ -74,7 +74,11 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,grid=64", "size=32,grid=64,nodes=16,samples=32,levels=3"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
+    limits: |spec, _| {
+        let Settings { nodes, size, grid, levels, .. } = spec.settings();
+        let curves = Limit::buffer_range(8 * u64::from(nodes) * leveled_texels(size, levels));
+        vec![if curves.least > media_limit(grid, 1).least { curves } else { media_limit(grid, 1) }]
+    },
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 

@@ -337,8 +337,8 @@ pub struct Entry {
     pub promises: fn(&Spec, &str) -> Promises,
     /// Its specs that run where it is not named.
     pub runs: Runs,
-    /// What a spec's path, the second, is refused for where a device has less, whatever the world; where a world decides what else it
-    /// wants, for one light and without hair.
+    /// What a spec's path, the second, is refused for where a device has less, in a world of one light with smoke and without hair or
+    /// meshes. More lights want more, strands may, and meshes may want an opaque map.
     pub limits: fn(&Spec, &str) -> Vec<Limit>,
     /// Opens it for a world that has what it casts from.
     pub open: Open,

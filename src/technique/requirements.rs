@@ -33,8 +33,9 @@ impl PathRequirements {
     }
 }
 
-/// What the paths that `spec` may take want of a device, the one that it names or all. More lights or casters may want more of its
-/// limits, which is said where it is opened.
+/// What the paths that `spec` may take want of a device, the one that it names or all. The limits are those of one light and of smoke:
+/// more lights, strands and meshes may want more of them, which is said where it is opened. Lists grow with the casters on each ray, so that
+/// no limit of theirs is known before.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
     let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });

@@ -26,7 +26,7 @@ use super::map_settings::map_settings;
 use super::settings::{Keyed, SIZE, Setting};
 use super::texel_map::{BINNED, RASTER};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, Requirement};
 use crate::maps::{Bins, DrawingOrder, Entries, Map, Maps, OpaqueMaps, Splat, SplatPush, TexelWay, Use, stacked};
 use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
 use crate::shaders::{folder, set, stochastic as shaders};
@@ -80,7 +80,10 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,sampling=stratified"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
+    limits: |spec, _| {
+        let settings: Settings = spec.settings();
+        vec![Limit::buffer_range(4 * u64::from(settings.samples) * u64::from(settings.size).pow(2))]
+    },
     open: |context, world, spec| Ok(Box::new(Stochastic::new(context, world, &spec.settings())?)),
 };
 

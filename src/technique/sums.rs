@@ -5,7 +5,7 @@ use super::settings::Setting;
 use super::texel_map::{BINNED, RASTER};
 use super::{Path, Promises};
 use crate::gpu::{Limit, Requirement};
-use crate::maps::sum_targets;
+use crate::maps::{leveled_texels, sum_targets};
 
 words! {
     /// The depths that a texel's sums are of.
@@ -62,9 +62,13 @@ pub fn promises(path: &str) -> Promises {
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
 }
 
-/// What a path is refused for where a device has less: so many sums in maps of that size.
-pub fn limits(path: &str, sums: u32, size: u32) -> Vec<Limit> {
-    if path == BINNED { Vec::new() } else { vec![sum_targets(sums), Limit::image_2d(size.into())] }
+/// What a path is refused for where a device has less: so many sums in so many words, in maps of that size and of so many levels.
+pub fn limits(path: &str, [sums, words]: [u32; 2], size: u32, levels: u32) -> Vec<Limit> {
+    let mut limits = vec![Limit::buffer_range(4 * u64::from(words) * leveled_texels(size, levels))];
+    if path != BINNED {
+        limits.extend([sum_targets(sums), Limit::image_2d(size.into())]);
+    }
+    limits
 }
 
 /// What makes the sums of the technique whose shaders have that name: so many of so many words, and levels of detail.

@@ -28,7 +28,7 @@ use super::settings::{Keyed, Setting};
 use super::texel_map::{BINNED, RASTER, TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
-use crate::gpu::{Blend, Constants, Context, Format, Requirement};
+use crate::gpu::{Blend, Constants, Context, Format, Limit, Requirement};
 use crate::maps::{TexelKernels, Texels};
 use crate::shaders::{folder, translucency_map as shaders};
 use crate::world::World;
@@ -63,7 +63,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned,levels=3"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
+    limits: |spec, _| vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 

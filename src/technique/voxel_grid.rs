@@ -26,7 +26,7 @@ use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
-use crate::grid::{Finer, Grid, GridBuffers, Stood, Voxelizer};
+use crate::grid::{Finer, Grid, GridBuffers, Stood, Voxelizer, media_limit};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;
@@ -120,7 +120,7 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=64,march=exact,path=compute|raster", "size=64,cell=triangles"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
+    limits: |spec, _| vec![media_limit(spec.settings::<Settings>().size, 1)],
     open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &spec.settings())?)),
 };
 

@@ -63,7 +63,7 @@ pub const ENTRY: Entry = Entry {
     },
     limits: |spec, path| {
         let settings: Settings = spec.settings();
-        sums::limits(path, settings.means() + 1, settings.size)
+        sums::limits(path, [settings.means() + 1, settings.words()], settings.size, settings.levels)
     },
     open: |context, world, spec| Ok(Box::new(Wavelet::new(context, world, &spec.settings())?)),
 };

@@ -151,7 +151,7 @@ pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<
 }
 
 /// Pairs of words per texel. Twin: curve_pairs in glsl/maps/curve/node.glsl.
-fn pairs(settings: &Settings) -> usize {
+pub fn pairs(settings: &Settings) -> usize {
     let pairs = match (settings.is_tight(), settings.is_packed()) {
         (true, _) => settings.nodes / 4,
         (_, true) => 1 + settings.nodes / 2,

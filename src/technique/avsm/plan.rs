@@ -1,10 +1,11 @@
 //! Plans a spec for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
 //! refused.
 
+use super::curves::pairs;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use super::{ENTRY, raster_order};
 use crate::gpu::{Constants, Context, Features, Limit, Requirement};
-use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS};
+use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS, leveled_texels};
 use crate::shaders::constant::{
     AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GAUSSIANS, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT,
     TILED, TURNS, WORK, WORKGROUP,
@@ -217,19 +218,22 @@ impl Plan {
     }
 }
 
-/// What a path is refused for where a device has less. Half a tile with casters in shared memory takes the least, and as much of it on
+/// What a path is refused for where a device has less. With detail=adaptive the bytes of curves are a setting. Half a tile with casters in shared memory takes the least, and as much of it on
 /// all devices, of which each has the threads.
 pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
-    if path == Way::RasterOrder.name() {
-        raster_order::limits(settings).to_vec()
-    } else if path == Way::Binned.name() && settings.resolve.is_none_or(|resolve| resolve == Resolve::Cells) {
-        vec![Cells::Half.room(GPU_GROUPS)]
-    } else if path == Way::TwoPass.name() && refines {
-        vec![FIT_ROOM]
-    } else {
-        Vec::new()
+    let mut limits = Vec::new();
+    if !settings.is_adaptive() {
+        limits.push(Limit::buffer_range(8 * pairs(settings) as u64 * leveled_texels(settings.size, settings.levels)));
     }
+    if path == Way::RasterOrder.name() {
+        limits.extend(raster_order::limits(settings));
+    } else if path == Way::Binned.name() && settings.resolve.is_none_or(|resolve| resolve == Resolve::Cells) {
+        limits.push(Cells::Half.room(GPU_GROUPS));
+    } else if path == Way::TwoPass.name() && refines {
+        limits.push(FIT_ROOM);
+    }
+    limits
 }
 
 /// Threads per texel of glsl/technique/avsm/cells.comp that has no lanes, on GPUs.
