@@ -11,6 +11,8 @@ mod support;
 
 use mutate::{Seed, mutated, seeds};
 use rand_pcg::Pcg32;
+use std::fs::File;
+use std::io::{Seek, Write};
 use std::path::Path;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
@@ -29,8 +31,13 @@ fn fuzz(name: &'static str, body: fn(&[u8]) -> bool, mutations: u64) {
     let worker = std::thread::spawn({
         let last = last.clone();
         move || {
-            let run = |case: String, bytes: &[u8]| {
-                std::fs::write(&last, bytes).expect("a folder for tests to write to");
+            // One file, never emptied: file systems hurry to the disk with each that is.
+            let mut file = File::create(&last).expect("a folder for tests to write to");
+            let mut run = |case: String, bytes: &[u8]| {
+                file.rewind()
+                    .and_then(|()| file.write_all(bytes))
+                    .and_then(|()| file.set_len(bytes.len() as u64))
+                    .expect("room");
                 says.send(case).expect("somebody waits");
                 body(bytes)
             };

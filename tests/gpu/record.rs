@@ -4,7 +4,7 @@
 use crate::adopt::{adopted, everything};
 use crate::support::alike::assert_alike;
 use crate::support::foreign::{Foreign, Wanted};
-use crate::support::{all_paths, ask, gpu_test, scenes, skipped, spec};
+use crate::support::{all_paths, ask, every_third, gpu_test, is_usual, scenes, skipped, spec};
 use gobo::Error;
 use gobo::consume::{Lighting, Query, Renderer, Shading, Slice, Tiled, slice};
 use gobo::gpu::{Buffer, Commands, Context, Image, Memory, ReadBack};
@@ -77,7 +77,7 @@ fn every_path_is_only_recorded() {
     const TEST: &str = "every_path_is_only_recorded";
     let mut own = Vec::new();
     gpu_test(TEST, |context| {
-        for mut spec in all_paths() {
+        for mut spec in every_third(TEST, all_paths()) {
             if spec.entry.keys.iter().any(|key| key.name == "filter") && spec.entry.name != "voxelized" {
                 spec.set(Name::SIZE, "32");
             }
@@ -104,7 +104,8 @@ fn every_path_is_only_recorded() {
             assert!(own.iter().any(|answer| *answer < 0.9), "{}: nothing is in shadow", spec.short());
             grew = [grew[0] + again[0], grew[1] + again[1]];
         }
-        assert!(grew[0] > 0 && grew[1] > 0, "nothing has grown, or had parts: {grew:?}");
+        // Some technique of all grows.
+        assert!(is_usual() || grew[0] > 0 && grew[1] > 0, "nothing has grown, or had parts: {grew:?}");
     });
 }
 

@@ -1,7 +1,7 @@
 //! `compare --baseline`: what has changed is said and fails the run, what has not does not.
 
 use crate::errors::fails;
-use crate::support::{log, skipped};
+use crate::support::{is_long, log, skipped};
 use crate::{folder, gobo, ok, results, run, runs, small_scene, text};
 use gobo::measure::{Results, Status};
 use std::collections::BTreeSet;
@@ -104,6 +104,9 @@ fn a_run_is_held_against_its_baseline() {
 /// (results/baseline.sh says how little is found on a quiet machine).
 #[test]
 fn a_slower_build_is_found() {
+    if is_long("a_slower_build_is_found") {
+        return;
+    }
     let scenes = folder();
     let scene = small_scene(scenes.path());
     let (mut last, mut slow) = (String::new(), BTreeSet::new());

@@ -2,7 +2,7 @@
 
 use crate::errors::fails;
 use crate::page::findings;
-use crate::support::log;
+use crate::support::{is_long, log};
 use crate::{folder, gobo, ok, small_scene, text};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -370,6 +370,9 @@ fn what_cannot_be_held_against_anything_is_one_line() {
 /// The page in Chromium, at three widths, in both themes: nothing on the console, no network, marks where their times are.
 #[test]
 fn the_page_holds_in_a_browser() {
+    if is_long("the_page_holds_in_a_browser") {
+        return;
+    }
     log("exercised", "the_page_holds_in_a_browser", "Chromium");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let files = ["nvidia-h100/devices.json", "lavapipe-22.3/devices.json", "swiftshader/devices.json"]

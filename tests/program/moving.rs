@@ -1,6 +1,6 @@
 //! A world that moves: `compare`, `render` and `slice` with `--moving`.
 
-use crate::support::{log, skipped};
+use crate::support::{is_long, log, skipped};
 use crate::{decodes, folder, ok, results, run, runs, small_scene, text, write_scene};
 use gobo::measure::Status;
 
@@ -47,6 +47,9 @@ fn compare_moves() {
 /// that stands still sees no flicker.
 #[test]
 fn compare_turns_the_camera() {
+    if is_long("compare_turns_the_camera") {
+        return;
+    }
     log("exercised", "compare_turns_the_camera", &runs("avsm", "binned").0);
     let out = folder();
     let small = small_scene(out.path());
@@ -258,6 +261,9 @@ fn volumes_of_files_are_frames() {
 /// answers are.
 #[test]
 fn volumes_of_files_flicker() {
+    if is_long("volumes_of_files_flicker") {
+        return;
+    }
     log("exercised", "volumes_of_files_flicker", &runs("avsm", "binned").0);
     let folder = folder();
     let specs = ["none", "avsm:path=binned,size=8", "grid-query"];

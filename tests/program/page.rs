@@ -2,7 +2,7 @@
 //! telephone, a tablet and a desk, in either theme. What it finds it writes into the document, which Chromium prints.
 
 use super::{folder, ok, small_scene, text, write_scene};
-use crate::support::{log, skipped};
+use crate::support::{is_long, log, skipped};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -98,6 +98,9 @@ fn best(results: &Value) -> (u64, Vec<u64>) {
 /// Where there are two scenes one can be chosen, and everything of the other goes.
 #[test]
 fn one_of_two_scenes_is_chosen() {
+    if is_long("one_of_two_scenes_is_chosen") {
+        return;
+    }
     log("exercised", "one_of_two_scenes_is_chosen", "Chromium");
     let (scenes, out) = (folder(), folder());
     let first = small_scene(scenes.path());

@@ -2,7 +2,7 @@
 
 use crate::errors::fails;
 use crate::support::scenes::Random;
-use crate::support::{all, log};
+use crate::support::{all, is_long, log};
 use crate::{folder, gobo, ok, results, run, runs, small_scene, text};
 use gobo::measure::{Results, Row, Status};
 use std::path::Path;
@@ -108,6 +108,9 @@ pub fn end(child: &mut Child, signal: &str) -> bool {
 /// there gets lost.
 #[test]
 fn what_is_kept() {
+    if is_long("what_is_kept") {
+        return;
+    }
     log("exercised", "what_is_kept", &runs("beer-shadow-map", "binned").0);
     let (scenes, out) = (folder(), folder());
     let scene = small_scene(scenes.path());

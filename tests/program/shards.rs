@@ -2,7 +2,7 @@
 
 use crate::errors::fails;
 use crate::resume::{end, untimed};
-use crate::support::{all, log};
+use crate::support::{all, is_long, log};
 use crate::{folder, gobo, ok, results, run, runs, small_scene, text};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -148,6 +148,9 @@ fn a_shard_without_rows() {
 /// examples/slurm.sh and examples/shards.yml, each a process a shard, beside each other, with the program as `gobo`.
 #[test]
 fn slurm_and_ci() {
+    if is_long("slurm_and_ci") {
+        return;
+    }
     log("exercised", "slurm_and_ci", &runs("beer-shadow-map", "binned").0);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (scenes, out) = (folder(), folder());

@@ -36,6 +36,27 @@ pub fn some<T>(cases: impl IntoIterator<Item = T>, few: usize) -> Vec<T> {
     cases.into_iter().take(if all() { usize::MAX } else { few }).collect()
 }
 
+/// Whether this is the usual loop, on one driver: no variable asks for all cases, for devices that stay open as CI does on further drivers,
+/// or for checks in shaders. CI runs all cases on one driver and on each other what it would run here without being in haste.
+pub fn is_usual() -> bool {
+    !all() && ["GOBO_TEST_KEEP", "GOBO_TEST_VALIDATION"].iter().all(|name| std::env::var_os(name).is_none())
+}
+
+/// Whether a test that takes long stands aside in the usual loop; it says so.
+pub fn is_long(test: &str) -> bool {
+    if is_usual() {
+        skipped(test, "it takes long; GOBO_TEST_ALL or GOBO_TEST_KEEP runs it");
+    }
+    is_usual()
+}
+
+/// In the usual loop every third of the cases, others for each test; elsewhere all of them.
+pub fn every_third<T>(test: &str, cases: Vec<T>) -> Vec<T> {
+    let first = test.bytes().map(usize::from).sum::<usize>();
+    let stays = |i: usize| !is_usual() || (first + i).is_multiple_of(3);
+    cases.into_iter().enumerate().filter(|(i, _)| stays(*i)).map(|(_, case)| case).collect()
+}
+
 /// Whether a test that is left out of a short run stands aside; it says so.
 pub fn is_left_out(test: &str) -> bool {
     if !all() {
@@ -184,11 +205,12 @@ pub fn spec(text: &str) -> Spec {
 }
 
 /// A spec for each path of each technique that shadows and that this device can run; for the others `test` says that they are
-/// skipped.
+/// skipped. In the usual loop [`every_third`] of them.
 pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
     // What takes one light alone, and answers with a picture, has tests of its own.
     let takes_lights = |spec: &Spec| spec.entry.name != "half-angle";
-    all_paths().into_iter().filter(|spec| takes_lights(spec) && runs(test, context, &spec.short())).collect()
+    let paths = all_paths().into_iter().filter(takes_lights).collect();
+    every_third(test, paths).into_iter().filter(|spec| runs(test, context, &spec.short())).collect()
 }
 
 /// A spec for each path of each technique that shadows.

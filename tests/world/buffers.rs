@@ -213,7 +213,7 @@ fn what_there_is_room_for_need_not_be_there() {
             "avsm:path=binned,size=28",
             "psm:path=fused,size=28",
             "beer-shadow-map:size=28",
-            "voxel-grid",
+            "voxel-grid:size=64",
             "shadow-map:size=64",
         ];
         for text in texts.into_iter().filter(|text| runs("what_there_is_room_for_need_not_be_there", context, text)) {

@@ -167,7 +167,7 @@ fn lights_of_buffers_answer_as_the_hosts_do() {
     let name = "lights_of_buffers_answer_as_the_hosts_do";
     gpu_test(name, |context| {
         let (scenes, points) = (moving(), points());
-        let first = ["avsm:path=binned,size=28", "shadow-map:size=28", "voxel-grid"].map(spec);
+        let first = ["avsm:path=binned,size=28", "shadow-map:size=28", "voxel-grid:size=64"].map(spec);
         for spec in first.into_iter().chain(some(buffers::specs(name, context), 4)) {
             let what = spec.short();
             let expected = scenes.each_ref().map(|scene| {

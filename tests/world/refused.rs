@@ -29,7 +29,7 @@ fn what_is_no_caster_casts_nothing() {
             mixed.meshes[0].positions.push([f32::NAN, 0.0, 0.0]);
             mixed.meshes[0].triangles.push([0, 1, 4]);
             mixed.meshes[1].triangles.push([0, 1, 900]);
-            for text in ["beer-shadow-map:size=28", "shadow-map:size=64", "voxel-grid"] {
+            for text in ["beer-shadow-map:size=28", "shadow-map:size=64", "voxel-grid:size=64"] {
                 let (ours, mut theirs) = (super::world(context, &good), theirs(context, &mixed, 3, true));
                 let answers = [&ours, &theirs].map(|world| {
                     let mut opened = opened(context, world, &spec(text));
