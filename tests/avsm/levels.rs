@@ -2,7 +2,7 @@
 //! the truth.
 
 use crate::TOLERANCE;
-use crate::support::{ask, built_avsm, gpu_test, nodes_of, scenes, some, spec};
+use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
 use crate::twin::{DEPTHS, build, depth, look_up};
 use glam::DVec3;
 use gobo::consume::{Asked, Lighting, Query, Renderer, Shading};
@@ -242,6 +242,9 @@ fn areas_see_strands_behind_each_other() {
 /// Pixels of a floor under a lattice of strands, which are thinner than a pixel: each asks by its width, and sees the mean.
 #[test]
 fn pixels_see_means() {
+    if is_long("pixels_see_means") {
+        return;
+    }
     gpu_test("pixels_see_means", |context| {
         let mut scene = scenes::directional("lattice", [0.3, 0.2, -1.0], Vec::new());
         scene.meshes.push(scenes::level(0.0, 4.0, [0.0; 2]));

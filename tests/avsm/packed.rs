@@ -1,6 +1,8 @@
 //! Packed curves: what thousands of insertions leave of them, what they weigh, and what `gobo curve` is told.
 
-use crate::support::{all, built_avsm, gpu_test_needing, nodes_of, opened, scenes, scenes::Random, some, spec, views};
+use crate::support::{
+    all, built_avsm, gpu_test_needing, is_long, nodes_of, opened, scenes, scenes::Random, some, spec, views,
+};
 use crate::twin::{build, half_code};
 use gobo::gpu::Requirement;
 use gobo::reference::twin::avsm::node::Interpolation;
@@ -50,6 +52,9 @@ fn column(mixed: bool, count: usize) -> Scene {
 /// that and what f32 loses in as many insertions.
 #[test]
 fn thousands_of_insertions_do_not_drift() {
+    if is_long("thousands_of_insertions_do_not_drift") {
+        return;
+    }
     for (path, needs) in PATHS {
         gpu_test_needing(&format!("thousands_of_insertions_{path}"), needs, |context| {
             let (count, sizes) = insertions(path);

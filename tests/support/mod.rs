@@ -50,6 +50,11 @@ pub fn is_long(test: &str) -> bool {
     is_usual()
 }
 
+/// The first case in the usual loop; elsewhere all of them.
+pub fn some_usual<T>(cases: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
+    cases.into_iter().take(if is_usual() { 1 } else { usize::MAX })
+}
+
 /// In the usual loop every third of the cases, others for each test; elsewhere all of them.
 pub fn every_third<T>(test: &str, cases: Vec<T>) -> Vec<T> {
     let first = test.bytes().map(usize::from).sum::<usize>();
