@@ -1,4 +1,4 @@
-//! Settings of techniques whose look-ups filter a light's map: first a technique's own, then those that all of them have.
+//! Settings of techniques whose look-ups filter a light's map: first a technique's own settings, then those that all such techniques share.
 
 /// Declares such settings, as [`settings!`](crate::__settings) does.
 #[macro_export]

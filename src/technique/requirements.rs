@@ -5,7 +5,7 @@ use super::{Path, Spec};
 use crate::gpu::{Enabled, Limit};
 use std::ffi::CStr;
 
-/// What a path wants.
+/// What a path requires of a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathRequirements {
     /// Its name in specs.
@@ -27,14 +27,14 @@ impl PathRequirements {
         Self { path: path.name, any_of, limits }
     }
 
-    /// The device extensions of each that will do.
+    /// The device extensions of each set in `any_of`.
     pub fn extensions(&self) -> Vec<Vec<&'static CStr>> {
         self.any_of.iter().map(Enabled::extensions).collect()
     }
 }
 
-/// What the paths that `spec` may take want of a device, the one that it names or all. More lights or casters may want more of its
-/// limits, which is said where it is opened.
+/// What the path that `spec` names requires of a device, or each of the technique's paths where it names none. Many lights or casters
+/// may need higher limits: opening the technique checks these.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
     let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });

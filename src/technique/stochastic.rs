@@ -117,7 +117,7 @@ impl Stochastic {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Refused`] where the device lacks what the path needs, or draws are to make quantiles; [`crate::Error::Gpu`]
     /// where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {

@@ -73,7 +73,7 @@ impl Uncompressed {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Refused`] where the device lacks what it needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, LIST)?;

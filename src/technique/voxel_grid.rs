@@ -208,7 +208,7 @@ impl VoxelGrid {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, [`Error::Refused`] where the device lacks what the path needs or
+    /// [`Error::Input`] where a setting's value is not allowed, [`Error::Refused`] where the device lacks what the path needs or
     /// two settings do not go together, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;

@@ -87,7 +87,7 @@ impl Wavelet {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`Error::Refused`] where a rank is not drawn, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;

@@ -150,7 +150,7 @@ impl Voxelized {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, or names a file, which [`Loaded::new`] opens, or there are more lights
+    /// [`Error::Input`] where a setting's value is not allowed, or names a file, which [`Loaded::new`] opens, or there are more lights
     /// than have trees; [`Error::Refused`] where the host knows no box about the triangles, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
