@@ -67,7 +67,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 
-/// Blending rounds at each sphere; sums are rounded once.
+/// Blending rounds at each sphere, so that only sums, which are rounded once, have a promised tail.
 fn promises(path: &str) -> Promises {
     Promises { tail: Some(EIGHT_BITS).filter(|_| path == BINNED), ..Promises::OF_NO_DEPTH }
 }
