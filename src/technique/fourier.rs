@@ -1,8 +1,8 @@
 //! Fourier opacity maps: the optical depth of a texel's ray as a series of sines and cosines. Source: Jansen and Bavoil 2010, Fourier
 //! Opacity Mapping.
 //!
-//! Sums have no order: no list, no sort, and the same bytes whatever order casters come in. A series of few terms rings about a step;
-//! answers stay in [0, 1], and are exact before and behind all smoke.
+//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order. A
+//! series of few terms rings about a step; answers stay in [0, 1], and are exact before and behind all smoke.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

@@ -103,7 +103,7 @@ impl HalfAngle {
     ///
     /// # Errors
     /// [`Error::Input`] where a setting's value is not allowed; [`Error::Refused`] where there are several lights, a point light, or the
-    /// device does not blend what `storage` says; [`Error::Gpu`] where memory runs out.
+    /// device cannot blend the format of `storage`; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { slices, size, storage, opaque, skip: _ } = *settings;

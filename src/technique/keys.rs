@@ -3,7 +3,7 @@
 use super::settings::SKIP;
 use crate::maps::{FilterKind, OpaqueWay};
 
-/// A setting of a technique, or of the command that uses it, as specs have it.
+/// A setting of a technique, or of the command that uses it, as specs write it.
 #[derive(Clone, Copy)]
 pub struct Key {
     /// Its name.

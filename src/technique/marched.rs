@@ -54,8 +54,8 @@ map_settings! {
         /// The sample must also differ by so many ten-thousandths of all light, 0 to 10,000.
         absolute: u32 = Setting::number(
             "0", 0, 10000, "and by so many ten-thousandths of all the light");
-        /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups with a
-        /// footprint read them.
+        /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups for
+        /// pixels wider than a texel read the coarser levels.
         levels: u32 = LEVELS;
     }
 }

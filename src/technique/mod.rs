@@ -156,8 +156,8 @@ pub trait Technique {
     fn facts(&self) -> Result<Facts>;
 
     /// After a build, the nodes of the curve that answers along the ray through a texel's centre: (depth in the range of the map's
-    /// volume, transmittance). Empty for a technique without nodes, and where look-ups average several curves there. `map` is a
-    /// number among the maps of all lights.
+    /// volume, transmittance). Empty for a technique without nodes, and where look-ups average several curves there. `map` is
+    /// an index into the maps of all lights.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.

@@ -1,9 +1,9 @@
-//! Moments of the optical depth of a texel's ray, which bound how much of it lies before a place. Source: Münstermann, Krumpen, Klein and
-//! Peters 2018, Moment-Based Order-Independent Transparency.
+//! Moments of the optical depth of a texel's ray, which bound how much of the optical depth lies in front of a given depth. Source:
+//! Münstermann, Krumpen, Klein and Peters 2018, Moment-Based Order-Independent Transparency.
 //!
-//! Sums have no order: no list, no sort, and the same bytes whatever order casters come in. The moments give the sharpest lower and upper
-//! bound of each answer; the technique answers between them, at `overestimation` of the way from the lighter to the darker. Answers are
-//! exact before and behind all smoke.
+//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order. The
+//! moments give the sharpest lower and upper bound of each answer; the technique answers between them, at `overestimation` of the way
+//! from the lighter to the darker. Answers are exact before and behind all smoke.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

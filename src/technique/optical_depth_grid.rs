@@ -37,7 +37,7 @@ words! {
     pub enum Bake {
         /// All of it.
         Whole = "whole",
-        /// One of several parts in turn, so that the whole grid takes that many builds.
+        /// One of several parts in turn, so that the whole grid takes as many builds as it has parts.
         RoundRobin = "round-robin",
     }
 }
@@ -88,7 +88,7 @@ pub const ENTRY: Entry = Entry {
 const COMPUTE: &str = "compute";
 
 /// Threads that keep a GPU busy. Where fewer cells are baked at once, several threads share the march of each cell, since a build takes as
-/// long as its longest march. This number does not depend on the device, so that all devices share marches alike.
+/// long as its longest march. This number is the same on all devices, so that the bytes do not depend on the device.
 const BUSY: u64 = 1 << 18;
 
 /// Threads that share the march of a cell, 1 to 8, where so many `cells` are baked at once. Twin: WAY_PARTS.

@@ -53,9 +53,10 @@ impl Promises {
     /// Promises of maps with depth.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
-    /// Promises of maps without depth: in front of all smoke they are as wrong as behind it, and change by as much in a step.
+    /// Promises of maps without depth. They answer in front of smoke as if behind it, so that nothing is promised about
+    /// leaks, or about changes when casters move.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
-    /// Promises of techniques that test opaque casters on the way.
+    /// Promises of techniques that test opaque casters on the way to the light.
     pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
 }

@@ -114,7 +114,7 @@ impl Cast {
 
 /// The technique, opened for one world.
 pub struct RayQuery {
-    /// Three corners per triangle; they step over the albedo, which stands behind the corners of each triangle.
+    /// Indices of three corners per triangle; they skip the albedo, which stands behind the corners of each triangle.
     indices: Buffer,
     /// Over the triangles.
     bottom: AccelerationStructure,

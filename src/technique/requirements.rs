@@ -10,7 +10,8 @@ use std::ffi::CStr;
 pub struct PathRequirements {
     /// Its name in specs.
     pub path: &'static str,
-    /// Features to open the device with, the floor included; any one of these sets is enough. [`Enabled::structures`] gives them to Vulkan.
+    /// Sets of features to open the device with, each with those of `Enabled::FLOOR`; any one set is enough. [`Enabled::structures`]
+    /// gives them to Vulkan.
     pub any_of: Vec<Enabled>,
     /// Limits that the device has to have.
     pub limits: Vec<Limit>,

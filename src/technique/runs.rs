@@ -10,7 +10,7 @@ pub struct Runs {
     pub compare: &'static [&'static str],
     /// By `compare`, of meshes under many lights.
     pub many_lights: &'static [&'static str],
-    /// Keys and values that replace those of the lists on a software device, which would take minutes else.
+    /// Keys and values that replace those of the lists on a software device, where those would take minutes.
     pub on_cpu: &'static [(Name, &'static str)],
     /// By `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
     pub stress_smoke: &'static [&'static str],

@@ -108,7 +108,7 @@ const fn number(text: &str) -> u32 {
     number
 }
 
-/// A type of fields: how its values are written in specs.
+/// A type that fields may have, and how specs write its values.
 pub trait Field: Sized {
     /// The value that a text means; none where it means none.
     fn read(text: &str) -> Option<Self>;
@@ -318,7 +318,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
     use std::fmt::Debug;
 
-    /// Texts that a key knows: all words, and numbers at the ends and between them.
+    /// Texts that a key accepts: all its words, or numbers at both ends of its range and between them.
     fn known(key: &Key) -> Vec<String> {
         let default = key.default.to_owned();
         let more: Vec<String> = match key.values {

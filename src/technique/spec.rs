@@ -68,7 +68,7 @@ impl Spec {
         self.text(Name::SKIP) == "on"
     }
 
-    /// Sets a key that it may have to a value that the key knows; others are left alone.
+    /// Sets a key to `value`. Does nothing where the spec may not have that key, or the key does not allow that value.
     pub fn set(&mut self, key: impl Into<Name>, value: &str) {
         let name = key.into().text();
         if let Some(known) = self.keys().find(|k| k.name == name && check(k, value).is_ok()) {

@@ -119,7 +119,7 @@ impl Stochastic {
     ///
     /// # Errors
     /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, or stratified samples are asked of path=raster;
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, or path=raster is to draw stratified samples;
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;

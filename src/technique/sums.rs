@@ -55,8 +55,8 @@ pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes per sum, or
 pub const PATHS: &[Path] =
     &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }];
 
-/// The sum over all casters of a ray is right but for rounding: by its storage, or of whole numbers where thousands of casters are on the
-/// ray. Sums of whole numbers do not depend on order; drawn sums round at each caster.
+/// The sum over all casters of a ray is right but for rounding: in its storage, or to whole numbers, which shows where thousands of
+/// casters are on the ray. Sums of whole numbers do not depend on order; drawn sums round at each caster.
 pub fn promises(path: &str) -> Promises {
     let order = if path == BINNED { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
@@ -67,8 +67,8 @@ pub fn limits(path: &str, sums: u32, size: u32) -> Vec<Limit> {
     if path == BINNED { Vec::new() } else { vec![sum_targets(sums), Limit::image_2d(size.into())] }
 }
 
-/// The kernels of the technique whose shaders have that name: it has so many sums per texel, which take so many words, and so many levels
-/// of detail.
+/// The kernels of the technique whose shaders have the name `$name`. `$sums`: sums per texel. `$words`: words per texel. `$levels`:
+/// levels of detail.
 macro_rules! sum_kernels {
     ($name:ident, $sums:expr, $words:expr, $levels:expr) => {
         $crate::maps::SumKernels {

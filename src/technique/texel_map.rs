@@ -38,7 +38,7 @@ macro_rules! __texel_settings {
                 /// Texels per side of a light's map, 1 to 16,384.
                 size: u32 = $crate::technique::settings::SIZE;
                 /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before.
-                /// Look-ups with a footprint read them.
+                /// Look-ups for pixels wider than a texel read the coarser levels.
                 levels: u32 = $crate::technique::settings::LEVELS;
             }
         }

@@ -21,7 +21,8 @@ const WHOLE_NODES: u32 = 16;
 /// not per texel.
 const BINNED_NODES: u32 = 4;
 
-/// Spare nodes, WORK − NODES, of curves from cells. The ends of cells are few and come in order, so that more would gain little.
+/// Spare nodes, WORK − NODES, of curves from cells, which are even ranges of depth. The ends of cells are few and come in order,
+/// so that more nodes would gain little.
 const CELLS_NODES: u32 = 2;
 
 /// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles then have very different numbers of
@@ -31,7 +32,8 @@ const MANY_GROUPS: u32 = 16;
 /// Threads per texel of cells.comp with 16 nodes, which take so many registers that few workgroups run at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// Casters that a thread of cells.comp tests before it adds up those that its ray hits, where there are very many casters, which are small.
+/// Casters that a thread of cells.comp tests before it adds up those that its ray hits, where there are very many casters, which are
+/// small then.
 const MOST_AHEAD: u32 = 32;
 
 /// Turns of fit=refined: it moves the odd nodes in one turn and the even nodes in the next. Two turns reach four fifths of the gain of
@@ -220,7 +222,7 @@ impl Plan {
 }
 
 /// Limits of a path: a device that has less is refused. For curves from cells they are those of [`Cells::Half`], which needs the least
-/// shared memory, as much on every device; every device has enough threads for it.
+/// shared memory, and the same amount on every device; every device has enough threads for it.
 pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
     if path == Way::RasterOrder.name() {

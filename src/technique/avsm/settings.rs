@@ -127,13 +127,13 @@ map_settings! {
         /// What a texel stands for. [`Stands::Area`] works only with binned tiles.
         texel: Stands = Setting::word(
             "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
-        /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups with a
-        /// footprint read them. More than 1 is refused with adaptive detail.
+        /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups for
+        /// pixels wider than a texel read the coarser levels. More than 1 is refused with adaptive detail.
         levels: u32 = LEVELS;
         /// The order of insertion. Binned tiles know only [`Order::Sorted`].
         order: Order =
             Setting::word("sorted", "insert by depth (single-pass paths: casters drawn by depth) or as drawn");
-        /// What a curve is made of; none: cells in binned tiles without hair, else segment by segment.
+        /// What a curve is made of; none: sums in cells for binned tiles without hair, else segment by segment.
         resolve: Option<Resolve> = Setting::auto(
             "segment by segment, whole curves (two-pass, binned) or sums in cells (binned); auto chooses");
         /// With exponential curves, the area under the curve is kept when a node is removed; in Salvi et al. 2010 it is

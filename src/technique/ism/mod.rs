@@ -50,7 +50,7 @@ use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use settings::PATHS;
 
-/// What an error says that the technique needs, where a light is of another kind.
+/// What an error names as missing where a light is of another kind.
 pub const VIRTUAL_LIGHTS: &str = "virtual point lights";
 
 /// For the registry.
@@ -84,8 +84,8 @@ pub struct Ism {
     constants: Constants,
 }
 
-/// Refuses other kinds of light, which have no hemisphere. Each build asks, since a light may change its kind after the technique is
-/// opened.
+/// Refuses other kinds of light, which have no hemisphere. Each build checks this, since a light may change its kind after the
+/// technique is opened.
 fn lights_are_virtual(world: &World) -> Result<()> {
     match world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
         true => Ok(()),

@@ -34,7 +34,7 @@ words! {
     pub enum Culling {
         /// Those that face the light: the far ones cast.
         Near = "on",
-        /// Those that turn away from it: the near ones cast.
+        /// Those that face away from the light: the near ones cast.
         Far = "far",
         /// None.
         Off = "off",
@@ -57,8 +57,8 @@ settings! {
             "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
         /// Texels per side of a light's map: 32, 64 or 128.
         size: u32 = Setting::one_of("64", &["32", "64", "128"], "texels per side of a light's map");
-        /// Points that each light takes, out of sixteen times as many on the meshes: 1024, 2048, 4096, 8192 or 16384. In Ritschel et al.
-        /// 2008 a light takes 8000.
+        /// Points that each light takes, out of sixteen times as many on the meshes: 1024, 2048, 4096, 8192 or 16384. Ritschel et al.
+        /// 2008 use 8000 per light.
         points: u32 = Setting::one_of(
             "8192",
             &["1024", "2048", "4096", "8192", "16384"],

@@ -54,7 +54,8 @@ pub fn threads(context: &Context) -> u32 {
 }
 
 /// Casters that shared memory holds beside the slices: fewer than threads; a half or a quarter of that where there is less room; or none.
-/// With the least threads it is none too: that suits software devices, whose threads take turns and gain nothing from shared memory.
+/// With the least number of threads it holds none: software devices have that number, and their threads, which take turns, gain
+/// nothing from shared memory.
 fn batch(context: &Context, slices: u32, threads: u32, axes: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;

@@ -3,7 +3,7 @@
 //! Each path is a file: `raster`, `fused`.
 //!
 //! A caster's whole optical depth goes to the slice of its centre, or with `assign=split` to the two slices about its centre:
-//! glsl/technique/psm/place.glsl. At which depths a look-up takes the slices to stand is stated in glsl/technique/psm/visibility.glsl. The
+//! glsl/technique/psm/place.glsl. glsl/technique/psm/visibility.glsl states the depths at which look-ups take the slices to stand. The
 //! same input gives the same bytes on the same device.
 //!
 //! A volume says how much light is left behind each slice, for smoke in many thin layers.
@@ -74,7 +74,7 @@ map_settings! {
         /// Which slices a caster goes to: the one of its centre in Bavoil and Jansen 2013.
         assign: Assign = Setting::word(
             "nearest", "a caster goes to its slice (as published), or is shared by the two about its centre");
-        /// How the raster path knows rays without casters, which it does not propagate.
+        /// How the raster path finds rays without casters, so that its last pass leaves them out.
         coverage: Coverage = Setting::word(
             "off", "rays without casters are not propagated (raster): known from a second viewport (as published), from bins");
         /// The shader that chooses a caster's layer; none: the vertex shader where the device allows that, else the geometry shader.

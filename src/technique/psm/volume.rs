@@ -31,9 +31,9 @@ words! {
 }
 
 words! {
-    /// How rays without casters are known. Twins: COVERAGE_OFF and so on.
+    /// How rays without casters are found. Twins: COVERAGE_OFF and so on.
     pub enum Coverage {
-        /// They are not known, and are propagated like all others.
+        /// They are not found: the last pass goes along all rays.
         Off = "off",
         /// From a second viewport.
         Viewport = "viewport",

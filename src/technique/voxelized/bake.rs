@@ -16,7 +16,7 @@ const THREADS: u32 = 64;
 /// Workgroups that share the large triangles.
 const LARGE_GROUPS: u32 = 256;
 
-/// The kernels of a bake, all with the same set.
+/// The kernels of a bake, all with the same descriptor set.
 pub struct Bake {
     /// The first for parallel light, the second for a light with a position.
     project: [Kernel<BuildPush>; 2],

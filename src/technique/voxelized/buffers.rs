@@ -92,7 +92,7 @@ pub struct LevelCounts {
 pub struct BuildState {
     /// Counts of leaves, bricks, and so on.
     pub levels: [LevelCounts; MAX_LEVELS],
-    /// Entries of bins in the tile that has the most.
+    /// Entries of triangles in bins, in the tile that has the most.
     pub entries: u32,
     /// Triangles of the last tile that meet many bins.
     pub large: u32,
@@ -195,7 +195,7 @@ impl Shape {
         self.size.ilog2() - 2
     }
 
-    /// Cells of the grid that look-ups begin with. The grid is as fine as a level of the tree above the leaves.
+    /// Cells of the grid that look-ups begin with. The grid is as fine as one of the tree's levels above the leaves.
     pub fn shortcuts(self) -> u32 {
         1 << (3 * SHORTCUT_BITS.min(self.root_level() - 1))
     }
@@ -285,7 +285,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Room enough for most scenes; a bake that needs more makes more.
+    /// Room enough for most scenes; a bake that needs more grows it.
     pub fn new(shape: Shape, triangles: u32, perspective: bool) -> Self {
         let bricks = shape.bricks().pow(2);
         let unique =

@@ -5,7 +5,7 @@ use super::buffers::Shape;
 use super::settings::Plan;
 use super::{MAX_LEVELS, TreeData};
 
-/// The kind of a child that has a node, and of a root. Twin: INTERSECTED in glsl/technique/voxelized/tree.glsl.
+/// The kind of a child, or of a root, that has a node. Twin: INTERSECTED in glsl/technique/voxelized/tree.glsl.
 const INTERSECTED: u64 = 3;
 
 /// Whether every pointer of every tree leads to a node of the level below, and every cell that look-ups begin with leads to a node of the

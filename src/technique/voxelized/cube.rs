@@ -65,8 +65,8 @@ impl Cubes {
 
 /// How finely columns know where shadows begin and end.
 pub fn resolution(cubes: &Cubes, plan: &Plan) -> Vec<Resolution> {
-    // A column's middle is half a voxel away from its edge; the filter's outermost column is as many more columns away
-    // as its radius. A triangle that touches a column is up to a voxel away from a place in it.
+    // A column's edge is half a voxel away from its middle. The filter's outermost column is farther away by the
+    // filter's radius. A triangle that touches a column may be up to a voxel away from a place in the column.
     let across = f64::from(plan.filter) / 2.0 + if plan.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
     let depth = 1.0 / f64::from(plan.size);
@@ -103,7 +103,7 @@ fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
 }
 
 /// A pyramid from the light to the farthest mesh, or as far as the light shines. A face has room about its 90 degrees for every filter. A
-/// spot's pyramid has room about its cone for every filter and also for moved receivers.
+/// spot's pyramid has room about its cone for every filter, and for points that are moved off their surface.
 fn pyramid(hull: impl Iterator<Item = [f32; 3]>, light: &Light, aimed: View) -> View {
     let along = |position: [f32; 3]| aimed.axes(DVec3::from(position.map(f64::from))).z;
     let farthest = hull.map(along).fold(least(&aimed), f64::max).min(light.radius);

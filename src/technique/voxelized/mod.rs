@@ -135,7 +135,7 @@ struct Moves {
     baked: bool,
     /// The trees whose columns are kept.
     kept: Option<Vec<TreeData>>,
-    /// Per tree that is baked, whether all of its columns are found anew.
+    /// For each tree that is baked, whether all of its columns are found anew.
     whole: Vec<bool>,
     /// Meshes or lights have changed since this bake began.
     mixed: bool,
@@ -270,7 +270,7 @@ impl Voxelized {
     /// Makes more room where the tile of the last submission did not fit, and begins the bake anew. Returns whether it did so.
     fn grow(&mut self, tile: u32) -> Result<bool> {
         let state = &self.state;
-        // A later tile may need as much again as all so far.
+        // Later tiles may need as much again as all tiles so far.
         let to_come = (f64::from(self.shape.tiles().pow(2)) / f64::from(tile + 1)).clamp(1.0, 2.0);
         let more = |needs: u32| ((f64::from(needs) * to_come * 1.1) as u32).min(MOST_NODES.max(needs));
         let mut room = self.room.clone();

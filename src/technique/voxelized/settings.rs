@@ -90,7 +90,7 @@ pub struct Plan {
     /// How far a surface's point is moved along its normal before its look-up, in hundredths of the distance that keeps a flat
     /// surface out of its own shadow.
     pub bias: u32,
-    /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
+    /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] except in tests.
     pub tile: u32,
     /// Entries and exits of the last tile's columns are kept, for [`super::Voxelized::columns`].
     pub keep_columns: bool,
