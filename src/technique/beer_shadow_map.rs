@@ -37,8 +37,8 @@ words! {
     pub enum Front {
         /// Where the first caster begins.
         First = "first",
-        /// At the casters' mean depth, weighted by the light that they take, as in three-geospatial's clouds: with binned
-        /// tiles only.
+        /// At the casters' mean depth, weighted by the light that they take, as in three-geospatial's clouds. This works
+        /// only with binned tiles.
         Weighted = "weighted",
     }
 }

@@ -6,15 +6,16 @@ use crate::Result;
 
 /// A list for each command; a list may be empty.
 pub struct Runs {
-    /// By `compare`, for a scene with few lights or with translucent casters.
+    /// Run by `compare`, for a scene with few lights or with translucent casters.
     pub compare: &'static [&'static str],
-    /// By `compare`, of meshes under many lights.
+    /// Run by `compare`, for meshes under many lights.
     pub many_lights: &'static [&'static str],
     /// Keys and values that replace those of the lists on a software device, where those would take minutes.
     pub on_cpu: &'static [(Name, &'static str)],
-    /// By `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
+    /// Run by `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
     pub stress_smoke: &'static [&'static str],
-    /// By `stress`, on meshes alone. Techniques that also see smoke share the same opaque maps, so that one of them is enough here.
+    /// Run by `stress`, on meshes alone. Techniques that also see smoke share the same opaque maps, so that one of them is enough
+    /// here.
     pub stress_meshes: &'static [&'static str],
 }
 

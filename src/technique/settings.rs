@@ -83,7 +83,7 @@ impl Setting<Option<u32>> {
 }
 
 impl Setting<Option<String>> {
-    /// The name of a file that has the values of these keys, or `none`.
+    /// The name of a file that states the values of the keys `in_file`, or `none`.
     pub const fn file(in_file: OneOf, about: &'static str) -> Self {
         Self::new(None, NONE, Values::Path(in_file), about)
     }
@@ -290,7 +290,7 @@ settings! {
         size: u32 = SIZE;
         /// How a look-up weighs the texels about a point.
         filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's standard deviation is half the radius.
         radius: u32 = RADIUS;
         /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;

@@ -213,7 +213,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
         let cause = format!("{}= has a meaning only with {other}={word}", key.name);
         return Err(fail(cause, format!("add {other}={word}")));
     }
-    // A key that has no meaning with some value of another key is not swept there: equal specs are kept once.
+    // Where a key has no meaning with a value of another key, a sweep over the key gives equal specs: one is kept.
     let mut different = BTreeSet::new();
     specs.retain(|spec| different.insert(spec.values.clone()));
     Ok(specs)

@@ -25,8 +25,8 @@ pub struct Curves {
     /// A curve per texel: map after map, row after row of texels. A curve is [`NodeData`] in order of depth, or its packed form:
     /// glsl/maps/curve/node.glsl states the layout.
     pub nodes: Buffer,
-    /// Counts of casters per tile, from the bins; without bins, a stand-in that no shader reads. With detail=adaptive: the places of each
-    /// tile's blocks.
+    /// Counts of casters per tile, from the bins; without bins, a stand-in that no shader reads. With detail=adaptive: where each tile's
+    /// blocks of 8 × 8 texels stand among the curves.
     pub tiles: Buffer,
     /// The nodes, the tiles, and the nodes again, declared as another type: glsl/maps/curve/store.glsl says why.
     pub set: Bindings,

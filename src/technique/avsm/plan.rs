@@ -13,16 +13,17 @@ use crate::technique::keys::word_of;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Spare nodes, WORK − NODES, where a texel's whole curve is compressed at once. 112 spare nodes would hold almost every curve exactly.
-/// With 16, nodes are removed on the way, those first that change the area least: the error on plume_8k is within 2 % of that with 112.
+/// Spare nodes: those that a curve has while it is built, beyond those that it keeps (WORK − NODES in glsl/maps/curve/curve.glsl). This
+/// many where a texel's whole curve is compressed at once. 112 spare nodes would hold almost every curve exactly. With 16, nodes are
+/// removed on the way, those first that change the area least: the error on plume_8k is within 2 % of that with 112.
 const WHOLE_NODES: u32 = 16;
 
-/// Spare nodes, WORK − NODES, of the binned path, whose curves stay in registers. They make up for casters being sorted per tile and
-/// not per texel.
+/// Spare nodes, as for [`WHOLE_NODES`], of the binned path, whose curves stay in registers. They make up for casters being sorted
+/// per tile and not per texel.
 const BINNED_NODES: u32 = 4;
 
-/// Spare nodes, WORK − NODES, of curves from cells, which are even ranges of depth. The ends of cells are few and come in order,
-/// so that more nodes would gain little.
+/// Spare nodes, as for [`WHOLE_NODES`], of curves from cells, which are even ranges of depth. The ends of cells are few and come
+/// in order, so that more nodes would gain little.
 const CELLS_NODES: u32 = 2;
 
 /// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles then have very different numbers of

@@ -33,7 +33,7 @@ words! {
 words! {
     /// How rays without casters are found. Twins: COVERAGE_OFF and so on.
     pub enum Coverage {
-        /// They are not found: the last pass goes along all rays.
+        /// Such rays are not found: the last pass goes along all rays.
         Off = "off",
         /// From a second viewport.
         Viewport = "viewport",

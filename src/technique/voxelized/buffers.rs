@@ -90,7 +90,7 @@ pub struct LevelCounts {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BuildState {
-    /// Counts of leaves, bricks, and so on.
+    /// Counts per level: leaves, bricks, and so on.
     pub levels: [LevelCounts; MAX_LEVELS],
     /// Entries of triangles in bins, in the tile that has the most.
     pub entries: u32,
@@ -139,8 +139,8 @@ pub const PIECES_OFFSET: u64 = std::mem::offset_of!(BuildState, pieces) as u64;
 /// Words per projected triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
 const PROJECTED_WORDS: u64 = 12;
 
-/// Words per triangle as the last bake saw it, and per box of a triangle in a tree. Twins: SEEN_WORDS, BOX_WORDS in
-/// glsl/technique/voxelized/project.comp.
+/// Words per triangle whose place is stored for the next bake, and per box about a triangle in a tree. Twins:
+/// SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
 const SEEN_WORDS: u64 = 10;
 const BOX_WORDS: u64 = 4;
 
@@ -180,7 +180,7 @@ impl Shape {
         self.size / self.tile
     }
 
-    /// Bricks across a tile.
+    /// Bricks across a tile: nodes of 8 voxels per side.
     pub fn bricks(self) -> u32 {
         self.tile / 8
     }
@@ -200,7 +200,7 @@ impl Shape {
         1 << (3 * SHORTCUT_BITS.min(self.root_level() - 1))
     }
 
-    /// The level of the nodes that those cells stand for.
+    /// The level of the nodes that the cells of [`Shape::shortcuts`] stand for.
     pub fn shortcut_level(self) -> u32 {
         self.root_level() - SHORTCUT_BITS.min(self.root_level() - 1)
     }
@@ -321,7 +321,7 @@ impl Room {
         shape.ranks_at() + (level & 1) * self.ranks()
     }
 
-    /// Where the slots of a level begin, in two regions as for ranks.
+    /// Where the hash table's slots of a level's nodes begin, in two regions as for ranks.
     pub fn slots_at(&self, level: u32) -> u32 {
         (level & 1) * self.candidates()
     }

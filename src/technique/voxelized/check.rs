@@ -8,7 +8,7 @@ use super::{MAX_LEVELS, TreeData};
 /// The kind of a child, or of a root, that has a node. Twin: INTERSECTED in glsl/technique/voxelized/tree.glsl.
 const INTERSECTED: u64 = 3;
 
-/// Whether every pointer of every tree leads to a node of the level below, and every cell that look-ups begin with leads to a node of the
+/// Whether every pointer of every tree leads to a node of the level below. Each cell that look-ups begin with must lead to a node of the
 /// cells' level. `words` are those of a file.
 pub fn stays_inside(plan: &Plan, trees: &[TreeData], words: &[u8]) -> bool {
     let words = Words(words);

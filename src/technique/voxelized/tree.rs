@@ -5,7 +5,8 @@ use super::cube::Cubes;
 use crate::scene::{Projection, View};
 use bytemuck::{Pod, Zeroable};
 
-/// The most levels of a tree: leaves, bricks, and nodes of up to 65,536 voxels per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
+/// The most levels of a tree: leaves, bricks of 8 voxels per side, and nodes of up to 65,536 voxels per side. Twin: Tree in
+/// glsl/technique/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
 /// A tree of a light. Twin: Tree in glsl/technique/voxelized/tree.glsl.
