@@ -35,10 +35,10 @@ use crate::{Error, Result};
 words! {
     /// Where a texel's medium begins.
     pub enum Front {
-        /// Where the first caster does.
+        /// Where the first caster begins.
         First = "first",
-        /// At the casters' mean depth, weighted by the light that they take, as in three-geospatial's clouds: needs the
-        /// bins.
+        /// At the casters' mean depth, weighted by the light that they take, as in three-geospatial's clouds. This works
+        /// only with binned tiles.
         Weighted = "weighted",
     }
 }
@@ -77,13 +77,13 @@ impl BeerShadowMap {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, front, .. } = *settings;
         if front == Front::Weighted && path == Some(TexelWay::Raster) {
-            // What a caster weighs follows from the ends of all.
+            // A caster's weight depends on where all casters of the texel end, which blending does not know.
             return Err(Error::Refused { needs: "path=binned, for front=weighted".into() });
         }
         let constants = Constants::new().set(WEIGHTED_FRONT, front == Front::Weighted);

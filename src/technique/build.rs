@@ -1,4 +1,4 @@
-//! The build loop, the only one: record, submit, settle, again where a buffer grew.
+//! The only build loop: record, submit, settle, and begin again where a buffer grew.
 
 use super::{Settled, Spec, Technique};
 use crate::gpu::{self, Buffer, Context, PassTime};
@@ -24,9 +24,10 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
 /// What a build took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Built {
-    /// Device time of each pass of the last submission; none where nothing was to do or the device has no timestamps.
+    /// Device time of each pass of the build, without tries for which a buffer was too small. Empty where nothing was to do or the device
+    /// has no timestamps.
     pub passes: Vec<PassTime>,
-    /// Device time of all submissions, those too that were recorded again because something had no room.
+    /// Device time of all submissions, tries for which a buffer was too small included.
     pub device_ns: Option<f64>,
     /// The host's time, nanoseconds: recording, submitting, waiting and settling.
     pub host_ns: f64,
@@ -35,8 +36,8 @@ pub struct Built {
 /// Opens the technique that `spec` names.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device lacks what it needs or the scene has nothing that it casts from, [`Error::Gpu`] where
-/// memory runs out.
+/// [`Error::Refused`] where the device lacks what the technique needs, or the scene has no caster that the technique sees;
+/// [`Error::Gpu`] where memory runs out.
 pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
     let entry = spec.entry;
     if !entry.casts.any_of(world.kinds()) {
@@ -51,11 +52,12 @@ impl<T: Technique + ?Sized> Opened<T> {
         Self { context: context.clone(), technique, skip, built: None, broken: false, burden: None }
     }
 
-    /// Builds for the world as it is now, and only what has changed since the last build: a pass whose inputs have not changed is left out.
-    /// With `skip=off` all passes run. Records and submits again for as long as something did not fit.
+    /// Builds for the world as it is now. Passes whose inputs have not changed since the last build are left out; with `skip=off` all
+    /// passes run. Where a buffer was too small, the build is recorded and submitted again.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: open it anew then.
+    /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: the technique must be opened anew
+    /// then.
     pub fn build(&mut self, world: &World) -> Result<Built> {
         if !self.skip {
             return self.rebuild(world);
@@ -67,7 +69,7 @@ impl<T: Technique + ?Sized> Opened<T> {
         self.record(world)
     }
 
-    /// Builds all of it for the world as it is now but views and orders that stand ([`Technique::forget`]).
+    /// Builds everything again for the world as it is now, except views and orders that are still right ([`Technique::forget`]).
     ///
     /// # Errors
     /// As [`Opened::build`].

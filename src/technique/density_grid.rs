@@ -1,7 +1,9 @@
-//! Density grid: voxels hold the extinction of smoke and hair, one grid for all lights, and a look-up marches through it from its point to the light. Sources:
-//! Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); whole numbers, so that the order does not matter, and mean directions of strands: ours.
+//! Density grid: voxels hold the extinction of smoke and hair, one grid for all lights. A look-up marches through the grid from its point
+//! to the light. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking). Ours: sums of whole numbers, so that
+//! the order of casters does not matter, and mean directions of strands.
 //!
-//! What it costs to build for smoke and hair does not grow with the lights. Meshes stand in an opaque map per light, as for techniques with maps.
+//! The cost of building the grid does not grow with the number of lights. Meshes stand in an opaque map per light, as for techniques with
+//! maps.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -34,13 +36,13 @@ use crate::shaders::{constant, folder, set};
 use crate::world::{Parts, World};
 
 words! {
-    /// How a way goes through the grid.
+    /// How a look-up marches through the grid.
     pub enum March {
-        /// Every voxel on it, by as much of the way as is in it.
+        /// Every voxel on the way, weighted by the length of the way inside the voxel.
         Exact = "exact",
-        /// Even steps, between voxels' middles linear.
+        /// Even steps; extinction is linear between voxels' middles.
         Steps = "steps",
-        /// Places by chance: no bias, and noise.
+        /// Random places: no bias, but noise.
         Ratio = "ratio",
     }
 }
@@ -48,9 +50,9 @@ words! {
 words! {
     /// What a voxel stores about its strands' directions.
     pub enum Direction {
-        /// Nothing: they take the same whichever way light goes.
+        /// Nothing: strands take as much light along them as across them.
         None = "none",
-        /// The mean of their directions' outer products, from which extinction along them and across follows.
+        /// The mean of their directions' outer products, which gives the extinction along strands and across them.
         Mean = "mean",
     }
 }
@@ -61,7 +63,7 @@ settings! {
     pub struct Settings {
         /// Voxels per side of the grid: 64, 128 or 256.
         size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the grid about smoke and hair");
-        /// How a way goes through it.
+        /// How a look-up marches through the grid.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, linear between voxels; or random places, without bias");
         /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
@@ -114,8 +116,8 @@ impl DensityGrid {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, [`crate::Error::Refused`] where the device binds no buffer of as
-    /// many voxels or has no opaque maps of so many lights, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] where a setting's value is not allowed; [`crate::Error::Refused`] where the device cannot bind a buffer of
+    /// that many voxels, or has no room for the opaque maps of that many lights; [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { size, march, steps, direction, opaque } = *settings;

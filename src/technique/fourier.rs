@@ -1,8 +1,8 @@
 //! Fourier opacity maps: the optical depth of a texel's ray as a series of sines and cosines. Source: Jansen and Bavoil 2010, Fourier
 //! Opacity Mapping.
 //!
-//! Sums have no order: no list, no sort, and the same bytes whatever order casters come in. A series of few terms rings about a step;
-//! answers stay in [0, 1], and are exact before and behind all smoke.
+//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order. A
+//! series of few terms rings about a step; answers stay in [0, 1], and are exact before and behind all smoke.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -37,7 +37,7 @@ use crate::world::World;
 texel_settings! {
     /// Numbers of a texel's series: 7, 15 or 31.
     coefficients: u32 = Setting::one_of("15", &["7", "15", "31"], "coefficients of a texel's series: one, and two per harmonic");
-    /// The depths that they are of.
+    /// The depths that the series covers.
     range: Range = RANGE;
     /// What a sum is kept in.
     storage: Storage = STORAGE;
@@ -65,7 +65,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Fourier::new(context, world, &spec.settings())?)),
 };
 
-/// A series rings: light may rise along a ray, as far as its terms say.
+/// A series rings, so that light may rise along a ray: nothing is promised about that.
 fn promises(path: &str) -> Promises {
     Promises { rise: None, ..sums::promises(path) }
 }
@@ -74,7 +74,7 @@ fn promises(path: &str) -> Promises {
 pub type Fourier = TexelMap<Settings, Sums>;
 
 impl Settings {
-    /// Words of a texel.
+    /// Words per texel.
     pub fn words(&self) -> u32 {
         self.range.constant() + self.storage.words(self.coefficients)
     }
@@ -84,7 +84,7 @@ impl Fourier {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;

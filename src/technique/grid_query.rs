@@ -1,6 +1,5 @@
-//! Each caster and each triangle on the way from the point to the light, tested for itself: exact, on any device. A grid of the
-//! world says which to test. Sources: Amanatides and Woo 1987 (every voxel on the way), Woop et al. 2013 (triangles); the lists are
-//! ours.
+//! Tests each caster and each triangle on the way from the point to the light: exact, on any device. A grid over the world lists
+//! which to test. Sources: Amanatides and Woo 1987 (every voxel on the way), Woop et al. 2013 (triangles); the lists are ours.
 //!
 //! No maps and no texels: the only error is rounding.
 //!
@@ -37,7 +36,7 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// Voxels per side of the grid: 64, 128, 256 or 512. Answers are the same.
+        /// Voxels per side of the grid: 64, 128, 256 or 512. Answers do not depend on it.
         size: u32 = Setting::one_of(
             "64", &["64", "128", "256", "512"], "voxels per side of the grid that lists what casts; answers are the same");
     }
@@ -57,7 +56,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(GridQuery::new(context, world, &spec.settings())?)),
 };
 
-/// All but rounding.
+/// Exact but for rounding.
 const PROMISES: Promises = Promises {
     mean: Some(1e-4),
     tail: Some(1e-3),
@@ -82,7 +81,7 @@ impl GridQuery {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] where a setting's value is not allowed, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let size = settings.size;
@@ -133,7 +132,7 @@ impl Technique for GridQuery {
         Ok(())
     }
 
-    /// There are as many in the lists as the device counts.
+    /// Grows the lists where the device has counted more entries than they hold.
     fn settle(&mut self, frame: u64) -> Result<Settled> {
         let grew = self.grid.settle(frame)?;
         if grew {

@@ -1,9 +1,9 @@
-//! Half-angle slicing: casters in slices along the half vector of light and camera, drawn for the camera and into the light's buffer in turn.
-//! Sources: Kniss, Premože, Hansen, Shirley and McPherson 2003, A Model for Volume Lighting and Modeling; Green 2008, Volumetric Particle
-//! Shadows.
+//! Half-angle slicing: casters stand in slices along the half vector of light and camera. Each slice is drawn for the camera, then into the
+//! light's buffer. Sources: Kniss, Premože, Hansen, Shirley and McPherson 2003, A Model for Volume Lighting and Modeling; Green 2008,
+//! Volumetric Particle Shadows.
 //!
-//! It paints the picture itself: [`crate::consume::Renderer::kernels_of`] draws with it. What it answers of points is what falls behind all
-//! casters, or on the first mesh, which is what surfaces in the picture are lit by.
+//! The technique paints the picture itself: [`crate::consume::Renderer::kernels_of`] draws with it. A look-up only knows how much light is
+//! left behind all casters, or on the first mesh: surfaces in the picture are lit by that.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -53,7 +53,7 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// Slices of as many casters each: 32, 64 or 128.
+        /// Slices, which all have the same number of casters: 32, 64 or 128.
         slices: u32 = Setting::one_of("64", &["32", "64", "128"], "slices along the half vector, of as many casters each");
         /// Texels per side of the light's buffer, 1 to 16,384.
         size: u32 = SIZE;
@@ -68,8 +68,8 @@ settings! {
     }
 }
 
-/// For the registry. Its promises are those of light behind all casters, or on the first mesh: nothing about depth, and an order that
-/// matters only by the rounding of blending.
+/// For the registry. Look-ups know only the light behind all casters, or on the first mesh, so that nothing is promised about depth. The
+/// order of casters matters only by the rounding of blending.
 pub const ENTRY: Entry = Entry {
     name: "half-angle",
     about: "slices along the half vector of light and camera; paints the picture, has no look-up in space (Kniss 2003, Green 2008)",
@@ -88,7 +88,7 @@ const SLICED: &str = "sliced";
 /// The technique, opened for one world.
 pub struct HalfAngle {
     maps: Maps,
-    /// What casters in front of meshes leave.
+    /// The light that is left behind the casters in front of meshes.
     whole: Image,
     splat: Splat,
     draw: Kernel<SplatPush>,
@@ -102,8 +102,8 @@ impl HalfAngle {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be; [`Error::Refused`] where there are several lights, a point light, or the device
-    /// does not blend what `storage` says; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting's value is not allowed; [`Error::Refused`] where there are several lights, a point light, or the
+    /// device cannot blend the format of `storage`; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { slices, size, storage, opaque, skip: _ } = *settings;

@@ -3,7 +3,7 @@
 use super::settings::SKIP;
 use crate::maps::{FilterKind, OpaqueWay};
 
-/// A setting of a technique, or of the command that uses it, as specs have it.
+/// A setting of a technique, or of the command that uses it, as specs write it.
 #[derive(Clone, Copy)]
 pub struct Key {
     /// Its name.
@@ -14,24 +14,24 @@ pub struct Key {
     pub default: &'static str,
     /// One line.
     pub about: &'static str,
-    /// If given: a key and its value, with which alone specs may have this key.
+    /// If given: another key and one of its values. Specs may have this key only where the other key has that value.
     pub with: Option<(&'static str, &'static str)>,
 }
 
 /// Words, or numbers as words.
 pub type OneOf = &'static [&'static str];
 
-/// The name of a key, for code that knows no technique: one of these constants, or a key's own. A misspelt one does not
-/// compile.
+/// The name of a key, for code that knows no technique. It is one of these constants, or comes from a [`Key`]: a misspelt
+/// name does not compile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name(&'static str);
 
 impl Name {
-    /// How it is built.
+    /// How the technique is built.
     pub const PATH: Self = Self("path");
     /// Texels or voxels per side.
     pub const SIZE: Self = Self("size");
-    /// Voxels per side of a grid that maps are made of.
+    /// Voxels per side of a grid that maps are made from.
     pub const GRID: Self = Self("grid");
     /// Slices of a volume.
     pub const SLICES: Self = Self("slices");
@@ -62,14 +62,14 @@ impl From<&Key> for Name {
 /// What a setting may be.
 #[derive(Clone, Copy)]
 pub enum Values {
-    /// One of these words, [`Word::WORDS`] of the type that it is read into, or the default word.
+    /// One of these words, or the default word.
     OneOf(OneOf),
     /// A whole number in this range, or the default word.
     Number(u32, u32),
     /// A multiple of the first number, from the second to the third.
     Multiple(u32, u32, u32),
-    /// The name of a file, or the default word. A comma or a `|` ends it, so that neither can be in the name. The file has the
-    /// values of these keys: a spec that names a file has them only where it gives them.
+    /// The name of a file, or the default word. A comma or a `|` ends the name, so that neither can be in it. The file states
+    /// the values of these keys: a spec that names a file has no default values for them.
     Path(OneOf),
 }
 
@@ -125,7 +125,7 @@ impl Word for bool {
 /// The keys that every technique has besides its own.
 pub const EVERY: &[Key] = &[SKIP.key(Name::SKIP.text())];
 
-/// What would be right, if `value` is not.
+/// Checks a key's value; the error says which values are right.
 pub fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
     match key.values {
         Values::OneOf(words) if words.contains(&value) || value == key.default => Ok(()),

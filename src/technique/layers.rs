@@ -1,7 +1,7 @@
 //! Optical depth in layers: sums up to the ends of the layers of a texel's ray, linear between them. Sources: Kim and Neumann 2001,
-//! Opacity Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps; between each texel's own ends: ours.
+//! Opacity Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps; layers between each texel's own ends are ours.
 //!
-//! Sums have no order: no list, no sort, and the same bytes whatever order casters come in.
+//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -109,7 +109,7 @@ impl Layers {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;

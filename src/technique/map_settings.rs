@@ -1,4 +1,4 @@
-//! Settings of techniques whose look-ups filter a light's map: first a technique's own, then those that all of them have.
+//! Settings of techniques whose look-ups filter a light's map: first a technique's own settings, then those that all such techniques share.
 
 /// Declares such settings, as [`settings!`](crate::__settings) does.
 #[macro_export]
@@ -11,7 +11,8 @@ macro_rules! __map_settings {
                 $($own)*
                 /// How a look-up weighs the texels about a point.
                 filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
-                /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+                /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's standard deviation is half the
+                /// radius.
                 radius: u32 = $crate::technique::settings::RADIUS;
                 /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer
                 /// elsewhere.

@@ -2,7 +2,7 @@
 //! Sources: Unreal Engine 5, Heterogeneous Volumes (which samples along a ray are kept); Salvi et al. 2010 (what curves
 //! are).
 //!
-//! The grid is made once for all lights, whatever there is in it; a light costs a march per texel.
+//! The grid is built once for all lights. Each light then costs one march per texel, however many casters there are.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -51,10 +51,11 @@ map_settings! {
         /// A sample is kept once it differs from the last one by so many ten-thousandths of the light that is left, 0 to 10,000.
         relative: u32 = Setting::number(
             "500", 0, 10000, "a sample is kept once it is off by so many ten-thousandths of the light that is left");
-        /// And by so many ten-thousandths of all light.
+        /// The sample must also differ by so many ten-thousandths of all light, 0 to 10,000.
         absolute: u32 = Setting::number(
             "0", 0, 10000, "and by so many ten-thousandths of all the light");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a footprint.
+        /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups for
+        /// pixels wider than a texel read the coarser levels.
         levels: u32 = LEVELS;
     }
 }
@@ -82,7 +83,8 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 
-/// Whole numbers in the grid do not depend on order. Errors of voxels are the grid's, and a step of a voxel changes what curves hold.
+/// The grid's sums of whole numbers do not depend on order. No mean is promised, since the grid is only as fine as its voxels; and no step,
+/// since curves change where a caster moves from one voxel into the next.
 const PROMISES: Promises = Promises { order: Some(0.0), step: None, ..Promises::OF_DEPTH };
 
 const COMPUTE: &str = "compute";
@@ -92,7 +94,7 @@ pub struct Marched {
     settings: Settings,
     maps: Maps,
     grid: Grid,
-    /// Map after map, texel rows, then nodes; then those of coarser levels.
+    /// Nodes per texel, map after map, row after row of texels; then the nodes of coarser levels.
     nodes: Buffer,
     /// How many rays of each tile meet anything.
     counts: Buffer,
@@ -107,8 +109,8 @@ impl Marched {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
-    /// [`crate::Error::Refused`] where the device binds no buffer of as many voxels; [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] where the device cannot bind a buffer of that many voxels; [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { nodes, samples, size, grid: voxels, relative, absolute, .. } = *settings;
@@ -150,7 +152,8 @@ impl Marched {
         &self.grid
     }
 
-    /// Map after map, texel rows, then the nodes of a texel, [`super::NodeData`] in order of depth; of tiles that nothing meets none with `skip`.
+    /// Nodes per texel, map after map, row after row of texels: [`super::NodeData`] in order of depth. With `skip`, tiles that no caster
+    /// meets are not written.
     pub fn curves(&self) -> &Buffer {
         &self.nodes
     }

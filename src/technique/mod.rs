@@ -1,7 +1,7 @@
-//! Shadow techniques. Each is passes that build a representation, and one GLSL function that answers from it.
+//! Shadow techniques. Each has passes that build a representation, and one GLSL function that answers from the representation.
 //!
-//! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an `ENTRY`, its
-//! line in the registry below. docs/guide/add-a-technique.md goes through it.
+//! To add a technique, write a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an
+//! `ENTRY`, and its line in the registry below. docs/guide/add-a-technique.md explains each step.
 
 // The registry: a line per technique. All of them are in REGISTRY.
 pub mod avsm;
@@ -27,7 +27,7 @@ pub mod voxel_grid;
 pub mod voxelized;
 pub mod wavelet;
 
-// What they share.
+// What techniques share.
 mod build;
 pub mod keys;
 mod map_settings;
@@ -91,7 +91,7 @@ macro_rules! registry {
 }
 crate::shaders::with_folders!(registry);
 
-/// Which techniques are asked where a command names none.
+/// The techniques that commands use where none is named.
 pub mod usual {
     /// For a picture.
     pub const PICTURE: &str = super::avsm::ENTRY.name;
@@ -105,8 +105,8 @@ pub mod usual {
 
 /// A technique, opened for one world. [`Opened`] builds it; the technique itself never submits, waits or loops.
 pub trait Technique {
-    /// The parts of the world from which it is built, or on which its facts depend: while none of them changes, nothing is recorded. By
-    /// default all.
+    /// The parts of the world from which the technique is built, or on which its facts depend. While none of these parts changes, nothing
+    /// is recorded. By default all parts.
     fn made_of(&self) -> Parts {
         Parts::ALL
     }
@@ -118,12 +118,12 @@ pub trait Technique {
     /// [`crate::Error::Gpu`] where memory runs out.
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()>;
 
-    /// The next recording makes everything again except views and orders, which depend on the casters alone. By default every recording
-    /// does.
+    /// Makes the next recording build everything again, except views and orders, which depend on the casters alone. By default every
+    /// recording does so.
     fn forget(&mut self) {}
 
-    /// Reads the results of frame `frame`, which is over, without waiting: done, or a buffer grew and everything has to be recorded again.
-    /// It is asked before the frame is recorded that takes the place of `frame`, `frames_in_flight` frames later.
+    /// Reads the results of frame `frame`, which is over, without waiting. Says whether the build is done, or has to be recorded again
+    /// since a buffer grew. Called before the frame that takes the place of `frame`, `frames_in_flight` frames later, is recorded.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
@@ -131,33 +131,33 @@ pub trait Technique {
         Ok(Settled::Done)
     }
 
-    /// How to ask it.
+    /// How shaders ask the technique.
     fn answer(&self) -> Answer<'_>;
 
-    /// The painter of a picture's casters, for a technique that cannot answer for a point among them: its look-up is right only behind all
-    /// of them, which is where surfaces ask. By default none.
+    /// The painter of a picture's casters, for a technique that cannot answer for a point among casters: its look-up is right only behind
+    /// all casters, where surfaces ask. By default none.
     fn painter(&self) -> Option<&Rc<Painter>> {
         None
     }
 
-    /// Its maps, as the last build fitted them: none before the first, and none for techniques without maps.
+    /// The technique's maps, as the last build fitted them: none before the first build, and none for techniques without maps.
     fn maps(&self) -> &[Map];
 
-    /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
-    /// exactly, or the host does not know the meshes or the lights. By default the resolution of its opaque maps.
+    /// How finely the technique knows where opaque shadows begin and end: an entry for each map of all lights. Empty where the
+    /// technique is exact, or the host does not know the meshes or the lights. By default the resolution of the opaque maps.
     fn resolution(&self) -> Vec<Resolution> {
         self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
 
-    /// What the last build came to.
+    /// Figures of the last build.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where counts cannot be read back.
     fn facts(&self) -> Result<Facts>;
 
-    /// The nodes of the curve that answers along the ray of a texel's centre after a build, (depth in the range of the map's
-    /// volume, transmittance); none for a technique without nodes, and none where several curves are averaged there. `map` counts
-    /// the maps of all lights.
+    /// After a build, the nodes of the curve that answers along the ray through a texel's centre: (depth in the range of the map's
+    /// volume, transmittance). Empty for a technique without nodes, and where look-ups average several curves there. `map` is
+    /// an index into the maps of all lights.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
@@ -165,7 +165,7 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The nearest distances in the map of light `light` after a build, a square of texels, infinite where there is nothing; none for a
+    /// After a build, the nearest distances in the map of light `light`: a square of texels, infinite where there is nothing. Empty for a
     /// technique without such maps.
     ///
     /// # Errors
@@ -174,8 +174,8 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The file that it can be opened from again, after a build for the world as it is now; none for techniques that
-    /// are not baked.
+    /// After a build for the world as it is now: the bytes of a file from which the technique can be opened again. None for
+    /// techniques that are not baked.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
@@ -184,10 +184,10 @@ pub trait Technique {
     }
 }
 
-/// What a build came to.
+/// How far a build has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Settled {
-    /// All of it stands.
+    /// The build is complete.
     Done,
     /// Something did not fit, and has room now: record again.
     Grew,
@@ -196,7 +196,7 @@ pub enum Settled {
 }
 
 impl Settled {
-    /// Grown where any of them grew.
+    /// [`Settled::Grew`] where a buffer grew, else [`Settled::Done`].
     pub fn of(grew: bool) -> Self {
         if grew { Self::Grew } else { Self::Done }
     }
@@ -205,7 +205,7 @@ impl Settled {
 /// How to ask a technique: constants and bindings of a shader with `#include "visibility.glsl"`.
 #[derive(Clone, Copy)]
 pub struct Answer<'a> {
-    /// Whose visibility.glsl.
+    /// The folder of the technique's visibility.glsl.
     pub folder: Folder,
     /// Descriptor set 1.
     pub bindings: &'a Bindings,
@@ -267,12 +267,13 @@ impl Casts {
     /// From meshes alone.
     pub const MESHES: Self = Self { meshes: true, ..Self::NONE };
 
-    /// Whether it sees any caster that there is; also true if there are no casters, or if it sees none by design.
+    /// Whether the technique sees some kind of caster that the scene has. Also true if the scene has no casters, or if the technique sees
+    /// none by design.
     pub fn any_of(self, has: Kinds) -> bool {
         has == Kinds::default() || self == Self::NONE || self.are_in(has)
     }
 
-    /// Whether it sees any caster that there is.
+    /// Whether the technique sees some kind of caster that the scene has.
     pub fn are_in(self, has: Kinds) -> bool {
         has.particles && self.particles
             || has.strands && self.strands
@@ -281,7 +282,7 @@ impl Casts {
             || has.meshes && self.meshes
     }
 
-    /// Kinds of casters in the scene that it does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
+    /// Kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
     pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
             ("smoke", has.particles, self.particles),
@@ -293,7 +294,7 @@ impl Casts {
         kinds.into_iter().filter(|(_, has, sees)| *has && !sees).map(|(name, ..)| name.into()).collect()
     }
 
-    /// What it casts from, for people.
+    /// The kinds of casters, as words to print.
     pub fn names(self) -> String {
         let names = [
             (self.particles, "particles"),
@@ -319,7 +320,7 @@ pub enum Lifetime {
 /// Opens a technique.
 pub type Open = fn(&Context, &World, &Spec) -> Result<Box<dyn Technique>>;
 
-/// A line of the registry: a technique says all about itself.
+/// An entry of the registry: all that the program knows about a technique.
 pub struct Entry {
     /// Its name in specs.
     pub name: &'static str,
@@ -333,32 +334,32 @@ pub struct Entry {
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
-    /// Its promises about answers of a spec whose path, the second argument, runs.
+    /// The promises about the answers of a spec. The second argument is the path that runs.
     pub promises: fn(&Spec, &str) -> Promises,
-    /// Its specs that run where it is not named.
+    /// The specs that commands run where the technique is not named.
     pub runs: Runs,
-    /// What a spec's path, the second, is refused for where a device has less, in a world of one light with smoke and without hair or
-    /// meshes. More lights want more, strands may, and meshes may want an opaque map.
+    /// The limits of a spec's path, which the second argument names: a device that has less is refused. They are those of a world with one
+    /// light and smoke. More lights need more; strands and meshes may.
     pub limits: fn(&Spec, &str) -> Vec<Limit>,
-    /// Opens it for a world that has what it casts from.
+    /// Opens the technique for a world that has casters which it sees.
     pub open: Open,
 }
 
 impl Entry {
-    /// Its own keys and those of every technique.
+    /// The technique's own keys, and the keys that all techniques have.
     pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> + Clone + use<> {
         self.keys.iter().chain(keys::EVERY)
     }
 
-    /// The error where it sees no caster of the scene of that name.
+    /// The error for a scene of that name, in which the technique sees no caster.
     pub fn casts_from_nothing(&self, name: &str) -> Error {
         Error::Refused { needs: format!("{} in the scene, and {name} has none", self.casts.names()) }
     }
 
-    /// An error where the device lacks a feature that the path of that name needs.
+    /// Checks that the device has the features that the path of that name needs.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] that names the first missing.
+    /// [`crate::Error::Refused`] that names the first missing feature.
     pub fn require(&self, context: &Context, path: &str) -> Result<()> {
         let known = self.paths.iter().find(|p| p.name == path);
         known.map_or(Ok(()), |path| context.features().require(path.requires))
@@ -370,7 +371,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// A technique is not for scenes without casters that it sees; a scene without any casters is for all.
+    /// A technique does not suit a scene in which it sees no caster; a scene without any casters suits all.
     #[test]
     fn casts_from_what_the_scene_has() {
         let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);

@@ -1,8 +1,9 @@
-//! Moments of the optical depth of a texel's ray, which bound how much of it lies before a place. Source: Münstermann, Krumpen, Klein and
-//! Peters 2018, Moment-Based Order-Independent Transparency.
+//! Moments of the optical depth of a texel's ray, which bound how much of the optical depth lies in front of a given depth. Source:
+//! Münstermann, Krumpen, Klein and Peters 2018, Moment-Based Order-Independent Transparency.
 //!
-//! Sums have no order: no list, no sort, and the same bytes whatever order casters come in. Answers lie between the sharpest bounds,
-//! `overestimation` of the way from the lighter to the darker; they are exact before and behind all smoke.
+//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order. The
+//! moments give the sharpest lower and upper bound of each answer; the technique answers between them, at `overestimation` of the way
+//! from the lighter to the darker. Answers are exact before and behind all smoke.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -38,7 +39,7 @@ use crate::world::World;
 words! {
     /// What is summed.
     pub enum Basis {
-        /// Powers of the place, as Chebyshev polynomials: they carry the same, and round better.
+        /// Powers of the depth, summed as Chebyshev polynomials, which carry the same information and round better.
         Power = "power",
         /// Cosines and sines, half as many of each.
         Trigonometric = "trigonometric",
@@ -50,20 +51,20 @@ words! {
     pub enum Storage {
         /// 32 bits.
         F32 = "r32f",
-        /// 16 bits of fixed point, over the optical depth, which has 32.
+        /// 16 bits of fixed point: the moment divided by the optical depth, which keeps 32 bits.
         Fixed = "r16",
     }
 }
 
 texel_settings! {
-    /// Numbers besides the optical depth: 4, 6 or 8; of cosines and sines 2, 3 or 4 each.
+    /// Moments per texel besides the optical depth: 4, 6 or 8. With [`Basis::Trigonometric`], half are cosines and half are sines.
     moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; half are cosines and half sines where the basis has both");
     /// What is summed.
     basis: Basis = Setting::word("power", "moments of powers of the depth, or of its cosines and sines");
-    /// Hundredths of the way from the lighter bound to the darker.
+    /// Where answers lie between the sharpest bounds: hundredths of the way from the lighter bound to the darker, 0 to 100.
     overestimation: u32 =
         Setting::number("45", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
-    /// The depths that they are of.
+    /// The depths that the moments cover.
     range: Range = RANGE;
     /// What a moment is kept in.
     storage: Storage = Setting::word("r32f", "4 bytes per moment, or 16 bits of fixed point over the optical depth");
@@ -96,9 +97,10 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
 };
 
-/// The first sum has all. Sums of whole numbers have no order; what is drawn rounds at each caster, and bounds make more of that. Between a
-/// texel's own ends bounds of powers do not rise; on the circle, light may wrap from the range's end to its beginning. Over all depths
-/// bounds do not know where smoke ends, and what they round is times all of the optical depth before and behind it.
+/// The first sum is the whole optical depth, so that the tail is right. Sums of whole numbers do not depend on order; drawn sums round at
+/// each caster, and the bounds amplify that. With range=texel, bounds from powers do not let light rise. Cosines and sines live on a
+/// circle, where light may wrap from the range's end to its beginning. With range=scene, bounds do not know where smoke ends: before and
+/// behind it, their rounding is multiplied by the whole optical depth.
 fn promises(settings: &Settings, path: &str) -> Promises {
     let (own, binned) = (settings.range == Range::Texel, path == BINNED);
     let rise = own && binned && settings.basis == Basis::Power;
@@ -114,7 +116,7 @@ fn promises(settings: &Settings, path: &str) -> Promises {
 pub type Moments = TexelMap<Settings, Sums>;
 
 impl Settings {
-    /// Words of a texel.
+    /// Words per texel.
     pub fn words(&self) -> u32 {
         self.range.constant() + 1 + if self.storage == Storage::F32 { self.moments } else { self.moments / 2 }
     }
@@ -124,7 +126,7 @@ impl Moments {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;

@@ -1,5 +1,5 @@
 //! Optical depth grid: every cell of a light's grid holds the optical depth to the light, baked by marching a [`super::density_grid`]'s
-//! voxels; a look-up is one fetch. Source: Schneider 2023 (Nubis³), where each frame bakes a part of it.
+//! voxels; a look-up is one fetch. Source: Schneider 2023 (Nubis³), where each frame bakes a part of the grid.
 //!
 //! A look-up costs the same however much smoke is on the way. Meshes stand in an opaque map per light, as for techniques with maps.
 //!
@@ -33,11 +33,11 @@ use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 
 words! {
-    /// How much of it a build bakes.
+    /// How much of the grid a build bakes.
     pub enum Bake {
         /// All of it.
         Whole = "whole",
-        /// One of several parts in turn, so that the whole grid is as old as that many builds.
+        /// One of several parts in turn, so that the whole grid takes as many builds as it has parts.
         RoundRobin = "round-robin",
     }
 }
@@ -50,9 +50,9 @@ settings! {
         size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the density grid that is marched");
         /// Cells per side of the grid that each light has: 32, 64 or 128.
         cells: u32 = Setting::one_of("64", &["32", "64", "128"], "cells per side of each light's grid of optical depths");
-        /// How much of it a build bakes.
+        /// How much of the grid a build bakes.
         bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: look-ups read the last whole one");
-        /// Builds that bake all of it, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
+        /// Builds that the whole grid takes, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
         frames: u32 = Setting::one_of("8", &["2", "4", "8", "16"], "builds that all of it takes, with bake=round-robin");
         /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
@@ -60,7 +60,7 @@ settings! {
 }
 
 impl Settings {
-    /// Builds that all of it takes.
+    /// Builds that the whole grid takes.
     pub fn turns(&self) -> u32 {
         if self.bake == Bake::RoundRobin { self.frames } else { 1 }
     }
@@ -87,11 +87,11 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Threads that keep a GPU busy: where fewer cells are baked at once, several threads share a cell's way, since a build takes as long as
-/// its longest way. It depends on the bake and not on the device, so that the bytes are the same.
+/// Threads that keep a GPU busy. Where fewer cells are baked at once, several threads share the march of each cell, since a build takes as
+/// long as its longest march. This number is the same on all devices, so that the bytes do not depend on the device.
 const BUSY: u64 = 1 << 18;
 
-/// Threads that share a cell's way where so many cells are baked at once, 1 to 8. Twin: WAY_PARTS.
+/// Threads that share the march of a cell, 1 to 8, where so many `cells` are baked at once. Twin: WAY_PARTS.
 pub fn way_parts(cells: u64) -> u32 {
     1 << (BUSY / cells.max(1)).clamp(1, 8).ilog2()
 }
@@ -105,7 +105,7 @@ push_struct! {
     }
 }
 
-/// A buffer of the depths of so many lights.
+/// The limit that a buffer with the optical depths of so many `lights` needs.
 fn room(settings: &Settings, lights: u32) -> Limit {
     Limit::buffer_range(4 * u64::from(settings.cells).pow(3) * u64::from(lights.max(1)))
 }
@@ -145,7 +145,7 @@ impl Baked {
         Ok(Self { place, depths, bake, parts })
     }
 
-    /// From where the density grid stands now.
+    /// Copies the place of the density grid, where the cells then stand too.
     fn stand(&self, commands: &mut Commands, grid: &Grid) {
         commands.pass("optical_depth_grid.place", |pass| {
             pass.copy(grid.buffers().data, &self.place, self.place.bytes());
@@ -165,11 +165,11 @@ pub struct OpticalDepthGrid {
     lights: u32,
     grid: Grid,
     maps: Maps,
-    /// What answers.
+    /// The depths that look-ups read.
     front: Baked,
-    /// What is baked in turn.
+    /// The depths that are baked part by part, with bake=round-robin.
     back: Option<Baked>,
-    /// The part that is baked next; none where nothing answers yet.
+    /// The part that is baked next; none where the next build bakes the whole grid, so that look-ups have depths to read.
     turn: Option<u32>,
     made: Made,
     look_up: Bindings,
@@ -180,8 +180,8 @@ impl OpticalDepthGrid {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, [`Error::Refused`] where the device binds no buffer of as many voxels or
-    /// cells or has no opaque maps of so many lights, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting's value is not allowed; [`Error::Refused`] where the device cannot bind a buffer of that many
+    /// voxels or cells, or has no room for the opaque maps of that many lights; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let grid = Grid::of_media(context, world, settings.size, Holds::default())?;
@@ -232,7 +232,7 @@ impl Technique for OpticalDepthGrid {
             return Err(Error::input(world.name(), cause, "open the technique anew"));
         }
         self.maps.record_opaque(commands, world)?;
-        // A turn sees the smoke that there was when it began: the density grid is filled once for all its parts.
+        // All parts of a round see the smoke as it was when the round began: the density grid is filled only then.
         let begins = self.turn.is_none_or(|turn| turn == 0);
         if begins && !self.made.make(world) {
             return Ok(());

@@ -1,6 +1,6 @@
-//! For techniques that light casters while the picture is painted, and cannot answer for a point in space: slices along the half vector of
-//! light and camera, and the light's buffer, which has the slices so far. The renderer draws a slice, lit by the buffer, then has it drawn
-//! into the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
+//! Painters: for techniques that light casters while the picture is painted, and cannot answer for a point in space. Slices lie along the
+//! half vector of light and camera. The light's buffer holds the light that the slices so far leave. The renderer draws a slice, lit by the
+//! buffer, then draws that slice into the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
 
 use super::Technique;
 use crate::gpu::{
@@ -24,9 +24,9 @@ push_struct! {
     }
 }
 
-/// What paints.
+/// The slices, their order, and the light's buffer.
 pub struct Painter {
-    /// Slices of as many casters each.
+    /// The number of slices, which all have the same number of casters.
     slices: u32,
     /// The light that the slices so far leave.
     light: Image,
@@ -34,38 +34,38 @@ pub struct Painter {
     splat: Splat,
     keys: Kernel<HalfPush>,
     order: Order,
-    /// Which way the light goes, as the last build had it.
+    /// The direction of the light, at the last build.
     pub(super) forward: Cell<[f32; 3]>,
-    /// How the light's buffer is asked.
+    /// Bindings with which a look-up reads the light's buffer.
     pub look_up: Bindings,
     /// The casters' order: glsl/consume/sliced.vert.
     pub sorted: Bindings,
 }
 
-/// Makes one.
+/// What a technique gives to make a [`Painter`].
 pub(super) struct PainterKernels<'a> {
     pub name: &'static str,
     pub slices: u32,
     /// The format of the light's buffer.
     pub format: Format,
-    /// Draws a caster into it (maps/splat.glsl).
+    /// Draws a caster into the light's buffer (maps/splat.glsl).
     pub fragment: &'a Shader,
-    /// Writes the key of each caster.
+    /// Writes the sort key of each caster.
     pub keys: &'a Shader,
     pub constants: &'a Constants,
 }
 
-/// The unit vector along which slices lie, away from the light, and whether the camera meets them in this order: both for a camera and a light
-/// that look along these. Twin: reference::twin::half_angle::half_vector.
+/// The unit vector along which slices lie, away from the light, and whether the camera meets the slices in this order. `camera` and `light`
+/// are the directions in which the two look. Twin: reference::twin::half_angle::half_vector.
 pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
     let near_to_far = camera.dot(light) >= 0.0;
     ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
 }
 
-/// For a caller that asks about points in space: a technique that paints casters has no answer for these.
+/// Checks, for a caller that asks about points in space, that the technique can answer there: one that paints casters cannot.
 ///
 /// # Errors
-/// [`Error::Refused`] where it is such a one.
+/// [`Error::Refused`] where the technique paints casters.
 pub fn answers_in_space(technique: &dyn Technique) -> Result<()> {
     let needs = "a technique that answers at points in space, and this one paints the picture: name another";
     if technique.painter().is_none() { Ok(()) } else { Err(Error::Refused { needs: needs.into() }) }
@@ -97,7 +97,7 @@ impl Painter {
         half_vector(camera.forward.into(), self.forward.get().into()).1
     }
 
-    /// Sorts the first `count` casters as slices have them for this camera.
+    /// Sorts the first `count` casters into the order of the slices for this camera.
     pub fn sort(&self, commands: &mut Commands, camera: &View, count: u32) {
         let (half, _) = half_vector(camera.forward.into(), self.forward.get().into());
         let [x, y] = groups(u64::from(count).div_ceil(64));
@@ -106,7 +106,7 @@ impl Painter {
         self.order.sort(commands, count);
     }
 
-    /// The slices of `count` casters: places in the order.
+    /// The slices of `count` casters, each a range of places in the sorted order; empty slices are left out.
     pub fn slices(&self, count: u32) -> impl Iterator<Item = Range<u32>> + use<> {
         let slices = self.slices;
         let at = move |slice: u32| (u64::from(slice) * u64::from(count) / u64::from(slices)) as u32;

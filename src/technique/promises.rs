@@ -8,7 +8,8 @@ pub const ROUNDING: f64 = 1e-4;
 /// Eight bits, rounded once or twice.
 pub const EIGHT_BITS: f64 = 1e-2;
 
-/// How much light may rise by a filter in hardware: it knows a place in a texel to 8 bits, across and up, and rounding chooses between two.
+/// How much light may rise by a filter in hardware: the filter knows a place in a texel to 8 bits, across and up, and each is rounded up or
+/// down.
 pub const FILTERED: f64 = 2.0 / 256.0;
 
 /// A threshold for each figure. None: the figure depends on the method, and nothing is promised.
@@ -16,21 +17,22 @@ pub const FILTERED: f64 = 2.0 / 256.0;
 pub struct Promises {
     /// Mean absolute error on the rays of a map's texels, against a bilinear look-up there in exact curves.
     pub mean: Option<f64>,
-    /// By how much an answer behind all smoke may be off the product of all.
+    /// By how much an answer behind all smoke may be off the product of all casters' transmittances.
     pub tail: Option<f64>,
     /// By how much an answer may rise along a texel's ray.
     pub rise: Option<f64>,
     /// By how much answers may differ with the casters' order.
     pub order: Option<f64>,
-    /// Root mean square of the answers' change when all casters move by a thousandth of the scene, beyond the truth's.
+    /// Root mean square of the change of answers when all casters move by a thousandth of the scene, beyond the change of the truth.
     pub step: Option<f64>,
-    /// Leaks and false shadows of opaque casters, farther from a shadow's edge than its resolution.
+    /// The number of leaks and false shadows of opaque casters that are farther from a shadow's edge than the technique's resolution.
     pub wrong: Option<u64>,
-    /// The same world has the same bytes.
+    /// The same world gives the same bytes.
     pub repeats: bool,
     /// Without opaque casters `skip=` changes no byte.
     pub skips_alike: bool,
-    /// Texels per side that it may have for one of its maps': answers beside a ray may be wrong by that factor more.
+    /// How many texels per side the technique may have in place of one texel of its maps: answers beside a ray may be wrong by that factor
+    /// more.
     pub finer: f64,
 }
 
@@ -51,9 +53,10 @@ impl Promises {
     /// Promises of maps with depth.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
-    /// Promises of maps without depth: in front of all smoke they are as wrong as behind it, and change by as much in a step.
+    /// Promises of maps without depth. They answer in front of smoke as if behind it, so that nothing is promised about
+    /// leaks, or about changes when casters move.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
-    /// Promises of techniques that test opaque casters on the way.
+    /// Promises of techniques that test opaque casters on the way to the light.
     pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
 }

@@ -59,7 +59,7 @@ pub const ENTRY: Entry = Entry {
 
 const TRACE: &str = "trace";
 
-/// All but rounding: a ray meets casters in whatever order the device has them.
+/// Exact but for rounding: a ray meets casters in whatever order the device visits them.
 const PROMISES: Promises = Promises {
     mean: Some(1e-4),
     tail: Some(1e-3),
@@ -76,12 +76,12 @@ push_struct! {
     /// Twin: BoxesPush in glsl/technique/ray_query/boxes.comp.
     struct BoxesPush {
         caster_count: u32,
-        /// Boxes behind the casters' are empty.
+        /// All boxes; those after the first `caster_count` are empty.
         box_count: u32,
     }
 }
 
-/// Smoke and hair.
+/// Boxes about smoke and hair, and the structures over the boxes.
 struct Cast {
     boxes: Buffer,
     count: u32,
@@ -114,11 +114,11 @@ impl Cast {
 
 /// The technique, opened for one world.
 pub struct RayQuery {
-    /// Three corners per triangle, past the albedo that stands behind them.
+    /// Indices of three corners per triangle; they skip the albedo, which stands behind the corners of each triangle.
     indices: Buffer,
     /// Over the triangles.
     bottom: AccelerationStructure,
-    /// What rays are asked of: one instance.
+    /// The structure that rays are traced in: one instance of `bottom`.
     top: AccelerationStructure,
     /// The largest coordinate of the meshes.
     extent: Buffer,
@@ -137,7 +137,7 @@ impl RayQuery {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, _: &Settings) -> Result<Self> {
         ENTRY.require(context, TRACE)?;
-        // Without any there is a structure to bind nevertheless, which no ray asks.
+        // Without triangles there must still be a structure to bind, in which no ray is traced.
         let count = world.triangle_capacity().max(1);
         extent(world)?;
         let all: Vec<u32> = (0..count).flat_map(corners).collect();

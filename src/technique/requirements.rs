@@ -5,12 +5,13 @@ use super::{Path, Spec};
 use crate::gpu::{Enabled, Limit};
 use std::ffi::CStr;
 
-/// What a path wants.
+/// What a path requires of a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathRequirements {
     /// Its name in specs.
     pub path: &'static str,
-    /// Features to open the device with, the floor included; any one of these sets is enough. [`Enabled::structures`] gives them to Vulkan.
+    /// Sets of features to open the device with, each with those of `Enabled::FLOOR`; any one set is enough. [`Enabled::structures`]
+    /// gives them to Vulkan.
     pub any_of: Vec<Enabled>,
     /// Limits that the device has to have.
     pub limits: Vec<Limit>,
@@ -27,15 +28,15 @@ impl PathRequirements {
         Self { path: path.name, any_of, limits }
     }
 
-    /// The device extensions of each that will do.
+    /// The device extensions of each set in `any_of`.
     pub fn extensions(&self) -> Vec<Vec<&'static CStr>> {
         self.any_of.iter().map(Enabled::extensions).collect()
     }
 }
 
-/// What the paths that `spec` may take want of a device, the one that it names or all. The limits are those of one light and of smoke:
-/// more lights, strands and meshes may want more of them, which is said where it is opened. Lists grow with the casters on each ray, so that
-/// no limit of theirs is known before.
+/// What the path that `spec` names requires of a device, or each of the technique's paths where it names none. The limits are those of a
+/// world with one light and smoke. More lights need more; strands and meshes may: opening the technique checks these. Lists grow with the
+/// casters on each ray, so that their limits are known only while they are built.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
     let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });

@@ -6,15 +6,16 @@ use crate::Result;
 
 /// A list for each command; a list may be empty.
 pub struct Runs {
-    /// By `compare`, for a scene with few lights or with translucent casters.
+    /// Run by `compare`, for a scene with few lights or with translucent casters.
     pub compare: &'static [&'static str],
-    /// By `compare`, of meshes under many lights.
+    /// Run by `compare`, for meshes under many lights.
     pub many_lights: &'static [&'static str],
-    /// What both set otherwise on a software device, which would take minutes: keys and values.
+    /// Keys and values that replace those of the lists on a software device, where those would take minutes.
     pub on_cpu: &'static [(Name, &'static str)],
-    /// By `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
+    /// Run by `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
     pub stress_smoke: &'static [&'static str],
-    /// By `stress`, of meshes alone. The opaque maps of all that also have smoke are the same, and one stands for them.
+    /// Run by `stress`, on meshes alone. Techniques that also see smoke share the same opaque maps, so that one of them is enough
+    /// here.
     pub stress_meshes: &'static [&'static str],
 }
 
@@ -27,10 +28,10 @@ impl Runs {
 pub type List = fn(&Runs) -> &'static [&'static str];
 
 impl Entry {
-    /// The specs of one of its lists, each once, on a software device or another, with `more` keys as in [`parse`].
+    /// The specs of one of the technique's lists, each once. `on_cpu`: for a software device. `more`: further keys, as in [`parse`].
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a list names what is no setting.
+    /// [`crate::Error::Input`] where a list has a setting that does not exist.
     pub fn specs(&self, list: List, on_cpu: bool, more: &'static [Key]) -> Result<Vec<Spec>> {
         let mut specs: Vec<Spec> = Vec::new();
         for settings in list(&self.runs) {
@@ -38,7 +39,7 @@ impl Entry {
                 for (key, value) in self.runs.on_cpu.iter().filter(|_| on_cpu) {
                     spec.set(*key, value);
                 }
-                // Two lines may have one in common.
+                // Two lines of a list may give the same spec.
                 if specs.iter().all(|other| other.to_string() != spec.to_string()) {
                     specs.push(spec);
                 }
@@ -48,7 +49,7 @@ impl Entry {
     }
 }
 
-/// The same of all techniques, in the registry's order.
+/// As [`Entry::specs`], for all techniques, in the registry's order.
 ///
 /// # Errors
 /// As [`Entry::specs`].
@@ -64,7 +65,7 @@ mod tests {
     /// Every technique is stressed, in each of its paths, under smoke or under meshes.
     #[test]
     fn every_path_is_stressed() {
-        // What casts from nothing has nothing that could break.
+        // A technique that sees no caster has nothing that could break.
         for entry in REGISTRY.iter().filter(|entry| entry.casts != Casts::NONE) {
             let of = |list: List| entry.specs(list, true, &[]).expect("they are known");
             let (smoke, meshes) = (of(|runs| runs.stress_smoke), of(|runs| runs.stress_meshes));

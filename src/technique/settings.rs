@@ -34,7 +34,7 @@ impl<T> Setting<T> {
 }
 
 impl<T: Copy> Setting<T> {
-    /// It stands in specs where that key has that word, and nowhere else.
+    /// Specs have this setting only where the other `key` has that word.
     pub const fn with(self, key: &'static str, word: &'static str) -> Self {
         Self { with: Some((key, word)), ..self }
     }
@@ -64,7 +64,7 @@ impl Setting<u32> {
         Self::new(number(default), default, Values::Number(low, high), about)
     }
 
-    /// The same, divisible by `step`.
+    /// A whole number from `low` to `high` that is divisible by `step`.
     pub const fn multiple(default: &'static str, [step, low, high]: [u32; 3], about: &'static str) -> Self {
         Self::new(number(default), default, Values::Multiple(step, low, high), about)
     }
@@ -83,7 +83,7 @@ impl Setting<Option<u32>> {
 }
 
 impl Setting<Option<String>> {
-    /// The name of a file that has the values of these keys, or `none`.
+    /// The name of a file that states the values of the keys `in_file`, or `none`.
     pub const fn file(in_file: OneOf, about: &'static str) -> Self {
         Self::new(None, NONE, Values::Path(in_file), about)
     }
@@ -98,7 +98,7 @@ const fn is_same(a: &str, b: &str) -> bool {
     at == a.len() && at == b.len()
 }
 
-/// The number of a default. Does not compile where it is none.
+/// The number of a default. Does not compile where the text is not a number.
 const fn number(text: &str) -> u32 {
     let (mut number, mut at) = (0, 0);
     while at < text.len() {
@@ -108,9 +108,9 @@ const fn number(text: &str) -> u32 {
     number
 }
 
-/// What a field may be: its text in specs.
+/// A type that fields may have, and how specs write its values.
 pub trait Field: Sized {
-    /// The value of a text; none where it has no such one.
+    /// The value that a text means; none where it means none.
     fn read(text: &str) -> Option<Self>;
 
     /// The text of a value.
@@ -169,19 +169,19 @@ impl Field for Option<String> {
 
 /// Settings whose fields are keys of specs. Made by [`settings!`](crate::__settings).
 pub trait Keyed: Default {
-    /// One key per field, in order, without those that every technique has.
+    /// One key per field, in order, without the keys that every technique has.
     const KEYS: &'static [Key];
 
-    /// Sets the field of that name; false where there is none, or the text is no value of it.
+    /// Sets the field of that name. False where there is no such field, or the text is not a value of the field.
     fn set(&mut self, key: &str, text: &str) -> bool;
 
     /// Name and text of each field, in order.
     fn texts(&self) -> Vec<(&'static str, String)>;
 
-    /// An error where a field has a value that it may not have: for constructors, whose settings may come from code.
+    /// Checks that each field has an allowed value: for constructors, since settings may come from code and not from a spec.
     ///
     /// # Errors
-    /// [`Error::Input`] that names the first, and what it may be.
+    /// [`Error::Input`] that names the first field whose value is not allowed, and the allowed values.
     fn check(&self) -> Result<()> {
         for (key, text) in Self::KEYS.iter().zip(self.texts().into_iter().map(|(_, text)| text)) {
             check(key, &text).map_err(|known| Error::input(format!("{}={text}", key.name), "is not known", known))?;
@@ -262,7 +262,7 @@ pub const LEVELS: Setting<u32> = Setting::number(
 pub const FILTER: Setting<FilterKind> =
     Setting::word("bilinear", "how a look-up weighs texels: the nearest four, or all within a radius");
 
-/// `radius`: how far it reaches.
+/// `radius`: how far the filter reaches.
 pub const RADIUS: Setting<u32> =
     Setting::number("2", 1, 8, "texels that the box and the Gaussian reach; the Gaussian's deviation is half of it");
 
@@ -290,7 +290,7 @@ settings! {
         size: u32 = SIZE;
         /// How a look-up weighs the texels about a point.
         filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's standard deviation is half the radius.
         radius: u32 = RADIUS;
         /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
@@ -298,10 +298,10 @@ settings! {
 }
 
 impl MapSettings {
-    /// How look-ups average, where that fits into the maps of `world`.
+    /// The filter of look-ups, checked against the maps of `world`.
     ///
     /// # Errors
-    /// [`Error::Input`] where it does not, or a setting is not what it may be.
+    /// [`Error::Input`] where the filter does not fit into these maps, or a setting's value is not allowed.
     pub fn filter(&self, world: &World) -> Result<Filter> {
         self.check()?;
         let filter = Filter { kind: self.filter, radius: self.radius };
@@ -318,7 +318,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
     use std::fmt::Debug;
 
-    /// Texts that a key knows: all words, and numbers at the ends and between them.
+    /// Texts that a key accepts: all its words, or numbers at both ends of its range and between them.
     fn known(key: &Key) -> Vec<String> {
         let default = key.default.to_owned();
         let more: Vec<String> = match key.values {
@@ -330,7 +330,8 @@ pub(crate) mod tests {
         std::iter::once(default).chain(more).collect()
     }
 
-    /// Specs and settings hold the same: from text to settings and back gives the same text, one key after the other and all at once.
+    /// Specs and settings hold the same values: from text to settings and back gives the same text, for each key alone and for all keys
+    /// at once.
     pub(crate) fn goes_both_ways<S: Keyed + PartialEq + Debug>(entry: &'static Entry, more: &'static [Key]) {
         let again = |spec: &Spec| Spec::new(entry, more).with(&spec.settings::<S>());
         let default = Spec::new(entry, more);
@@ -403,7 +404,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// What others call keys by are keys.
+    /// Each constant of [`Name`] names a key.
     #[test]
     fn names_are_keys() {
         let names =

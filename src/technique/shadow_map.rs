@@ -73,18 +73,18 @@ settings! {
         bits: Bits = Setting::word("32", "bits of a depth: whole numbers of 16, or floats of 32");
         /// Texels per side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
         filter: u32 = PCF;
-        /// How far a point of a surface is moved along its normal before it is looked up, in hundredths of the filter's extent along the
-        /// normal: 7, which is more than a step of the coarsest rasterizer, to 1,000.
+        /// How far a surface's point is moved along its normal before its look-up, in hundredths of the filter's extent along the normal,
+        /// 7 to 1,000. Seven is more than a step of the coarsest rasterizer.
         bias: u32 = Setting::number("15", 7, 1000, "offset along a surface's normal, hundredths of the filter's side");
-        /// Maps of a directional light, each a half as wide as the one before, in front of the camera, 1 to 4.
+        /// Maps per directional light, in front of the camera, each half as wide as the one before, 1 to 4.
         cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
         /// How the maps are drawn; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
 
-/// The least filter whose texels are gathered four at a time, and that of a software device, where a gather of four takes as long as
-/// two to four fetches.
+/// The smallest filters whose texels are gathered four at a time: on GPUs, and on software devices, where a gather of four takes as
+/// long as two to four fetches.
 const GATHERED: [u32; 2] = [3, 5];
 
 /// The technique, opened for one world.
@@ -95,7 +95,7 @@ pub struct ShadowMap {
     all: Vec<Map>,
     look_up: Bindings,
     constants: Constants,
-    /// Why the maps are drawn as they are where no one asked.
+    /// Why the maps are drawn as they are, where the settings leave it open.
     reason: String,
 }
 
@@ -103,8 +103,8 @@ impl ShadowMap {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no maps of that size, [`Error::Input`] where a setting is not what it may be or the
-    /// filter does not fit into the faces of a point light, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device has no maps of that size or the world does not allow cascades; [`Error::Input`] where a
+    /// setting's value is not allowed, or the filter is too wide for the faces of a point light; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { size, bits, filter: side, bias, cascades, opaque: way } = *settings;
@@ -118,7 +118,7 @@ impl ShadowMap {
             Bits::ThirtyTwo => Format::D32_SFLOAT,
         };
         let normal_bias = side as f32 * bias as f32 / 100.0;
-        // From the middle of the filter's corner texel to the far corner of the texel in its middle.
+        // The reach is half the filter's side: from the middle of its corner texel to the far corner of the texel in its middle.
         let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, cascades, way };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
@@ -142,13 +142,14 @@ impl ShadowMap {
     }
 }
 
-/// Both views of a map are that of the depths. The widest cascade stands for all: the others resolve more.
+/// The maps as callers see them: both views of a map are the view of its depths. Only the widest cascade is listed, since the others
+/// resolve more.
 fn seen(maps: &Maps, cascades: u32) -> Vec<Map> {
     let all = maps.all();
     all[..all.len() / cascades as usize].iter().map(|map| Map { volume: map.opaque, opaque: map.opaque }).collect()
 }
 
-/// A filter that stands at the edge of a point light's face finds its texels in the face's margin.
+/// Checks that the filter fits: at the edge of a point light's face it reads texels from the face's margin.
 fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
     // One texel more than the filter reaches, against rounding.
     let needed = side / 2 + 1;
@@ -161,7 +162,7 @@ fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
     Ok(())
 }
 
-/// Cascades are of directional lights, and in front of a camera.
+/// Checks that the world allows cascades: they need directional lights alone, and a camera in front of which they stand.
 fn check_cascades(world: &World, cascades: u32) -> Result<()> {
     let directional = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
     let needs = match cascades {
@@ -174,7 +175,7 @@ fn check_cascades(world: &World, cascades: u32) -> Result<()> {
 }
 
 impl Technique for ShadowMap {
-    /// Smoke and hair it does not see.
+    /// The technique does not see smoke and hair.
     fn made_of(&self) -> Parts {
         if self.opaque.cascades > 1 { Maps::OPAQUE.and(Parts::CAMERA) } else { Maps::OPAQUE }
     }

@@ -8,7 +8,7 @@ use crate::{Error, Result, WayOut};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// The most variants that a sweep may be: each more key multiplies them, and a line of text has room for many keys.
+/// The most variants of a sweep. Each further key multiplies their number, and a line of text has room for many keys.
 const MOST_VARIANTS: usize = 4096;
 
 /// A technique with every setting spelt out, and with the settings of the command that uses it.
@@ -22,7 +22,7 @@ pub struct Spec {
 }
 
 impl Spec {
-    /// A technique with the defaults, and those of `more` keys.
+    /// A technique with the defaults of its own keys and of `more` keys.
     pub fn new(entry: &'static Entry, more: &'static [Key]) -> Self {
         let mut spec = Self { entry, more, values: BTreeMap::new() };
         spec.values = spec.keys().map(|key| (key.name, key.default.to_owned())).collect();
@@ -30,7 +30,7 @@ impl Spec {
         spec
     }
 
-    /// Its values for the fields of `S`; fields without a key, or left to a file, have their defaults.
+    /// The spec's values for the fields of `S`; fields without a key, or left to a file, have their defaults.
     pub fn settings<S: Keyed>(&self) -> S {
         let mut settings = S::default();
         for (key, text) in &self.values {
@@ -39,7 +39,7 @@ impl Spec {
         settings
     }
 
-    /// With the values of `settings`, for the keys that it has.
+    /// The spec with the values of `settings`, for the keys that the spec may have.
     #[must_use]
     pub fn with<S: Keyed>(mut self, settings: &S) -> Self {
         let texts = settings.texts();
@@ -68,7 +68,7 @@ impl Spec {
         self.text(Name::SKIP) == "on"
     }
 
-    /// Sets a key that it may have to a value that the key knows; others are left alone.
+    /// Sets a key to `value`. Does nothing where the spec may not have that key, or the key does not allow that value.
     pub fn set(&mut self, key: impl Into<Name>, value: &str) {
         let name = key.into().text();
         if let Some(known) = self.keys().find(|k| k.name == name && check(k, value).is_ok()) {
@@ -77,7 +77,7 @@ impl Spec {
         }
     }
 
-    /// Keys that go with the word of another stand where that has it, and nowhere else.
+    /// Adds the keys that belong to a word of another key where that key has the word, and removes them elsewhere.
     fn settle(&mut self) {
         for key in self.keys() {
             let Some((other, word)) = key.with else { continue };
@@ -95,7 +95,7 @@ impl Spec {
         self.keys().filter(is_named).map(|key| self.text(key))
     }
 
-    /// Keys that a file has which the spec names.
+    /// Keys whose values are in a file that the spec names.
     fn in_files(&self) -> Vec<&'static str> {
         let of = |key: &'static Key| match key.values {
             Values::Path(in_file) if self.text(key) != key.default => in_file,
@@ -104,14 +104,14 @@ impl Spec {
         self.keys().flat_map(of).copied().collect()
     }
 
-    /// Forgets those, unless they are `given`.
+    /// Removes the keys whose values are in a file, unless they are `given`.
     fn leave_to_files(&mut self, given: &[&str]) {
         let in_files = self.in_files();
         self.values.retain(|name, _| given.contains(name) || !in_files.contains(name));
     }
 
-    /// The technique and the values that differ from defaults, `avsm:nodes=4`; and all values to be compared with a
-    /// file's.
+    /// The technique and the values that differ from defaults, `avsm:nodes=4`. Values that are to be compared with a file's are listed
+    /// too, even where they are defaults.
     pub fn short(&self) -> String {
         let in_files = self.in_files();
         let default = |key: &str| self.keys().find(|k| k.name == key).map_or("", |k| k.default);
@@ -213,7 +213,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
         let cause = format!("{}= has a meaning only with {other}={word}", key.name);
         return Err(fail(cause, format!("add {other}={word}")));
     }
-    // Keys without a meaning for other keys' values are swept once only.
+    // Where a key has no meaning with a value of another key, a sweep over the key gives equal specs: one is kept.
     let mut different = BTreeSet::new();
     specs.retain(|spec| different.insert(spec.values.clone()));
     Ok(specs)

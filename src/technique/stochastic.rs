@@ -49,13 +49,13 @@ map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// How it is built: casters drawn, or a workgroup per tile; none: the second.
+        /// How the map is built: casters are drawn, or a workgroup builds each tile. None: the second.
         path: Option<TexelWay> = Setting::auto("casters are drawn, or a workgroup takes each tile's; auto: binned");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// Samples of each texel: 1, 4, 8, 16, 32 or 64.
+        /// Samples per texel: 1, 4, 8, 16, 32 or 64.
         samples: u32 = Setting::one_of("16", &["1", "4", "8", "16", "32", "64"], "rays of each texel, 4 bytes each");
-        /// How they are drawn.
+        /// How samples are drawn.
         sampling: Sampling = Setting::word(
             "plain", "each ray by itself (Enderton 2010); even quantiles, with path=binned; or engines' hashed alpha, which is biased");
     }
@@ -87,13 +87,14 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Stochastic::new(context, world, &spec.settings())?)),
 };
 
-/// Samples never end before one another turns; their average is no promise about one picture.
+/// A sample that ends at a depth counts at all greater depths, so that light never rises along a ray. Samples are right on average, which
+/// is no promise about one picture.
 fn promises(spec: &Spec, _path: &str) -> Promises {
     let settings: Settings = spec.settings();
     let even = settings.sampling == Sampling::Stratified;
-    // One sample, of those that stand for quantiles, ends too early or too late at most.
+    // At most one of the samples that stand for quantiles ends too early or too late.
     let one = even.then(|| 1.0 / f64::from(settings.samples) + 1e-3);
-    // Plain samples are drawn by the casters' numbers.
+    // Plain samples depend on the casters' numbers, and so on the casters' order.
     let order = (settings.sampling != Sampling::Plain).then_some(0.0);
     Promises { tail: one, mean: one, order, step: None, ..Promises::OF_DEPTH }
 }
@@ -106,7 +107,7 @@ enum Way {
 /// The technique, opened for one world.
 pub struct Stochastic {
     maps: Maps,
-    /// Where samples end, as glsl/technique/stochastic/place.glsl has them.
+    /// The depths at which samples end, in the layout of glsl/technique/stochastic/place.glsl.
     pub samples: Buffer,
     drawn: Made,
     way: Way,
@@ -120,9 +121,9 @@ impl Stochastic {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, or draws are to make quantiles; [`crate::Error::Gpu`]
-    /// where memory runs out.
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, or path=raster is to draw stratified samples;
+    /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, size, samples: count, sampling, opaque, skip, .. } = *settings;
@@ -168,7 +169,7 @@ impl Stochastic {
         };
         let more = set::StochasticLookUp { samples: &samples };
         let look_up = maps.look_up(context, "stochastic.look_up", &more.resources())?;
-        // Paths by tiles leave out casters hidden behind meshes; the raster path draws them too.
+        // The binned path leaves out casters hidden behind meshes; the raster path draws them too.
         let of_meshes = if matches!(way, Way::Binned { .. }) { Maps::OPAQUE } else { Maps::VOLUME };
         let drawn = Made::of(Maps::VOLUME.and(of_meshes));
         let reason = if path.is_some() { "asked for" } else { "auto: needs nothing that is optional" };

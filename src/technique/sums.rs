@@ -8,7 +8,7 @@ use crate::gpu::{Limit, Requirement};
 use crate::maps::{leveled_texels, sum_targets};
 
 words! {
-    /// The depths that a texel's sums are of.
+    /// The depths that a texel's sums cover.
     pub enum Range {
         /// All of the map's.
         Scene = "scene",
@@ -18,7 +18,7 @@ words! {
 }
 
 impl Range {
-    /// SUM_RANGE of glsl/maps/sums/range.glsl, which is also the words that it takes of a texel.
+    /// SUM_RANGE of glsl/maps/sums/range.glsl, which is also the number of words that the range takes in a texel.
     pub fn constant(self) -> u32 {
         match self {
             Self::Scene => 0,
@@ -42,7 +42,7 @@ words! {
 }
 
 impl Storage {
-    /// Words of so many sums. Twin: words_of.
+    /// Words that so many sums take. Twin: words_of.
     pub fn words(self, count: u32) -> u32 {
         if self == Self::F32 { count } else { count.div_ceil(2) }
     }
@@ -51,18 +51,19 @@ impl Storage {
 /// The key of the storage.
 pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes per sum, or half floats");
 
-/// The paths of all of them.
+/// The paths of all techniques with sums.
 pub const PATHS: &[Path] =
     &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }];
 
-/// One sum holds all casters, up to the rounding of its storage, or of whole numbers where thousands of casters are on a ray. Whole numbers
-/// do not depend on order; drawn sums round at each caster.
+/// The sum over all casters of a ray is right but for rounding: in its storage, or to whole numbers, which shows where thousands of
+/// casters are on the ray. Sums of whole numbers do not depend on order; drawn sums round at each caster.
 pub fn promises(path: &str) -> Promises {
     let order = if path == BINNED { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
 }
 
-/// What a path is refused for where a device has less: so many sums in so many words, in maps of that size and of so many levels.
+/// Limits of a path with so many sums in so many words per texel, in maps of that size with so many levels of detail: a device that has
+/// less is refused.
 pub fn limits(path: &str, [sums, words]: [u32; 2], size: u32, levels: u32) -> Vec<Limit> {
     let mut limits = vec![Limit::buffer_range(4 * u64::from(words) * leveled_texels(size, levels))];
     if path != BINNED {
@@ -71,7 +72,8 @@ pub fn limits(path: &str, [sums, words]: [u32; 2], size: u32, levels: u32) -> Ve
     limits
 }
 
-/// What makes the sums of the technique whose shaders have that name: so many of so many words, and levels of detail.
+/// The kernels of the technique whose shaders have the name `$name`. `$sums`: sums per texel. `$words`: words per texel. `$levels`:
+/// levels of detail.
 macro_rules! sum_kernels {
     ($name:ident, $sums:expr, $words:expr, $levels:expr) => {
         $crate::maps::SumKernels {

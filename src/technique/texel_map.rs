@@ -13,16 +13,16 @@ use crate::world::{Made, Parts, World};
 
 word!(TexelWay { Raster = "raster", Binned = "binned" });
 
-/// The names of the paths.
+/// The name of the path that draws casters.
 pub const RASTER: &str = "raster";
-/// As above.
+/// The name of the path that builds tile by tile.
 pub const BINNED: &str = "binned";
 
 /// The key of the path.
 pub const PATH: Setting<Option<TexelWay>> =
     Setting::auto("casters are drawn and blended, or each texel written once; auto: binned where the device can");
 
-/// Declares the settings of one of them: those that all have, and its own.
+/// Declares the settings of such a technique: those that all such techniques share, and its own.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __texel_settings {
@@ -31,20 +31,20 @@ macro_rules! __texel_settings {
             /// What there is to set.
             #[derive(Copy)]
             pub struct Settings {
-                /// How it is built: casters drawn and blended, or each texel written once by a workgroup per tile; none: the second where
-                /// the device can.
+                /// How the map is built: casters are drawn and blended, or a workgroup per tile writes each texel once. None: the second
+                /// where the device can do it.
                 path: Option<$crate::maps::TexelWay> = $crate::technique::texel_map::PATH;
                 $($(#[$meta])* $field: $type = $setting;)*
                 /// Texels per side of a light's map, 1 to 16,384.
                 size: u32 = $crate::technique::settings::SIZE;
-                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a
-                /// footprint.
+                /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before.
+                /// Look-ups for pixels wider than a texel read the coarser levels.
                 levels: u32 = $crate::technique::settings::LEVELS;
             }
         }
 
         impl Settings {
-            /// What all of them have to set; `constants`: of its own shaders.
+            /// The settings that all such techniques share; `constants`: those of this technique's shaders.
             fn common(&self, constants: $crate::gpu::Constants) -> $crate::technique::texel_map::Common {
                 let Self { path, size, levels, opaque, skip, .. } = *self;
                 let filter = self.filter();
@@ -56,7 +56,7 @@ macro_rules! __texel_settings {
 
 pub use crate::__texel_settings as texel_settings;
 
-/// What all of them have to set.
+/// The settings that all such techniques share.
 pub struct Common {
     pub path: Option<TexelWay>,
     pub size: u32,
@@ -64,7 +64,7 @@ pub struct Common {
     pub filter: Filter,
     pub opaque: Option<OpaqueWay>,
     pub skip: bool,
-    /// What its shaders are made with, besides the filter and the levels.
+    /// Specialization constants of the technique's shaders, without those of the filter and the levels.
     pub constants: Constants,
 }
 
@@ -84,8 +84,8 @@ pub struct TexelMap<S, P = Texels> {
 }
 
 impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
-    /// Opens the technique of `entry`; `make` makes its passes, of the maps, the way, whether casters are skipped and how far look-ups
-    /// reach, and the constants; glsl/`folder`/visibility.glsl is its look-up, with what they keep from binding 3 on.
+    /// Opens the technique of `entry`. `make` makes its passes from the maps, the way, the pair of whether casters are skipped and how far
+    /// look-ups reach, and the constants. The look-up is visibility.glsl of `folder`; from binding 3 on it reads what the passes keep.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.

@@ -67,7 +67,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 
-/// Blending rounds at each sphere; sums are rounded once.
+/// Blending rounds at each sphere, so that only sums, which are rounded once, have a promised tail.
 fn promises(path: &str) -> Promises {
     Promises { tail: Some(EIGHT_BITS).filter(|_| path == BINNED), ..Promises::OF_NO_DEPTH }
 }
@@ -79,7 +79,7 @@ impl TranslucencyMap {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;

@@ -1,6 +1,6 @@
 //! The whole list of segments, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
 //!
-//! The yardstick of the others: it throws nothing away and is slow.
+//! The yardstick for other techniques: it throws nothing away, and is slow.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -53,7 +53,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, &spec.settings())?)),
 };
 
-/// Lists lose nothing, and are added up in the order in which fragments come.
+/// Lists lose nothing. They are added up in the order in which fragments come, which differs from run to run.
 const PROMISES: Promises =
     Promises { mean: Some(1e-4), tail: Some(1e-3), order: Some(ROUNDING), repeats: false, ..Promises::OF_DEPTH };
 
@@ -73,7 +73,7 @@ impl Uncompressed {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Refused`] where the device lacks what it needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, LIST)?;

@@ -45,13 +45,13 @@ words! {
 }
 
 words! {
-    /// What shadows of meshes are of.
+    /// What casts the shadows of meshes.
     pub enum Cell {
-        /// The voxels that they meet.
+        /// The voxels that meshes meet.
         Solid = "solid",
-        /// 4 × 4 × 4 cells of each of these.
+        /// The cells that meshes meet, 4 × 4 × 4 per voxel.
         Mask = "mask",
-        /// The triangles that are listed in them.
+        /// The triangles, listed by the voxels that they meet.
         Triangles = "triangles",
     }
 }
@@ -63,7 +63,7 @@ words! {
         Exact = "exact",
         /// Even steps.
         Steps = "steps",
-        /// A cone through cells as wide as it.
+        /// A cone, through cells as wide as the cone.
         Cone = "cone",
     }
 }
@@ -72,26 +72,27 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// How the meshes become voxels, the same ones; none: by compute passes.
+        /// How the meshes become voxels; both ways find the same voxels. None: by compute passes.
         path: Option<Way> = Setting::auto(
             "how voxels that meshes meet are found: compute passes, or a draw, with the same result; auto: compute");
         /// Voxels per side of the grid: 64, 128, 256 or 512.
         size: u32 = Setting::one_of(
             "256", &["64", "128", "256", "512"], "voxels per side of the grid about all that casts");
-        /// What shadows of meshes are of: all of a voxel in Pestana 2015. [`Cell::Mask`] and [`Cell::Triangles`] are for [`March::Exact`] alone.
+        /// What casts the shadows of meshes: whole voxels in Pestana 2015. [`Cell::Mask`] and [`Cell::Triangles`] work only with
+        /// [`March::Exact`].
         cell: Cell = Setting::word(
             "solid", "what casts for a mesh: voxels that it meets; 4 × 4 × 4 bits of each; or its triangles, exactly");
-        /// How far from its surface a ray begins once it is off it along the normal, hundredths of a voxel, or of a mask's cell, 0 to 400;
-        /// not with [`March::Cone`], nor with [`Cell::Triangles`].
+        /// How far a surface's point is moved along its ray, after it has been moved off the surface along the normal: hundredths of a
+        /// voxel, or of a mask's cell, 0 to 400. Ignored with [`March::Cone`] and with [`Cell::Triangles`].
         bias: u32 = Setting::number(
             "200", 0, 400, "how far a look-up moves off a surface along its ray, hundredths of a voxel, or of a mask's cell");
-        /// How a ray goes through it: by even steps in Pestana 2015.
+        /// How a ray goes through the grid: by even steps in Pestana 2015.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
         /// Even steps from the point to the light, for [`March::Steps`]: 5, 10, 15, 25, 50 or 75, as in Pestana 2015.
         steps: u32 = Setting::one_of(
             "25", &["5", "10", "15", "25", "50", "75"], "even steps from the point to the light, with march=steps");
-        /// Where in each step a ray asks, hundredths of it, 0 to 100.
+        /// Where in each step a ray looks at the grid: hundredths of the step, 0 to 100.
         offset: u32 = Setting::number("50", 0, 100, "where in each step, hundredths");
         /// Degrees between the axis of a cone and its side, for [`March::Cone`]: 0 to 45.
         aperture: u32 =
@@ -127,23 +128,24 @@ pub const ENTRY: Entry = Entry {
 const COMPUTE: &str = "compute";
 const RASTER: &str = "raster";
 
-/// The settings, resolved for a device. Values that settings cannot express, cones of any width and any number of
-/// steps, are for tests.
+/// The settings, resolved for a device. For tests, a plan may also hold what settings cannot express: cones of any width, and
+/// any number of steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Voxels per side: a power of two from 64 to 512.
     pub size: u32,
-    /// How many even steps; none where a ray meets every voxel on its way.
+    /// The number of even steps; none where a ray visits every voxel on its way.
     pub steps: Option<u32>,
-    /// Where in each step, as a share of it.
+    /// Where in each step a ray looks at the grid, as a share of the step.
     pub offset: f32,
-    /// How much a cone's radius grows along it; none where a ray asks.
+    /// How much a cone's radius grows per unit of length; none for rays.
     pub cone: Option<f32>,
     /// How the meshes become voxels.
     pub voxelizer: Voxelizer,
-    /// Whether voxels have masks, whose cells are met.
+    /// Whether voxels have masks: rays then meet the masks' cells, not whole voxels.
     pub masks: bool,
-    /// What a point of a surface is moved by along its ray once it is off the surface, voxels or cells; not with a cone.
+    /// How far a surface's point is moved along its ray, after it has been moved off the surface: voxels, or cells of a mask. Ignored
+    /// with a cone.
     pub bias: f32,
 }
 
@@ -177,7 +179,7 @@ impl Plan {
         })
     }
 
-    /// What a point of a surface is moved by along its ray.
+    /// How far a surface's point is moved along its ray; 0 where `bias` is ignored.
     fn bias(&self) -> f32 {
         if self.cone.is_some() || self.voxelizer == Voxelizer::Listed { 0.0 } else { self.bias }
     }
@@ -208,7 +210,7 @@ impl VoxelGrid {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, [`Error::Refused`] where the device lacks what the path needs or
+    /// [`Error::Input`] where a setting's value is not allowed, [`Error::Refused`] where the device lacks what the path needs or
     /// two settings do not go together, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
@@ -266,11 +268,12 @@ impl VoxelGrid {
     }
 }
 
-/// As a share of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in
+/// By how much voxels and cells count as larger to each side, as a share of a voxel's side. Twin: GRID_SLACK in
 /// glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
-/// How finely the grid knows the meshes, one for each map of all lights, where the host knows these.
+/// How finely the grid knows the meshes: an entry for each map of all lights. Empty where the host does not know the lights or a box
+/// about the casters.
 fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     let is_known = world.aim().has_triangles && world.knows_lights();
     let Some(stood) = Stood::known(world, plan.size).filter(|_| is_known) else { return Vec::new() };
@@ -299,7 +302,7 @@ impl Technique for VoxelGrid {
         Ok(())
     }
 
-    /// There are as many masks as occupied voxels, and as many listed triangles as meet these, which the device counts.
+    /// Grows masks and lists. Each occupied voxel has a mask or lists the triangles that meet it; only the device knows how many there are.
     fn settle(&mut self, frame: u64) -> Result<Settled> {
         let grew = self.grid.settle(frame)?;
         if grew {

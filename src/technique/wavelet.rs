@@ -1,8 +1,8 @@
 //! Wavelet opacity maps: the optical depth of a texel's ray in Haar wavelets. Source: Aizenshtein, Smal and McGuire 2022, Wavelet
 //! Transparency.
 //!
-//! Haar wavelets of rank R carry the means of the optical depth over 2^(R + 1) even intervals of the range, and these means are stored: a
-//! look-up reads two. They stand in the middles of their intervals.
+//! Haar wavelets of rank R carry the means of the optical depth over 2^(R + 1) even intervals of the range, and these means are stored.
+//! Each mean stands in the middle of its interval; a look-up reads two.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -37,7 +37,7 @@ use crate::{Error, Result};
 texel_settings! {
     /// Rank of the wavelets: 2, 3 or 4.
     rank: u32 = Setting::one_of("3", &["2", "3", "4"], "rank of the wavelets: 2 to the rank + 1 numbers per texel");
-    /// The depths that they are of.
+    /// The depths that the wavelets cover.
     range: Range = RANGE;
     /// What a sum is kept in.
     storage: Storage = STORAGE;
@@ -87,8 +87,8 @@ impl Wavelet {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
-    /// [`Error::Refused`] where a rank is not drawn, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`Error::Refused`] where the raster path cannot draw so high a rank, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, range, storage, .. } = *settings;

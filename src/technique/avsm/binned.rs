@@ -11,7 +11,7 @@ use crate::shaders::avsm;
 /// What the path builds with.
 pub struct Binned {
     kernel: Kernel,
-    /// glsl/technique/avsm/cells.comp, not binned.comp.
+    /// The kernel is glsl/technique/avsm/cells.comp, not binned.comp.
     cells: bool,
 }
 

@@ -10,7 +10,7 @@ use crate::shaders::set;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
-/// Twin: Node in glsl/maps/curve/node.glsl. A depth of [`FARTHEST`] is that of an unused node.
+/// Twin: Node in glsl/maps/curve/node.glsl. An unused node has the depth [`FARTHEST`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct NodeData {
@@ -22,12 +22,13 @@ pub struct NodeData {
 
 /// The curves, and which tiles have any.
 pub struct Curves {
-    /// Map after map, texel rows, then the curve of a texel, as glsl/maps/curve/node.glsl states it: [`NodeData`] in order of
-    /// depth, or those packed.
+    /// A curve per texel: map after map, row after row of texels. A curve is [`NodeData`] in order of depth, or its packed form:
+    /// glsl/maps/curve/node.glsl states the layout.
     pub nodes: Buffer,
-    /// Casters of each tile: those of the bins, or a stand-in where nothing is skipped; with detail=adaptive its blocks.
+    /// Counts of casters per tile, from the bins; without bins, a stand-in that no shader reads. With detail=adaptive: where each tile's
+    /// blocks of 8 × 8 texels stand among the curves.
     pub tiles: Buffer,
-    /// Nodes, tiles, and the nodes again: glsl/maps/curve/store.glsl says why.
+    /// The nodes, the tiles, and the nodes again, declared as another type: glsl/maps/curve/store.glsl says why.
     pub set: Bindings,
     /// Width and height of one map.
     size: [u32; 2],
@@ -58,7 +59,7 @@ impl Curves {
         Ok(Self { nodes, tiles, set, size: maps.size(), texels, settings })
     }
 
-    /// Texels whose curve has a node, of all maps; none is counted where texels differ in size.
+    /// The number of texels, over all maps, whose curve has a node; `None` with detail=adaptive, where texels differ in size.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
@@ -72,7 +73,7 @@ impl Curves {
             Some(bins) if self.settings.skip => bins.texels_in_use(self.size)?,
             _ => vec![true; self.texels as usize],
         };
-        // Packed or not, a curve begins with the depth of its first node; a tight curve without nodes is 0.
+        // A full or packed curve begins with the depth of its first node. A tight curve without nodes is all zeros.
         let has_nodes = |n: &[NodeData]| match self.settings.is_tight() {
             true => n.iter().any(|n| [n.depth, n.value].map(f32::to_bits) != [0; 2]),
             false => n[0].depth < FARTHEST,
@@ -81,8 +82,9 @@ impl Curves {
         Ok(Some(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64))
     }
 
-    /// The nodes of the curve that answers at a texel's centre, (depth, transmittance); none where several do: with a wider
-    /// filter than the bilinear one, and with detail=adaptive where finer texels meet there.
+    /// The nodes, (depth, transmittance), of the one curve that a look-up at a texel's centre reads. Empty where a look-up there
+    /// averages several curves: with a filter wider than the bilinear one, and with detail=adaptive where finer texels meet at the
+    /// centre.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
@@ -114,8 +116,9 @@ impl Curves {
 }
 
 impl Curves {
-    /// Where the curve of the finer texel stands in whose centre a texel's lies: in none, where its tile has an even number of
-    /// them across a texel. Twin: detailed_transmittance in glsl/technique/avsm/visibility.glsl.
+    /// The index of the curve of the finer texel whose centre is also this texel's centre. `None` where the tile has an even number of
+    /// finer texels across this one: their corners meet at the centre then. Twin: detailed_transmittance in
+    /// glsl/technique/avsm/visibility.glsl.
     fn place(&self, map: u32, [x, y]: [u32; 2]) -> Result<Option<usize>> {
         let [across, down] = self.size.map(|texels| texels.div_ceil(TILE_TEXELS));
         let tile = (map * down + y / TILE_TEXELS) * across + x / TILE_TEXELS;
@@ -128,8 +131,8 @@ impl Curves {
     }
 }
 
-/// How many blocks there may be with detail=adaptive; none is counted without. `even`: how nodes would be stored with detail=even, whose
-/// bytes are meant where none are given.
+/// The most blocks that detail=adaptive may build; `None` with detail=even. Without `bytes=`, adaptive maps may take as many bytes as
+/// detail=even would, with nodes stored as `even` says.
 ///
 /// # Errors
 /// [`Error::Refused`] where there is no room for a block of each tile.
@@ -160,8 +163,8 @@ pub fn pairs(settings: &Settings) -> usize {
     pairs as usize
 }
 
-/// The nodes (depth, value) of a packed texel, in f64; unused ones repeat the last and are left out, so that no two are
-/// the same. Twin: unpack_node in glsl/maps/curve/pack.glsl.
+/// The nodes (depth, value) of a packed texel, in f64. Unused nodes repeat the last used one and are left out. Twin: unpack_node in
+/// glsl/maps/curve/pack.glsl.
 fn unpack(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
     let [first, extent] = curve[0].map(|bits| f64::from(f32::from_bits(bits)));
     let mut words: Vec<u32> = curve[1..].iter().flatten().copied().collect();
@@ -174,7 +177,7 @@ fn unpack(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
     words.into_iter().map(node).collect()
 }
 
-/// The same of a tight texel, none of which is 0.
+/// The nodes (depth, value) of a tight texel, in f64. A code of 0 is no node.
 fn unpack_tight(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
     let mut words: Vec<u32> = curve.iter().flatten().flat_map(|pair| [pair & 0xFFFF, pair >> 16]).collect();
     words.dedup();

@@ -15,7 +15,8 @@ pub struct Interlock {
     clear: Kernel<GroupPush>,
     insert: Kernel<SplatPush>,
     pack: Kernel<GroupPush>,
-    /// What a group of maps is built in before it is packed: nodes that fragments read back must not be rounded.
+    /// Full nodes of a group of maps, before they are packed: fragments read nodes back, and must not read rounded ones. None where
+    /// nodes are not packed.
     full: Option<Buffer>,
     /// Maps that are drawn at once.
     at_once: u32,
@@ -69,7 +70,7 @@ impl Interlock {
         });
     }
 
-    /// Puts the nodes of each curve of a group one after the other.
+    /// Moves the nodes of each curve of a group next to each other, and packs them where the settings ask for that.
     fn pack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
         per_tile(commands, "avsm.pack", &self.pack, maps, group);
     }

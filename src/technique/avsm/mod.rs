@@ -6,7 +6,7 @@
 //! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists stand
 //! in the order in which the device happened to run the fragments.
 //!
-//! A curve of so many nodes per texel says how much light is left at any depth of smoke, hair and meshes.
+//! Each texel has a curve of 4, 8 or 16 nodes, which says how much light is left at any depth of smoke and hair.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -118,7 +118,7 @@ impl Avsm {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Refused`] where settings do not go together, or the device lacks what the path needs;
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
@@ -147,7 +147,7 @@ impl Avsm {
             (Way::Binned, Some(bins)) => Build::Binned(Binned::new(&site, bins)?),
             (Way::Interlock, _) => Build::Interlock(Interlock::new(&site)?),
             (Way::RasterOrder, _) => Build::RasterOrder(RasterOrder::new(&site)?),
-            // Binned never is without bins.
+            // The binned path always has bins.
             (Way::TwoPass | Way::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
         };
         let below = set::CurveLevels { nodes: &curves.nodes, counts: &curves.tiles }.bind(context, "avsm.levels")?;
@@ -159,8 +159,8 @@ impl Avsm {
         Ok(Self { maps, bins, curves, build, levels, look_up, plan })
     }
 
-    /// Map after map, texel rows, then the curve of a texel, as glsl/maps/curve/node.glsl states it: [`NodeData`] in order of
-    /// depth, or those packed.
+    /// A curve per texel: map after map, row after row of texels. A curve is [`NodeData`] in order of depth, or its packed form:
+    /// glsl/maps/curve/node.glsl states the layout.
     pub fn curves(&self) -> &Buffer {
         &self.curves.nodes
     }

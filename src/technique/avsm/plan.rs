@@ -1,5 +1,5 @@
-//! Plans a spec for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
-//! refused.
+//! Decides for a spec, a device and a scene: which path runs, how it makes curves, and which constants its shaders have; or
+//! why the spec is refused.
 
 use super::curves::pairs;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
@@ -14,35 +14,39 @@ use crate::technique::keys::word_of;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of that
-/// with 112, which hold almost every curve exactly: nodes are removed on the way, but those that change the area least.
+/// Spare nodes: those that a curve has while it is built, beyond those that it keeps (WORK − NODES in glsl/maps/curve/curve.glsl). This
+/// many where a texel's whole curve is compressed at once. 112 spare nodes would hold almost every curve exactly. With 16, nodes are
+/// removed on the way, those first that change the area least: the error on plume_8k is within 2 % of that with 112.
 const WHOLE_NODES: u32 = 16;
 
-/// WORK − NODES of the binned path, whose curves stay in registers. They make up for sorting by tile and not by texel.
+/// Spare nodes, as for [`WHOLE_NODES`], of the binned path, whose curves stay in registers. They make up for casters being sorted
+/// per tile and not per texel.
 const BINNED_NODES: u32 = 4;
 
-/// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
+/// Spare nodes, as for [`WHOLE_NODES`], of curves from cells, which are even ranges of depth. The ends of cells are few and come
+/// in order, so that more nodes would gain little.
 const CELLS_NODES: u32 = 2;
 
-/// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
-/// fullest is waited for.
+/// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles then have very different numbers of
+/// casters, and the build waits for the fullest tile.
 const MANY_GROUPS: u32 = 16;
 
-/// With 16 nodes, which take so many registers that few workgroups have room at a time.
+/// Threads per texel of cells.comp with 16 nodes, which take so many registers that few workgroups run at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// With very many casters, which are small, a thread tests so many before it adds those that are hit.
+/// Casters that a thread of cells.comp tests before it adds up those that its ray hits, where there are very many casters, which are
+/// small then.
 const MOST_AHEAD: u32 = 32;
 
-/// With fit=refined: how often odd and even nodes take turns in being moved. Two turns gain four fifths of the gain of eight turns, three
-/// nine tenths.
+/// Turns of fit=refined: it moves the odd nodes in one turn and the even nodes in the next. Two turns reach four fifths of the gain of
+/// eight turns; three reach nine tenths.
 const FIT_TURNS: u32 = 3;
 
-/// Software devices with subgroups of so many threads insert segments in tiles about as fast as from lists, or faster, in less
+/// The subgroup size from which on software devices insert segments tile by tile about as fast as from lists, or faster, in less
 /// memory.
 const WIDE: u32 = 8;
 
-/// Shared memory of a tile whose whole curves are fitted: 64 cells per texel and 16 nodes at most
+/// Shared memory per tile for fit=refined with resolve=whole: 64 cells per texel and 16 nodes at most
 /// (glsl/technique/avsm/resolve.comp).
 const FIT_ROOM: Limit = Limit::shared_memory((64 * 4 + 16 * 8) * 64);
 
@@ -58,24 +62,25 @@ pub enum Cells {
 }
 
 impl Cells {
-    /// Texels of a workgroup, and its threads along x.
+    /// Texels per workgroup, which has as many threads along x.
     fn texels(self) -> u32 {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Casters that stand in shared memory at a time: 32 for each of `groups`, or as many as fit into the memory in which `nodes` stand
-    /// while they are fitted. With lanes, none.
+    /// Casters that shared memory holds at a time: 32 for each of `groups`, or more where they fit into the memory that the nodes need
+    /// later, while they are fitted. [`Cells::Lanes`] holds none there.
     fn batch(self, groups: u32, nodes: u32) -> u32 {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Shared memory: 64 cells per texel and one more; 16 nodes at most, or the casters in their place, 32 bytes each;
-    /// four sets of ends, two ranges, the bound, and totals over all texels.
+    /// Bytes of shared memory. Per texel: 65 cells, four sets of cells' ends, and two ranges of depth. Per workgroup: casters of 32
+    /// bytes, whose memory later holds at most 16 nodes per texel; a bound; and totals over all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }
 
-    /// The limit of shared memory or threads that the device lacks for `groups` times its texels, by its Vulkan name.
+    /// The Vulkan name of the limit, of shared memory or of threads, that is too low on the device for `groups` threads per texel. `None`
+    /// where the device has enough of both.
     fn lacks(self, features: &Features, groups: u32) -> Option<String> {
         let threads = Limit::threads((groups * self.texels()).into());
         [self.room(groups), threads].iter().find_map(|limit| limit.lacks(features, ""))
@@ -88,12 +93,12 @@ impl Cells {
 
 /// What is decided before anything is made.
 pub struct Plan {
-    /// What was asked for, and how nodes are stored.
+    /// The settings asked for, with `storage` decided.
     pub settings: Settings,
     pub way: Way,
-    /// For resolve=cells, asked for or chosen.
+    /// The variant of cells.comp; none without resolve=cells.
     pub cells: Option<Cells>,
-    /// Inserted in tiles, casters stand in the lanes of subgroups.
+    /// For glsl/technique/avsm/binned.comp: casters stand in the lanes of subgroups.
     pub lanes: bool,
     /// Nodes are fitted to the whole curve.
     pub refined: bool,
@@ -104,7 +109,7 @@ pub struct Plan {
 
 impl Plan {
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what the path needs, or the path what the settings ask of it.
+    /// [`Error::Refused`] where the device lacks what the path needs, or the path cannot do what the settings ask for.
     pub fn new(context: &Context, world: &World, asked: Settings) -> Result<Self> {
         let settings = Settings { storage: Some(asked.storage(world.has_strands())), ..asked };
         let (way, mut reason) = choose(context, world, &settings);
@@ -167,7 +172,7 @@ impl Plan {
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
         let suits_lanes = features.is_software() || (world.has_strands() && resolve == Resolve::Streaming);
         let lanes = !cells && way == Way::Binned && choose_lanes(features, settings.batch, suits_lanes)?;
-        // More groups only repeat work where threads take turns.
+        // The threads of software devices take turns: more groups would only repeat work there.
         let has_many = world.caster_capacity() >= MANY_CASTERS && !features.is_software();
         let groups = match way_of_cells {
             Some(Cells::Lanes) => 1,
@@ -181,7 +186,7 @@ impl Plan {
             }
             _ => groups(features),
         };
-        // To look ahead takes a thread for each caster of a batch (glsl/technique/avsm/cells_shared.glsl).
+        // Looking ahead needs a thread for each caster of a batch (glsl/technique/avsm/cells_shared.glsl).
         let fits = |way: Cells| way != Cells::Lanes && way.batch(groups, settings.nodes) <= groups * way.texels();
         let ahead = if has_many && way_of_cells.is_some_and(fits) { MOST_AHEAD } else { 1 };
         settings.filter().check(world, settings.base_size())?;
@@ -208,7 +213,7 @@ impl Plan {
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 
-    /// What of each tile's casters the path wants.
+    /// Which data on each tile's casters the path needs from the bins.
     pub fn entries(&self) -> Entries {
         match (self.way, self.cells) {
             (Way::Binned, Some(_)) => Entries::Summed,
@@ -218,8 +223,9 @@ impl Plan {
     }
 }
 
-/// What a path is refused for where a device has less. With detail=adaptive the bytes of curves are a setting. Half a tile with casters in shared memory takes the least, and as much of it on
-/// all devices, of which each has the threads.
+/// Limits of a path: a device that has less is refused. For curves from cells they are those of [`Cells::Half`], which needs the least
+/// shared memory, and the same amount on every device; every device has enough threads for it. With detail=adaptive the bytes of
+/// curves are a setting.
 pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
     let mut limits = Vec::new();
@@ -236,14 +242,14 @@ pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     limits
 }
 
-/// Threads per texel of glsl/technique/avsm/cells.comp that has no lanes, on GPUs.
+/// Threads per texel of glsl/technique/avsm/cells.comp on GPUs, with casters in shared memory.
 const GPU_GROUPS: u32 = 4;
 
 fn groups(features: &Features) -> u32 {
     if features.is_software() { 1 } else { GPU_GROUPS }
 }
 
-/// How cells.comp runs. `auto`: lanes on software devices; else whole tiles where there is room for them.
+/// Which variant of cells.comp runs. `auto`: lanes on software devices; else whole tiles where shared memory has room, or half tiles.
 fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
     let lanes = || features.lacks_full_subgroups(Cells::Lanes.texels()).or_else(|| Cells::Lanes.lacks(features, 1));
     if batch == Some(Batch::Lanes) {
@@ -258,7 +264,7 @@ fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
     Cells::Half.lacks(features, groups(features)).map_or(Ok(Cells::Half), |needs| Err(Error::Refused { needs }))
 }
 
-/// Whether binned.comp has lanes; `auto`: where they suit, if the device can.
+/// Whether binned.comp keeps casters in lanes. `auto`: where `suit` is true and the device has full subgroups.
 fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result<bool> {
     match (batch, features.lacks_full_subgroups(BLOCK_TEXELS)) {
         (Some(Batch::Lanes), Some(needs)) => Err(Error::Refused { needs }),
@@ -275,7 +281,7 @@ fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result
 /// | a software device, hair or `resolve=streaming` or `whole` | binned with lanes of 8 or more, else two-pass |
 /// | any, `resolve=whole,fit=refined` | two-pass, which alone has it |
 ///
-/// Binned has no `order=captured`, which is left to interlock, where there is one, and to two-pass.
+/// The binned path cannot do `order=captured`: interlock does it on devices that have the feature, two-pass on others.
 fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
     if let Some(asked) = settings.path {
         return (asked, "asked for".into());

@@ -11,20 +11,20 @@ pub fn promises(settings: &Settings, path: &str) -> Promises {
     let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
     // A list that is full loses the last segments.
     let loses = settings.capacity.is_some();
-    // Single passes insert in the order of the casters' middles.
+    // Single-pass paths insert in the order of the casters' middles.
     let is_sorted = [Way::TwoPass, Way::Binned].map(word_of).contains(&path) && !is_captured;
-    // What is asked about are the rays of an even map's texels, which these have not; that each of theirs has the tail, the twins
-    // say.
+    // `gobo stress` asks along the rays of an even map's texels. Adaptive maps and area texels answer for other rays; tests against
+    // the CPU twins check their tails instead.
     let has_other_rays = is_adaptive || settings.is_of_areas();
     let mean = if is_sorted { 1e-2 } else { 2e-2 };
     Promises {
-        // Straight lines between nodes err where smoke fades by an exponential; so do nodes of two bytes.
+        // Straight lines between nodes miss the exponential by which smoke fades. Nodes of two bytes are coarse.
         mean: Some(mean).filter(|_| !(is_linear || is_tight || has_other_rays || loses)),
-        // A byte per node, rounded once.
+        // A tight node keeps its value in one byte, rounded once.
         tail: Some(if is_tight { EIGHT_BITS } else { 1e-3 }).filter(|_| !(has_other_rays || loses)),
         order: Some(0.0).filter(|_| is_sorted && !is_linear && !loses),
         repeats: !is_captured && !loses,
-        // Tiles without casters, which are built too where nothing is left out, take of the bytes that adaptive maps share.
+        // With skip=off, tiles without casters are built too, and take some of the bytes that the tiles of adaptive maps share.
         skips_alike: !is_adaptive,
         finer: if is_adaptive { 8.0 } else { 1.0 },
         ..Promises::OF_DEPTH

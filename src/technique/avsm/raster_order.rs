@@ -1,5 +1,5 @@
-//! path=raster-order: the curves in colour attachments, which the device lets one fragment of a texel at a time read and
-//! write, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
+//! path=raster-order: the curves stand in colour attachments. The device lets the fragments of a texel read and write them one
+//! at a time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
 use super::settings::Settings;
 use super::{GroupPush, Site, per_tile};
@@ -26,7 +26,7 @@ pub struct RasterOrder {
     at_once: u32,
 }
 
-/// Those of its fragment shader, whose attachments have two nodes each.
+/// Limits of the fragment shader, which has an attachment for every two nodes.
 pub fn limits(settings: &Settings) -> [Limit; 4] {
     Limit::attachments(settings.nodes / 2, BUFFERS)
 }
@@ -34,7 +34,7 @@ pub fn limits(settings: &Settings) -> [Limit; 4] {
 impl RasterOrder {
     pub fn new(site: &Site) -> Result<Self> {
         let Site { context, world, maps, bins, curves, plan } = *site;
-        // Two nodes an attachment.
+        // Two nodes per attachment.
         let count = plan.settings.nodes / 2;
         if let Some(needs) = limits(&plan.settings).iter().find_map(|limit| limit.lacks(context.features(), "")) {
             return Err(Error::Refused { needs });

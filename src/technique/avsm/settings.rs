@@ -109,48 +109,50 @@ map_settings! {
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each, or fewer: see `storage`.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// What is between two nodes a straight line: transmittance in Salvi et al. 2010, optical depth here.
+        /// The quantity that is linear between two nodes: transmittance in Salvi et al. 2010, optical depth by default.
         curve: Interpolated = Setting::word(
             "exponential", "interpolate transmittance (linear, as published) or optical depth (exponential)");
-        /// How curves are built; none: as is fastest on the device (docs/notebook/avsm-paths.md).
+        /// How curves are built; none: the fastest way on the device (docs/notebook/avsm-paths.md).
         path: Option<Way> =
             Setting::auto("auto: binned, save for what software devices do faster and for order=captured");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// Whether a whole map has the resolution of `size`, or each tile half to four times that, as it needs: with binned tiles and the
-        /// bilinear filter alone.
+        /// Whether the whole map has the resolution `size`, or each tile between half and four times that, as its casters need. The
+        /// second works only with binned tiles and the bilinear filter.
         detail: Fineness = Setting::word(
             "even", "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)");
-        /// Bytes that the curves of all maps may take where `detail` is adaptive, 1 or more; none: those of even maps.
+        /// Bytes that the curves of all maps may take where `detail` is adaptive, 1 or more; none: as many as with even detail.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even");
-        /// What a texel stands for; its area with binned tiles alone.
+        /// What a texel stands for. [`Stands::Area`] works only with binned tiles.
         texel: Stands = Setting::word(
             "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for look-ups with a footprint. Not
-        /// with adaptive detail.
+        /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups for
+        /// pixels wider than a texel read the coarser levels. More than 1 is refused with adaptive detail.
         levels: u32 = LEVELS;
-        /// The order of insertion; as drawn, it is not for binned tiles.
+        /// The order of insertion. Binned tiles know only [`Order::Sorted`].
         order: Order =
             Setting::word("sorted", "insert by depth (single-pass paths: casters drawn by depth) or as drawn");
-        /// What a curve is made of; none: cells in binned tiles without hair, else segment by segment.
+        /// What a curve is made of; none: sums in cells for binned tiles without hair, else segment by segment.
         resolve: Option<Resolve> = Setting::auto(
             "segment by segment, whole curves (two-pass, binned) or sums in cells (binned); auto chooses");
         /// With exponential curves, the area under the curve is kept when a node is removed; in Salvi et al. 2010 it is
         /// not.
         nudge: bool = Setting::word(
             "on", "keep the area under the curve when a node is removed (exponential only); off: as published");
-        /// Where nodes stand; refined for exponential curves from cells, or from two passes over whole curves. None: refined for cells.
+        /// Where nodes stand. [`Fit::Refined`] is for exponential curves: from cells, or on the two-pass path from whole curves. None:
+        /// refined for exponential curves from cells.
         fit: Option<Fit> = Setting::auto(
             "exponential: nodes on the curve, or moved to fit all of it (resolve=cells; two-pass whole); auto: refined for cells");
-        /// Segments of all texels that the list of two passes holds, 1 to 2^28; later ones are lost. None: it grows.
+        /// Segments, over all texels, that the list of the two-pass path holds, 1 to 2^28; later ones are lost. None: the list grows.
         capacity: Option<u32> =
             Setting::auto_number(1, 1 << 28, "segments that the list holds (two-pass); auto grows to the demand");
-        /// How nodes are stored; none: in full, and where `detail` is adaptive as is worth most texels: tight where there is hair, else
-        /// packed.
+        /// How nodes are stored. None: in full; where `detail` is adaptive, tight for scenes with hair, else packed, so that the bytes hold
+        /// more texels.
         storage: Option<Storage> = Setting::auto(
             "full: 8 bytes per node; packed: 4, and 8 per texel; tight: 2; auto: full, or with detail=adaptive tight (hair) or packed");
-        /// Where a tile's casters stand while all texels look at them; none: in lanes for hair and on software devices.
+        /// Where a tile's casters stand while all texels look at them. None: in lanes for hair and on software devices, else in shared
+        /// memory.
         batch: Option<Batch> = Setting::auto(
             "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices");
     }
@@ -191,17 +193,17 @@ impl Settings {
         self.storage.is_some_and(|storage| storage != Storage::Full)
     }
 
-    /// In the shortest.
+    /// Nodes are stored in the shortest codes.
     pub(super) fn is_tight(&self) -> bool {
         self.storage == Some(Storage::Tight)
     }
 
-    /// Texels per side of a map whose tiles are looked at: the coarsest that they may be.
+    /// Texels per side of a map at its coarsest: adaptive tiles may have half the resolution of `size`.
     pub(super) fn base_size(&self) -> u32 {
         if self.is_adaptive() { self.size.div_ceil(2) } else { self.size }
     }
 
-    /// Single-pass paths insert casters in the order in which they are drawn.
+    /// The order in which casters are drawn: single-pass paths insert them in the same order.
     pub(super) fn drawing_order(&self) -> DrawingOrder {
         if self.is_sorted() { DrawingOrder::NearToFar } else { DrawingOrder::Index }
     }

@@ -12,7 +12,7 @@ use crate::technique::NodeData;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Rounds of a search for an error. Twin: ROUNDS in glsl/technique/deep_shadow_map/choose.comp.
+/// Rounds of the search for the least error that fits. Twin: ROUNDS in glsl/technique/deep_shadow_map/choose.comp.
 const ROUNDS: u32 = 14;
 
 /// Nodes per texel that the buffer starts with. It grows as a scene needs.
@@ -26,16 +26,16 @@ const LAST_DEPTH: f32 = 262_143.0;
 /// The nodes, where each texel's begin, and the passes.
 pub struct Curves {
     context: Context,
-    /// [`NodeData`], or a word each.
+    /// Each node is [`NodeData`], or one packed word.
     pub nodes: Buffer,
     node_bytes: u64,
-    /// A word per texel of each tile, and one more.
+    /// The index of each texel's first node, tile after tile; one more word is the end of the last texel's nodes.
     pub starts: Buffer,
     tile_starts: Buffer,
     state: Buffer,
     stated: ReadBack,
     last: DeepState,
-    /// The error is found, and `nodes` never grows.
+    /// `bytes=` is given: a search finds the error, and `nodes` never grows.
     has_budget: bool,
     tiles: [u32; 2],
     set: Bindings,
@@ -104,7 +104,7 @@ impl Curves {
         (self.node_bytes / 4) as u32
     }
 
-    /// The nodes of a group of maps, of their lists.
+    /// Makes the nodes of a group of maps from their lists.
     pub fn record(&self, commands: &mut Commands, maps: &Maps, push: &DeepPush) {
         let [x, y] = maps.tiles();
         let all = [x, y, push.map_count];
@@ -133,7 +133,7 @@ impl Curves {
         }
     }
 
-    /// After all groups.
+    /// Reads the state back, after all groups.
     pub fn end(&self, commands: &mut Commands) {
         commands.read_back(&self.state, &self.stated);
     }
@@ -143,8 +143,8 @@ impl Curves {
         self.set.replace(set::DeepShadowMap::EVENTS, &lists.events)
     }
 
-    /// Reads the node count of frame `frame`'s build, after the frame is over, and makes room; returns whether `nodes` was replaced. Where
-    /// lists were too short, `is_short`, the count means nothing.
+    /// Reads how many nodes the build of frame `frame` needs, after the frame is over, and replaces `nodes` by a larger buffer where it
+    /// has no room for them. Returns whether it did. `is_short`: the lists were too short, so that the count means nothing.
     pub fn settle(&mut self, frame: u64, is_short: bool) -> Result<bool> {
         let Some(state) = self.stated.read::<DeepState>(frame, 1)? else { return Ok(false) };
         if is_short {
@@ -166,7 +166,7 @@ impl Curves {
         Ok(true)
     }
 
-    /// What look-ups read.
+    /// Bytes that look-ups read.
     pub fn bytes(&self) -> u64 {
         self.nodes.bytes() + self.starts.bytes()
     }
@@ -211,7 +211,7 @@ fn unpack(word: u32) -> NodeData {
     NodeData { depth: (word >> VALUE_BITS) as f32 / LAST_DEPTH, value: value as f32 / (VALUE_CODES - value) as f32 }
 }
 
-/// Where a budget has no room.
+/// The error where `bytes=` has no room for the nodes.
 fn too_few(bytes: u64) -> Error {
     Error::Refused { needs: format!("at least bytes={bytes} for these maps, or a smaller size") }
 }

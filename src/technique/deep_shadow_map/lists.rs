@@ -11,14 +11,14 @@ use crate::world::World;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Events of a segment, at most.
+/// The most events per segment: an event is an end of a segment.
 const EVENTS: u64 = 2;
 
 /// The lists, and the passes that fill them.
 pub struct Lists {
     context: Context,
     pub list: List,
-    /// [`SegmentData`], two where a segment stands in `list`.
+    /// [`SegmentData`], with two places for each segment of `list`.
     pub events: Buffer,
     bins: Option<Bins>,
     /// Makes lists from tiles; none where casters are drawn.
@@ -42,7 +42,7 @@ impl Lists {
         } else {
             None
         };
-        // All nodes are counted before the first is written where there is a budget.
+        // With `bytes=`, all nodes are counted before the first is written, so that the lists of all maps must stand at once.
         let keep = if settings.bytes.is_some() { Keep::All } else { Keep::Some };
         let splat = match way {
             Way::TwoPass => Some(Splat::new(context, world, maps, DrawingOrder::Index, bins.as_ref())?),
@@ -75,7 +75,7 @@ impl Lists {
         }
     }
 
-    /// As [`List::settle`], of the bins too; then `events` is another.
+    /// As [`List::settle`], for the bins too. Where the lists grew, `events` is replaced.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let bins = self.bins.as_mut().map_or(Ok(false), |bins| bins.settle(frame))?;
         let list = self.list.settle(frame)?;

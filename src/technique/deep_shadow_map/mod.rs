@@ -1,6 +1,6 @@
-//! Deep shadow maps: as few nodes of each texel's curve as stay within an error of it. Source: Lokovic and Veach 2000.
+//! Deep shadow maps: each texel keeps as few nodes as stay within a given error of its exact curve. Source: Lokovic and Veach 2000.
 //!
-//! Lists of segments, their ends sorted, a count of nodes, a scan, and the nodes, one texel's behind the other's.
+//! The passes list segments, sort the segments' ends, count the nodes, add up the counts, and write the nodes texel after texel.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -62,13 +62,13 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
 };
 
-/// The error bounds a curve's at any depth; by area the mean error is below it too. The tail is exact. Sums of whole numbers do not depend
-/// on order. With `bytes=` the error is the least one that fits.
+/// `error=` bounds the error of a curve at any depth; with removal=area the mean error is below it too. The tail is exact. Sums of whole
+/// numbers do not depend on order. With `bytes=` the error is the least that fits, so that no mean is promised.
 fn promises(spec: &Spec) -> Promises {
     let settings: Settings = spec.settings();
     let error = f64::from(settings.error());
     Promises {
-        // A depth of 18 bits is rounded by more than small casters far apart are long.
+        // Packed depths have 18 bits: where small casters are far apart, rounding is greater than the length of a caster.
         mean: Some(error).filter(|_| settings.bytes.is_none() && !settings.is_packed()),
         tail: Some(1e-3),
         order: Some(0.0),
@@ -80,11 +80,11 @@ fn promises(spec: &Spec) -> Promises {
 push_struct! {
     /// Twin: DeepPush in glsl/technique/deep_shadow_map/maps.glsl.
     struct DeepPush {
-        /// The first of the maps whose lists stand at the same time.
+        /// The first map of the group: the maps whose lists stand at the same time.
         first_map: u32,
-        /// How many these are.
+        /// Maps of the group.
         map_count: u32,
-        /// Which of the groups of such maps.
+        /// Index of the group.
         group: u32,
         /// Segments that the lists have room for.
         segment_room: u32,
@@ -101,19 +101,19 @@ push_struct! {
     }
 }
 
-/// What is known of all maps' nodes. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
+/// The node count of all maps, and the search for an error. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct DeepState {
     /// Nodes of the groups of maps so far.
     pub nodes: u32,
-    /// Texels that have some.
+    /// Texels that have nodes.
     pub covered: u32,
     /// The error that is tried, or that was found.
     pub error: f32,
     /// The greatest error that is known to be too small.
     pub low: f32,
-    /// The least whose nodes are known to have room.
+    /// The least error for which all nodes are known to fit.
     pub high: f32,
 }
 
@@ -133,7 +133,7 @@ impl DeepShadowMap {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`crate::Error::Refused`] where the device lacks what the path needs, or `bytes` has no room for a node;
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {

@@ -17,9 +17,9 @@ words! {
 words! {
     /// Which nodes are left out of a curve.
     pub enum Removal {
-        /// Those that it stays within the error without.
+        /// Those without which the curve stays within the error.
         Bound = "bound",
-        /// Those that change the area under it by little.
+        /// Those whose removal changes the area under the curve little.
         Area = "area",
     }
 }
@@ -38,15 +38,15 @@ map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// By how many ten-thousandths of the light a curve may be off at any depth, 1 to 5,000; not asked where `bytes` is given.
+        /// By how many ten-thousandths of the light a curve may be off at any depth, 1 to 5,000; ignored where `bytes` is given.
         error: u32 = Setting::number(
             "100", 1, 5000, "ten-thousandths of the light by which a curve may be off at any depth");
-        /// Bytes that the curves of all maps may take, 1 or more; the least error is found that fits. None: `error` decides.
+        /// Bytes that the curves of all maps may take, 1 or more; the build finds the least error that fits. None: `error` decides.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "bytes that the curves of all maps may take: the least error is found that fits; auto: error= decides");
-        /// Which nodes are left out of a curve: those without which it stays within the error; or, as in AVSM, those whose removal changes
-        /// the area under it by no more than four times the error's square, which needs fewer nodes for the same mean error. None: the
-        /// second where `bytes` is given.
+        /// Which nodes are left out of a curve. [`Removal::Bound`]: those without which the curve stays within the error.
+        /// [`Removal::Area`], as in AVSM: those whose removal changes the area under the curve by no more than four times the error's
+        /// square; this needs fewer nodes for the same mean error. None: by area where `bytes` is given, else by bound.
         removal: Option<Removal> = Setting::auto(
             "remove nodes that a curve stays within error= without, or that change its area by 4 error²; auto: bound, with bytes= area");
         /// How nodes are stored.
@@ -60,7 +60,7 @@ map_settings! {
 }
 
 impl Settings {
-    /// Which nodes go.
+    /// Which nodes are left out, with `None` decided.
     pub(super) fn removal(&self) -> Removal {
         let usual = if self.bytes.is_some() { Removal::Area } else { Removal::Bound };
         self.removal.unwrap_or(usual)

@@ -10,7 +10,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
-/// Points of a cluster. Twin: CLUSTER.
+/// Points per cluster. Twin: CLUSTER.
 pub const CLUSTER: u32 = 64;
 
 /// Points that stand next to each other. Twin: IsmCluster in glsl/technique/ism/adaptive.glsl.
@@ -19,21 +19,21 @@ pub const CLUSTER: u32 = 64;
 pub struct ClusterData {
     /// World units.
     pub middle: [f32; 3],
-    /// How far the farthest point is from there.
+    /// The distance from the middle to the farthest point.
     pub reach: f32,
-    /// The mean, unit length; 0 where they have none.
+    /// The mean normal, of unit length; 0 where the normals have no mean direction.
     pub normal: [f32; 3],
-    /// How far a normal is from the mean, at most.
+    /// The greatest distance of a point's normal from the mean normal.
     pub spread: f32,
     /// Half the sides of the box about the middle, along the world's axes, that contains all points of the cluster.
     pub sides: [f32; 3],
-    /// How far a point is from the plane through the middle, at most.
+    /// The greatest distance of a point from the plane through the middle, across the mean normal.
     pub thick: f32,
-    /// 1 where all are of closed things.
+    /// 1 where all points are on closed meshes.
     pub closed: u32,
 }
 
-/// The distance from the eye to its target where no camera was set: no point is farther.
+/// Stands in for the camera's distance to its target where no camera is set: no point counts as far then.
 const FAR: f32 = 1e18;
 
 push_struct! {
@@ -50,7 +50,8 @@ push_struct! {
 pub struct Adapt {
     settings: Settings,
     light_count: u32,
-    /// As many per light as it may take: a place in the pool, and the share of its cluster's area that it stands for.
+    /// Points that each light takes, light after light: the point's place in the pool, and the share of its cluster's area that it stands
+    /// for.
     pub taken: Buffer,
     /// [`ClusterData`].
     pub clusters: Buffer,
@@ -62,7 +63,7 @@ impl Adapt {
     /// For the lights of a world, which take points of `sample`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no such list, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device binds no buffer as large as the list of points, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
         let light_count = world.light_count();
         let bytes = 4 * u64::from(light_count.max(1)) * u64::from(settings.points);
@@ -99,7 +100,7 @@ impl Adapt {
         commands.pass("ism.clusters", |pass| pass.dispatch(&self.gather, &push, [x, y, 1]));
     }
 
-    /// Records the pass that chooses among them.
+    /// Records the pass that chooses points for each light.
     pub fn record(&self, commands: &mut Commands, world: &World) {
         let (eye, near) = world.camera().map_or(([0.0; 3], FAR), |camera| {
             (camera.position.as_vec3().to_array(), camera.position.distance(camera.target) as f32)
@@ -109,7 +110,7 @@ impl Adapt {
         commands.pass("ism.adapt", |pass| pass.dispatch(&self.adapt, &push, [x, y, 1]));
     }
 
-    /// What only a build needs.
+    /// Bytes that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         self.taken.bytes() + self.clusters.bytes()
     }

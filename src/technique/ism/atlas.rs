@@ -13,7 +13,7 @@ use crate::{Error, Result};
 /// Threads of a workgroup that splats by atomic operations in memory. Twin: local_size_x in glsl/technique/ism/splat.comp.
 const SPLAT_THREADS: u32 = 128;
 
-/// Threads of a workgroup with a map of its own: at most, and on devices whose threads take turns.
+/// Threads of a workgroup that holds a map: the most on a GPU, and those on a software device, where threads take turns.
 const MAP_THREADS: [u32; 2] = [512, 128];
 
 push_struct! {
@@ -141,17 +141,17 @@ impl Atlas {
         }
     }
 
-    /// What the look-up does not need.
+    /// Bytes that look-ups do not need.
     pub(super) fn transient_bytes(&self) -> u64 {
         let raster = if let Passes::Raster { raster, .. } = &self.passes { raster.transient_bytes() } else { 0 };
         self.seen.bytes() + raster
     }
 }
 
-/// Bits of a texel in which nothing is. Twin: NOTHING.
+/// Bits of an empty texel. Twin: NOTHING.
 const NOTHING: u32 = f32::INFINITY.to_bits();
 
-/// The levels included, where maps stand in memory.
+/// Texels from one map to the next. Where maps are built in memory, their coarser levels stand there too.
 fn stride(settings: &Settings, way: Way) -> u32 {
     match way {
         Way::Tiled => settings.size.pow(2),

@@ -1,7 +1,7 @@
 //! Imperfect shadow maps: the meshes as points, splatted into a small map of each virtual point light. Sources: Ritschel et al. 2008
 //! (the maps), Tokuyoshi 2014 (which points are left out); a map in shared memory is ours.
 //!
-//! A small map of each of hundreds of virtual lights, all of them from one set of points on the meshes.
+//! One set of points on the meshes makes the small maps of hundreds of virtual lights.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -50,7 +50,7 @@ use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use settings::PATHS;
 
-/// What it is refused for where a light is of another kind.
+/// What an error names as missing where a light is of another kind.
 pub const VIRTUAL_LIGHTS: &str = "virtual point lights";
 
 /// For the registry.
@@ -61,7 +61,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    // Points leave holes, and the choice of their triangles depends on the triangles' order.
+    // Nothing is promised: points leave holes, and the choice of their triangles depends on the triangles' order.
     promises: |_, _| Promises::NONE,
     runs: Runs { stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles"], ..Runs::NONE },
     limits: |spec, path| settings::limits(&spec.settings(), path),
@@ -77,14 +77,15 @@ pub struct Ism {
     sampled: Made,
     adapt: Option<Adapt>,
     atlas: Atlas,
-    /// How many lights it was opened for.
+    /// How many maps the lights had when the technique was opened.
     maps: usize,
     resolution: Vec<Resolution>,
     look_up: Bindings,
     constants: Constants,
 }
 
-/// Other lights have no hemisphere: a light may be of another kind than when it was opened.
+/// Refuses other kinds of light, which have no hemisphere. Each build checks this, since a light may change its kind after the
+/// technique is opened.
 fn lights_are_virtual(world: &World) -> Result<()> {
     match world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
         true => Ok(()),
@@ -96,8 +97,8 @@ impl Ism {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be; [`Error::Refused`] where a light is no virtual one, or the device has no room for a map; [`Error::Gpu`] where memory
-    /// runs out.
+    /// [`Error::Input`] where a setting's value is not allowed; [`Error::Refused`] where a light is not a virtual one, or the device has no
+    /// room for a map; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         lights_are_virtual(world)?;
@@ -139,8 +140,8 @@ impl Ism {
         Ok((self.sample.head.read(1)?[0], self.sample.pool.read(count)?))
     }
 
-    /// With adaptive points, their clusters, and for each light in turn the points that it takes: a place among the points, and the times
-    /// that its cluster's area was halved times 2^18.
+    /// With adaptive points: the clusters, and light after light the points that it takes. Each is a word: the point's place in the pool,
+    /// plus 2^18 times how often the area of its cluster was halved.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
@@ -158,9 +159,8 @@ impl Ism {
     }
 }
 
-/// How finely a map knows the meshes, the same for each face of the cube about a light: as finely as its texels lie, where it is asked;
-/// where the host knows the lights.
-/// Twin: light_visibility.
+/// How finely each map knows the meshes: as finely as its texels lie. All faces of the cube about a light have the same resolution. Empty
+/// where the host does not know the lights. Twin: light_visibility.
 fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
     if !world.knows_lights() {
         return Vec::new();
@@ -221,7 +221,7 @@ impl Technique for Ism {
         let mut counters = std::collections::BTreeMap::new();
         let seen = self.atlas.seen()?;
         counters.insert("points".into(), seen.len() as u64 * u64::from(self.settings.points));
-        // What is drawn without a list is not counted.
+        // Points that are drawn without a list are not counted.
         if self.settings.culling != Culling::Off || matches!(self.way, Way::Tiled | Way::Atomic) {
             counters.insert("points_seen".into(), seen.into_iter().map(u64::from).sum());
         }

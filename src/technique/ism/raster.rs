@@ -1,5 +1,5 @@
-//! Points that are drawn: listed by a compute pass as far as lights see them, one draw into the maps of all lights, which stand in
-//! one depth target, and from there into memory. Sources: Ritschel et al. 2008, Tokuyoshi 2014.
+//! Points that are drawn. A compute pass lists the points that lights see. One draw puts them into the maps of all lights, side by
+//! side in one depth target. Another pass copies the depths into memory. Sources: Ritschel et al. 2008, Tokuyoshi 2014.
 
 use super::atlas::AtlasPush;
 use super::settings::{Culling, Settings};
@@ -10,10 +10,10 @@ use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::{Error, Result};
 
-/// Points that a workgroup looks at. Twins: CULL_THREADS, ROUNDS in glsl/technique/ism/cull.comp.
+/// Points that a workgroup tests. Twins: CULL_THREADS, ROUNDS in glsl/technique/ism/cull.comp.
 const CULLED_AT_ONCE: u32 = 128 * 8;
 
-/// Bytes of a point in the list.
+/// Bytes per point in the list.
 const LISTED_BYTES: u64 = 16;
 
 /// Threads of a workgroup. Twin: local_size_x in glsl/technique/ism/gather.comp.
@@ -34,10 +34,11 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// `atlas`: bindings of all passes over maps; `constants`: their constants; `vertices` of a point are 3 or 6.
+    /// `atlas` and `constants`: buffers and constants of all passes over the maps. `vertices`: vertices per point, 3 or 6.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no such list or target, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device has no buffer as large as the list or no image as large as the target, [`Error::Gpu`] where
+    /// memory runs out.
     pub fn new(
         context: &Context,
         settings: &Settings,
@@ -110,7 +111,7 @@ impl Raster {
         commands.pass("ism.gather", |pass| pass.dispatch(&self.gather, push, [x, y, 1]));
     }
 
-    /// What only a build needs.
+    /// Bytes that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         self.listed.bytes() + self.arguments.bytes() + self.target.bytes()
     }

@@ -7,10 +7,10 @@ use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 
-/// As many times the points of a light stand on the meshes. Twin: SUBSETS.
+/// Subsets of the pool of points on the meshes; each has as many points as a light takes. Twin: SUBSETS.
 pub const SUBSETS: u32 = 16;
 
-/// Threads of every pass, and triangles of a block. Twin: BLOCK.
+/// Threads per workgroup of every pass, which is also the number of triangles per block. Twin: BLOCK.
 const BLOCK: u32 = 128;
 
 /// A point of the meshes. Twin: IsmPoint in glsl/technique/ism/points.glsl.
@@ -19,11 +19,11 @@ const BLOCK: u32 = 128;
 pub struct PointData {
     /// World units.
     pub position: [f32; 3],
-    /// In an octahedron, 15 and 16 bits; the lowest bit says that the mesh is closed, and its normal looks outwards.
+    /// A normal in octahedral coordinates of 15 and 16 bits. The lowest bit says that the mesh is closed and the normal points outwards.
     pub normal: u32,
 }
 
-/// What is known of all points. Twin: IsmPoints in glsl/technique/ism/points.glsl.
+/// Totals over all points. Twin: IsmPoints in glsl/technique/ism/points.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PointsData {
@@ -56,7 +56,8 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Points for lights that take `points` each, a power of two; where they choose them, `adaptive`, in order along their triangles.
+    /// Makes room for points, and their passes. Each light takes `points` of them, a power of two. `adaptive`: lights choose their
+    /// points, and points that are neighbours in the pool are neighbours on their triangles.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -101,7 +102,7 @@ impl Sample {
         }
     }
 
-    /// What only a build needs.
+    /// Bytes that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         self.pool.bytes() + self.areas.bytes() + self.sums.bytes() + self.blocks.bytes()
     }

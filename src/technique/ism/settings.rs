@@ -34,7 +34,7 @@ words! {
     pub enum Culling {
         /// Those that face the light: the far ones cast.
         Near = "on",
-        /// Those that turn away from it: the near ones cast.
+        /// Those that face away from the light: the near ones cast.
         Far = "far",
         /// None.
         Off = "off",
@@ -57,17 +57,17 @@ settings! {
             "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
         /// Texels per side of a light's map: 32, 64 or 128.
         size: u32 = Setting::one_of("64", &["32", "64", "128"], "texels per side of a light's map");
-        /// Points on the meshes that each light takes, of sixteen times as many: 1024, 2048, 4096, 8192 or 16384; 8000 in Ritschel
-        /// et al. 2008.
+        /// Points that each light takes, out of sixteen times as many on the meshes: 1024, 2048, 4096, 8192 or 16384. Ritschel et al.
+        /// 2008 use 8000 per light.
         points: u32 = Setting::one_of(
             "8192",
             &["1024", "2048", "4096", "8192", "16384"],
             "points on the meshes that each light takes, of sixteen times as many");
-        /// Each light takes its points where it and the viewer see more of them.
+        /// Each light takes more points from places that cover more of its map or are nearer to the viewer.
         adaptive: bool =
             Setting::word("off", "each light takes its points where it and the viewer see more of them");
-        /// The near sides of closed things are left out, or the far ones, or none; of points that are drawn, the others are listed
-        /// (Tokuyoshi 2014).
+        /// Whether points on the near sides of closed things are left out, on the far sides, or none. Where points are drawn, a pass lists
+        /// those that are left (Tokuyoshi 2014).
         culling: Culling = Setting::word(
             "on", "leave out the near sides of closed things, or the far ones, or none; where points are drawn, the rest are listed");
         /// How to tell whether a point lies on the side of a closed mesh that faces the light; by the normals alone in
@@ -114,7 +114,7 @@ impl Settings {
     }
 }
 
-/// What a path is refused for where a device has less.
+/// Limits of a path: a device that has less is refused.
 pub(super) fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     match path {
         "tiled" => vec![settings.room()],

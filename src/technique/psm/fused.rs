@@ -9,29 +9,29 @@ use crate::shaders::psm;
 use crate::shaders::set;
 use crate::world::World;
 
-/// Workgroups: two halves of a tile that has casters, one of a tile to be written over.
+/// Workgroups per tile: two, of half a tile each, where the tile has casters; one where it has none and is written over.
 const PARTS: [u32; 2] = [2, 1];
 
-/// Rows of 8 texels that are built at the same time, of the four of half a tile; shared memory, bytes per slice.
+/// Rows of 8 texels that a workgroup builds at the same time, out of the four in half a tile; and bytes of shared memory per slice.
 const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
-/// Casters that stand in shared memory at the same time where there is room for them, fewer than threads; bytes of each, and with
-/// strands or splats. Without these two workgroups have room where some 48 KiB are shared.
+/// Casters that shared memory holds at the same time where it has room, fewer than threads; bytes per caster; and more bytes per caster
+/// where there are strands or splats. Without strands and splats, two workgroups fit into some 48 KiB of shared memory.
 const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
 
-/// Their number, twice; the room of one caster, which there always is; and padding to a multiple of 16.
+/// Other bytes of shared memory: the number of casters, twice; room for one caster, which there always is; padding to a multiple of 16.
 pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 
-/// Threads per workgroup, at least and at most; multiples of the former.
+/// The least and the most threads per workgroup; their number is always a multiple of the least.
 const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
 
 push_struct! {
     /// Twin: PartPush in glsl/technique/psm/fused.comp.
     struct PartPush {
-        /// Not 0: entries of each tile.
+        /// Entries per tile where all tiles have the same room, else 0.
         room: u32,
         /// Tiles per map.
         tile_count: u32,
@@ -48,13 +48,14 @@ pub struct Fused {
 /// Threads per workgroup that suit the device.
 pub fn threads(context: &Context) -> u32 {
     let [least, most] = LEAST_AND_MOST_THREADS;
-    // The threads of a software device do not run at the same time, and each costs it something.
+    // The threads of a software device do not run at the same time, and each has a cost.
     let room = if context.features().is_software() { least } else { context.features().max_compute_workgroup_threads };
     (room / least * least).clamp(least, most)
 }
 
-/// Casters that threads keep in shared memory beside the slices, fewer than there are threads, or a half or a quarter of that, or none
-/// where there is no room for them. One at a time, threads gain nothing from shared memory.
+/// Casters that shared memory holds beside the slices: fewer than threads; a half or a quarter of that where there is less room; or none.
+/// With the least number of threads it holds none: software devices have that number, and their threads, which take turns, gain
+/// nothing from shared memory.
 fn batch(context: &Context, slices: u32, threads: u32, axes: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;
@@ -104,7 +105,7 @@ impl Fused {
         self.bins.record(commands, world);
         let (room, tile_count) = (self.bins.room(), self.bins.bins_a_map());
         let push = PartPush { room, tile_count };
-        // Two workgroups per tile, or where parts of tiles are listed one for each.
+        // Two workgroups per tile; where parts of tiles are listed, one per part.
         let [x, y] = groups(2 * u64::from(tile_count));
         commands.pass("psm.fused", |pass| match room {
             0 => self.bins.per_part(pass, &self.kernel, &push),

@@ -2,11 +2,11 @@
 //!
 //! Each path is a file: `raster`, `fused`.
 //!
-//! A caster's whole optical depth goes to the slice of its centre, or with `assign=split` to the two about it: see
-//! glsl/technique/psm/place.glsl; for where the look-up takes the slices to stand, glsl/technique/psm/visibility.glsl. The same input gives the
-//! same bytes on the same device.
+//! A caster's whole optical depth goes to the slice of its centre, or with `assign=split` to the two slices about its centre:
+//! glsl/technique/psm/place.glsl. glsl/technique/psm/visibility.glsl states the depths at which look-ups take the slices to stand. The
+//! same input gives the same bytes on the same device.
 //!
-//! A volume of slices says how much light is left behind each, for smoke in many thin layers.
+//! A volume says how much light is left behind each slice, for smoke in many thin layers.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -59,7 +59,7 @@ words! {
 }
 
 map_settings! {
-    /// The settings. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
+    /// The settings. `coverage` and `route` belong to the raster path: [`Psm::new`] refuses them with the fused path.
     #[derive(Copy)]
     pub struct Settings {
         /// How the volume is built; none: summed tile by tile where the device can.
@@ -74,10 +74,10 @@ map_settings! {
         /// Which slices a caster goes to: the one of its centre in Bavoil and Jansen 2013.
         assign: Assign = Setting::word(
             "nearest", "a caster goes to its slice (as published), or is shared by the two about its centre");
-        /// How rays without casters are known, which are not propagated.
+        /// How the raster path finds rays without casters, so that its last pass leaves them out.
         coverage: Coverage = Setting::word(
             "off", "rays without casters are not propagated (raster): known from a second viewport (as published), from bins");
-        /// The shader that chooses a caster's layer; none: the vertex shader where it can.
+        /// The shader that chooses a caster's layer; none: the vertex shader where the device allows that, else the geometry shader.
         route: Option<Route> = Setting::auto(
             "the shader that chooses a caster's layer (raster); auto: vertex where it can, else geometry");
     }
@@ -102,7 +102,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Psm::new(context, world, &spec.settings())?)),
 };
 
-/// A sphere is in one slice, so that its error is as large as itself.
+/// A sphere lies in one slice, so that depths may be wrong by as much as a sphere's size: no mean is promised.
 fn promises(path: &str) -> Promises {
     let in_hardware = Promises { rise: Some(ROUNDING + FILTERED), ..Promises::OF_DEPTH };
     match path {
@@ -138,15 +138,15 @@ impl Psm {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
     /// [`Error::Refused`] where settings do not go together, or the device lacks what the path needs; [`Error::Gpu`] where the
-    /// volume is past its limits or memory runs out.
+    /// volume is larger than the device allows or memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         Self::with_threads(context, world, settings, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
-    /// As [`Psm::new`], with so many threads per workgroup of path=fused, a multiple of 16, instead of the number that suits the device,
-    /// and with or without fetching casters ahead, instead of as suits the scene.
+    /// As [`Psm::new`], but the caller decides two things for path=fused. `fused_threads`: threads per workgroup, a multiple of 16.
+    /// `fetch_ahead`: whether casters are fetched ahead.
     ///
     /// # Errors
     /// As [`Psm::new`].
@@ -229,7 +229,7 @@ fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     if path == FUSED { vec![room(settings), image] } else { vec![image, Limit::layers(layers)] }
 }
 
-/// The path and why. `auto` is fused wherever it runs: it writes each voxel once and blends nothing.
+/// The path and why. `auto` takes the fused path wherever it runs, since it writes each voxel once and blends nothing.
 fn choose(context: &Context, settings: &Settings) -> Result<(Way, String)> {
     let lacks_room = room(settings).lacks(context.features(), " for as many slices");
     let coverage = Some(settings.coverage).filter(|coverage| *coverage != Coverage::Off);

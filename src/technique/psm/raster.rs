@@ -24,7 +24,7 @@ words! {
 push_struct! {
     /// Twin: VoxelizePush in glsl/technique/psm/push.glsl.
     struct VoxelizePush {
-        /// The map's number over all lights, where each has a draw.
+        /// The map's number over all lights, where each map has its own draw.
         pushed_map: u32,
     }
 }
@@ -81,7 +81,7 @@ impl Raster {
         let quads = 1 + u32::from(layout.split) + u32::from(layout.coverage == Coverage::Viewport);
         let bins = match layout.coverage {
             Coverage::Tiles => {
-                // All tiles that casters meet, whether light gets there or not.
+                // All tiles that casters meet, whether light gets there or not: nothing is skipped.
                 let what =
                     Use { entries: Entries::None, skip: false, reach: 0, parts: [0, 0], area: false, blocks: None };
                 Some(Bins::new(context, world, maps, what)?)
@@ -117,7 +117,7 @@ impl Raster {
         self.propagate(commands, maps);
     }
 
-    /// No caster anywhere.
+    /// Empties all slices.
     pub fn clear(&self, commands: &mut Commands) {
         commands.pass("psm.clear", |pass| pass.clear_volume(&self.volume, self.empty));
     }
@@ -139,7 +139,7 @@ impl Raster {
         });
     }
 
-    /// From the slices' own transmittances to the light behind them.
+    /// Turns the slices' own transmittances into the light that is left behind each slice.
     pub fn propagate(&self, commands: &mut Commands, maps: &Maps) {
         let [x, y] = maps.tiles();
         commands.pass("psm.propagate", |pass| pass.dispatch(&self.propagate, &(), [x, y, maps.count()]));

@@ -23,7 +23,7 @@ words! {
 words! {
     /// Which slices a caster goes to.
     pub enum Assign {
-        /// That of its centre.
+        /// The slice of its centre.
         Nearest = "nearest",
         /// The two about its centre.
         Split = "split",
@@ -31,9 +31,9 @@ words! {
 }
 
 words! {
-    /// How rays without casters are known. Twins: COVERAGE_OFF and so on.
+    /// How rays without casters are found. Twins: COVERAGE_OFF and so on.
     pub enum Coverage {
-        /// They are not.
+        /// Such rays are not found: the last pass goes along all rays.
         Off = "off",
         /// From a second viewport.
         Viewport = "viewport",
@@ -42,7 +42,7 @@ words! {
     }
 }
 
-/// What settings make of a volume.
+/// The layout of a volume, as the settings give it.
 #[derive(Clone, Copy, Debug)]
 pub struct Volume {
     /// Texels per side of a map.
@@ -55,7 +55,7 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// What they say.
+    /// The layout that the settings give.
     pub fn of(settings: &Settings) -> Self {
         let Settings { size, slices, storage, assign, coverage, .. } = *settings;
         Self { size, slices, storage, split: assign == Assign::Split, coverage, filter: settings.filter() }
@@ -81,7 +81,7 @@ impl Volume {
         if self.additive() { Blend::Add } else { Blend::Multiply }
     }
 
-    /// The value of an empty slice, and of a sampler past the edge.
+    /// The value of an empty slice, and the border that a sampler reads past the edge.
     pub fn empty(&self) -> (f32, Border) {
         if self.additive() { (0.0, Border::Zero) } else { (1.0, Border::One) }
     }
@@ -94,13 +94,13 @@ impl Volume {
     /// Makes the image for `maps` maps. `drawn`: whether it is a target of draws.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where it is past the device's limits.
+    /// [`crate::Error::Gpu`] where the image is larger than the device allows.
     pub fn image(&self, context: &Context, maps: u32, drawn: bool) -> Result<Image> {
         let size = [self.size, self.size, maps.saturating_mul(self.layers())];
         Image::volume(context, "psm.volume", self.format(), size, drawn)
     }
 
-    /// With those of the filter.
+    /// The specialization constants of the volume and of the filter.
     pub fn constants(&self, world: &World) -> Constants {
         let constants = Constants::new()
             .set(SLICES, self.slices)

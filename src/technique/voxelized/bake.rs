@@ -16,9 +16,9 @@ const THREADS: u32 = 64;
 /// Workgroups that share the large triangles.
 const LARGE_GROUPS: u32 = 256;
 
-/// The kernels of a bake, all with the same set.
+/// The kernels of a bake, all with the same descriptor set.
 pub struct Bake {
-    /// For parallel light, and for a light with a place.
+    /// The first for parallel light, the second for a light with a position.
     project: [Kernel<BuildPush>; 2],
     bin: [Kernel<BuildPush>; 4],
     columns: [Kernel<BuildPush>; 2],
@@ -39,14 +39,14 @@ pub struct Bake {
     merges: bool,
 }
 
-/// What is baked, with which room.
+/// The tree that is baked, and the buffers that it is baked in.
 pub struct Job<'a> {
     pub buffers: &'a Buffers,
     pub room: &'a Room,
     pub shape: Shape,
     /// The tree.
     pub light: u32,
-    /// Whether its light has a place.
+    /// Whether the tree's light has a position.
     pub perspective: bool,
     /// [`Mode`](super::buffers::Mode).
     pub mode: u32,
@@ -92,7 +92,7 @@ impl Bake {
         })
     }
 
-    /// Before the first tile of a tree.
+    /// Records the passes before the first tile of a tree.
     pub fn begin(&self, commands: &mut Commands, job: &Job, triangles: u32) {
         commands.pass("voxelized.begin", |pass| {
             if job.light == 0 {
@@ -110,7 +110,8 @@ impl Bake {
         commands.pass("voxelized.project", |pass| pass.dispatch(job.of(&self.project), &push, [x, y, 1]));
     }
 
-    /// Everything of one tile up to the nodes as wide as it. Source: ours; levels after Kämpe et al. 2016, section 4.
+    /// Records all passes of one tile, up to the nodes that are as wide as the tile. Source: ours; levels after Kämpe et al. 2016,
+    /// section 4.
     pub fn tile(&self, commands: &mut Commands, job: &Job, [tile_x, tile_y]: [u32; 2], triangles: u32) {
         let shape = job.shape;
         let [bins_at, placed_at] = shape.bins_at();
@@ -172,7 +173,7 @@ impl Bake {
         }
     }
 
-    /// The levels above the tiles, after all of them.
+    /// Records the passes of the levels above the tiles, after all tiles.
     pub fn above(&self, commands: &mut Commands, job: &Job) {
         let shape = job.shape;
         if shape.tiles() == 1 {
@@ -231,7 +232,8 @@ impl Bake {
         commands.pass("voxelized.shortcuts", |pass| pass.dispatch(&self.shortcuts, &push, [x, y, 1]));
     }
 
-    /// Ranges of the levels above `from`, three at a time.
+    /// Records the passes that find the range of each block of columns, its least exit and greatest entry, for the
+    /// levels above `from`, three levels at a time.
     fn ranges(&self, commands: &mut Commands, base: BuildPush, from: u32, to: u32, at: impl Fn(u32) -> u32) {
         for level in (from..to).step_by(3) {
             let width = base.width >> (level - from);
@@ -247,7 +249,7 @@ impl Bake {
         commands.pass("voxelized.sums", |pass| pass.dispatch(&self.sums[0], &push, [1, 1, 1]));
     }
 
-    /// The nodes of a level of a tile, merged with all before them.
+    /// Records the passes that make the nodes of a level of a tile, and merge them with all earlier nodes of that level.
     fn level(&self, commands: &mut Commands, job: &Job, push: &BuildPush) {
         let state = &job.buffers.state;
         let indirect = |pass: &mut Pass, kernel: &Kernel<BuildPush>, groups: Groups| {
@@ -266,19 +268,19 @@ impl Bake {
 }
 
 impl Job<'_> {
-    /// A push about the columns of a tile.
+    /// Push constants that say where the columns of a tile stand.
     fn columns(&self, tile: u32) -> BuildPush {
         let before = if self.room.stays { self.light * self.shape.tiles().pow(2) + tile } else { 0 };
         let columns_at = before * self.shape.tile_words();
         BuildPush { light: self.light, columns_at, mode: self.mode, ..BuildPush::default() }
     }
 
-    /// The one of two kernels that is its light's.
+    /// The kernel for the kind of the tree's light.
     fn of<'k>(&self, kernels: &'k [Kernel<BuildPush>; 2]) -> &'k Kernel<BuildPush> {
         &kernels[usize::from(self.perspective)]
     }
 
-    /// `push` with all that follows from its level.
+    /// `push`, with the fields that follow from its level filled in.
     fn level(&self, push: BuildPush) -> BuildPush {
         let (room, level) = (self.room, push.level);
         let below = level.saturating_sub(1);
@@ -298,7 +300,7 @@ impl Job<'_> {
     }
 }
 
-/// Nodes of a level of the last tile, before merging.
+/// Nodes of the levels `of` in the last tile, before merging.
 pub fn tree_nodes(levels: &[LevelCounts], of: std::ops::RangeInclusive<u32>) -> u64 {
     of.map(|level| u64::from(levels[level as usize].candidates)).sum()
 }

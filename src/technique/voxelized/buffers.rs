@@ -44,15 +44,15 @@ push_struct! {
     }
 }
 
-/// What of a bake is made anew, a bit each. Twins: WHOLE, SEEN and LAST in glsl/technique/voxelized/build.glsl.
+/// Bits that say which parts of a bake are made anew. Twins: WHOLE, SEEN and LAST in glsl/technique/voxelized/build.glsl.
 pub struct Mode;
 
 impl Mode {
-    /// All columns; else those in whose block something moved.
+    /// All columns are found anew; else only those of blocks in which something moved.
     pub const WHOLE: u32 = 1;
-    /// Where triangles are is taken down.
+    /// The places of triangles are stored, so that a later bake knows which moved.
     pub const SEEN: u32 = 2;
-    /// The last tree of all.
+    /// The tree is the last one of the bake.
     pub const LAST: u32 = 4;
 }
 
@@ -62,27 +62,27 @@ impl Mode {
 pub struct LevelCounts {
     /// Nodes of the last tile, before equal ones are merged; 0 where there was no room.
     pub candidates: u32,
-    /// The most of any tile.
+    /// The most nodes of any tile, before equal ones are merged.
     pub demanded: u32,
-    /// Nodes that were kept before it.
+    /// Nodes that were kept before the last tile.
     pub base: u32,
     /// Nodes that are kept.
     pub unique: u32,
-    /// 16 bits or words that they take.
+    /// Units that the kept nodes take: 16 bits each in a graph, words in a tree.
     pub units: u32,
-    /// Where they stand, words.
+    /// Where the kept nodes stand, words.
     pub at: u32,
-    /// Bits of their pointers.
+    /// Bits per pointer of these nodes.
     pub pointer_bits: u32,
     /// Nodes for which the table had no room.
     pub lost: u32,
-    /// Workgroups over candidates, 64 each; of scans, 1,024 each; and over kept nodes.
+    /// Workgroups over the candidates, 64 each.
     pub groups: [u32; 3],
-    /// As above.
+    /// Workgroups that scan the candidates, 1,024 each.
     pub blocks: [u32; 3],
-    /// As above.
+    /// Workgroups over the kept nodes, 64 each.
     pub unique_groups: [u32; 3],
-    /// As above.
+    /// Workgroups that scan the kept nodes, 1,024 each.
     pub unique_blocks: [u32; 3],
 }
 
@@ -90,9 +90,9 @@ pub struct LevelCounts {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BuildState {
-    /// Counts of leaves, bricks, and so on.
+    /// Counts per level: leaves, bricks, and so on.
     pub levels: [LevelCounts; MAX_LEVELS],
-    /// Bins of the tile that has most.
+    /// Entries of triangles in bins, in the tile that has the most.
     pub entries: u32,
     /// Triangles of the last tile that meet many bins.
     pub large: u32,
@@ -100,10 +100,10 @@ pub struct BuildState {
     pub words: u32,
     entry_capacity: u32,
     large_capacity: u32,
-    /// Pieces of the light's triangles, besides the first of each.
+    /// Further pieces of triangles that the light's pyramid cuts, besides the first piece of each.
     pub pieces: u32,
     moves_wide: u32,
-    /// Blocks of 8 × 8 columns that were found in this bake.
+    /// Blocks of 8 × 8 columns that this bake found anew.
     pub found: u32,
     piece_capacity: u32,
     failed: u32,
@@ -133,23 +133,24 @@ impl Groups {
 /// Where `large` stands in the state.
 pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
 
-/// Where `pieces` does.
+/// Where `pieces` stands in the state.
 pub const PIECES_OFFSET: u64 = std::mem::offset_of!(BuildState, pieces) as u64;
 
-/// Words of a triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
+/// Words per projected triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
 const PROJECTED_WORDS: u64 = 12;
 
-/// Words of a triangle that was seen, and of its box in a tree. Twins: SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
+/// Words per triangle whose place is stored for the next bake, and per box about a triangle in a tree. Twins:
+/// SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
 const SEEN_WORDS: u64 = 10;
 const BOX_WORDS: u64 = 4;
 
 /// Twin: TILE_WORDS in glsl/technique/voxelized/moves.glsl.
 const TILE_WORDS: u32 = 67;
 
-/// What stays of a bake while something moves, at most: the columns of all trees take less, or nothing stays.
+/// The most bytes of columns that stay for the next bake while something moves. Where the columns of all trees take more, none stay.
 const MOST_KEPT_BYTES: u64 = 256 << 20;
 
-/// Where `words` does.
+/// Where `words` stands in the state.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
 
 /// Columns per side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.
@@ -179,7 +180,7 @@ impl Shape {
         self.size / self.tile
     }
 
-    /// Bricks across a tile.
+    /// Bricks across a tile: nodes of 8 voxels per side.
     pub fn bricks(self) -> u32 {
         self.tile / 8
     }
@@ -194,12 +195,12 @@ impl Shape {
         self.size.ilog2() - 2
     }
 
-    /// Cells that look-ups begin with: a grid as fine as a level, and no leaf.
+    /// Cells of the grid that look-ups begin with. The grid is as fine as one of the tree's levels above the leaves.
     pub fn shortcuts(self) -> u32 {
         1 << (3 * SHORTCUT_BITS.min(self.root_level() - 1))
     }
 
-    /// The level of their nodes.
+    /// The level of the nodes that the cells of [`Shape::shortcuts`] stand for.
     pub fn shortcut_level(self) -> u32 {
         self.root_level() - SHORTCUT_BITS.min(self.root_level() - 1)
     }
@@ -209,12 +210,12 @@ impl Shape {
         self.tile.div_ceil(BIN_COLUMNS)
     }
 
-    /// Where the entries' counts per bin begin in the values, and where the counts of entries that have been placed do.
+    /// Where two lists of counts per bin begin in the values: of all entries, and of the entries that have been placed.
     pub fn bins_at(self) -> [u32; 2] {
         [0, aligned(self.bins().pow(2))]
     }
 
-    /// Where the counts of a tile's leaves begin; those of bricks and so on come behind them.
+    /// Where the counts of a tile's leaves begin; the counts of bricks and so on follow.
     pub fn blocks_at(self) -> u32 {
         2 * aligned(self.bins().pow(2))
     }
@@ -261,12 +262,12 @@ impl Shape {
     }
 }
 
-/// At least one more than `count`, so that the sum before the end has a place; whole blocks of scans.
+/// At least one more than `count`, so that the sum of all values has a place too; rounded up to whole blocks of scans.
 fn aligned(count: u32) -> u32 {
     (count + 1).next_multiple_of(SCANNED)
 }
 
-/// How many of everything there is room for.
+/// How many elements each buffer of a bake has room for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Room {
     pub entries: u32,
@@ -279,12 +280,12 @@ pub struct Room {
     pub unique: [u32; MAX_LEVELS],
     /// Words of all trees.
     pub data: u32,
-    /// The columns of all tiles, and where triangles were.
+    /// The columns of all tiles, and the places of triangles, stay for the next bake.
     pub stays: bool,
 }
 
 impl Room {
-    /// What most scenes need; a bake that needs more grows it.
+    /// Room enough for most scenes; a bake that needs more grows it.
     pub fn new(shape: Shape, triangles: u32, perspective: bool) -> Self {
         let bricks = shape.bricks().pow(2);
         let unique =
@@ -301,7 +302,7 @@ impl Room {
         }
     }
 
-    /// The most of anything but words.
+    /// The greatest of these numbers, except the words of data.
     pub fn most(&self) -> u32 {
         let all = [self.entries, self.large, self.pieces, self.leaf_candidates, self.node_candidates];
         all.into_iter().chain(self.unique).fold(0, u32::max)
@@ -315,12 +316,12 @@ impl Room {
         aligned(self.unique.iter().copied().fold(self.candidates(), u32::max))
     }
 
-    /// Where the ranks of a level begin: two regions, for a level and the one below it.
+    /// Where the ranks of a level begin. There are two regions, since a pass reads a level and the one below it.
     pub fn rank_at(&self, shape: Shape, level: u32) -> u32 {
         shape.ranks_at() + (level & 1) * self.ranks()
     }
 
-    /// Likewise of slots.
+    /// Where the hash table's slots of a level's nodes begin, in two regions as for ranks.
     pub fn slots_at(&self, level: u32) -> u32 {
         (level & 1) * self.candidates()
     }
@@ -353,7 +354,7 @@ impl Room {
     }
 }
 
-/// The buffers: glsl/technique/voxelized/build.glsl has their contents.
+/// The buffers of a bake; glsl/technique/voxelized/build.glsl states their contents.
 pub struct Buffers {
     pub state: Buffer,
     /// The state after each submission.
@@ -374,8 +375,8 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// Buffers with room for `room`; entries and exits of all columns of a tile only with `keep`. `shared`: the buffers that stay when the
-    /// room grows, [`Shared`].
+    /// Buffers with room for `room`. With `keep`, they also hold the entries and exits of all columns of a tile. `shared`: the buffers that
+    /// stay when the room grows.
     pub fn new(context: &Context, shape: Shape, room: &Room, merge: bool, keep: bool, shared: &Shared) -> Result<Self> {
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
         let values = u64::from(shape.ranks_at()) + 2 * u64::from(room.ranks());
@@ -434,7 +435,7 @@ impl Buffers {
         self.set().bind(context, "voxelized.build")
     }
 
-    /// Puts these buffers where others were.
+    /// Binds these buffers in place of earlier ones.
     pub fn rebind(&self, set: &Bindings) -> Result<()> {
         self.set().resources().iter().enumerate().try_for_each(|(binding, resource)| match resource {
             Resource::Buffer(buffer) => set.replace(binding, buffer),

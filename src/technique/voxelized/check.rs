@@ -5,10 +5,11 @@ use super::buffers::Shape;
 use super::settings::Plan;
 use super::{MAX_LEVELS, TreeData};
 
-/// The kind of a child that has a node, and of a root. Twin: INTERSECTED in glsl/technique/voxelized/tree.glsl.
+/// The kind of a child, or of a root, that has a node. Twin: INTERSECTED in glsl/technique/voxelized/tree.glsl.
 const INTERSECTED: u64 = 3;
 
-/// Whether every pointer of every tree leads to a node of the level below it, and every cell to one of its level. `words` are those of a file.
+/// Whether every pointer of every tree leads to a node of the level below. Each cell that look-ups begin with must lead to a node of the
+/// cells' level. `words` are those of a file.
 pub fn stays_inside(plan: &Plan, trees: &[TreeData], words: &[u8]) -> bool {
     let words = Words(words);
     let ends = trees.iter().skip(1).map(|next| u64::from(next.at[0])).chain([words.count()]);
@@ -16,7 +17,7 @@ pub fn stays_inside(plan: &Plan, trees: &[TreeData], words: &[u8]) -> bool {
     trees.iter().zip(ends).all(|(tree, end)| of_light(tree) && tree_stays_inside(plan, tree, words, end).is_some())
 }
 
-/// Levels stand one behind the other, leaves first, then the cells, up to word `end`.
+/// Checks one tree: its levels stand one behind the other, leaves first; the cells that look-ups begin with follow, up to word `end`.
 fn tree_stays_inside(plan: &Plan, tree: &TreeData, words: Words, end: u64) -> Option<()> {
     let shape = Shape { size: plan.size, tile: plan.size };
     let levels = shape.root_level() as usize + 1;
@@ -46,7 +47,7 @@ fn tree_stays_inside(plan: &Plan, tree: &TreeData, words: Words, end: u64) -> Op
     below.has_child(tree.root.into(), tree.root_at.into()).then_some(())
 }
 
-/// The nodes of a level from which all pointers lead to nodes `below`; none where one does not.
+/// The nodes of a level. None where a pointer leads to something that is not a node of `below`.
 fn nodes(words: Words, at: std::ops::Range<u64>, unit_bits: u64, pointer_bits: u64, below: &Nodes) -> Option<Nodes> {
     let units = (at.end - at.start) * 32 / unit_bits;
     let mut starts = vec![0u64; units as usize / 64 + 1];
@@ -73,12 +74,12 @@ fn nodes(words: Words, at: std::ops::Range<u64>, unit_bits: u64, pointer_bits: u
 struct Nodes {
     /// Leaves are named by number.
     leaves: u64,
-    /// Others by where they begin, in units: a bit each.
+    /// Other nodes are named by the unit at which they begin: a bit per unit.
     starts: Vec<u64>,
 }
 
 impl Nodes {
-    /// Whether there is this kind of child, and its node where it has one.
+    /// Whether this kind of child exists and, where such a child has a node, `pointer` leads to one.
     fn has_child(&self, kind: u64, pointer: u64) -> bool {
         (1..=INTERSECTED).contains(&kind) && (kind != INTERSECTED || self.has(pointer))
     }
@@ -97,7 +98,7 @@ impl Words<'_> {
         self.0.len() as u64 / 4
     }
 
-    /// At most 32 bits from a bit on.
+    /// `count` bits, at most 32, from bit `bit` on; none past the end.
     fn bits(self, bit: u64, count: u64) -> Option<u64> {
         let word = |at: u64| {
             let at = 4 * at as usize;

@@ -45,19 +45,19 @@ struct Header {
 
 /// A bake, to be written or as it was read.
 pub struct Baked<'a> {
-    /// Those that a file has: size, structure, closed, free and coverage.
+    /// The settings of the bake; a file holds size, structure, closed, free and coverage.
     pub plan: Plan,
     /// Hash of the scene that was baked.
     pub scene: u64,
-    /// As facts count them: `counters`.
+    /// Counts of leaves and nodes, as facts list them in `counters`.
     pub counts: [u64; COUNTS.len()],
-    /// One per light, and one per face of a light that shines all about.
+    /// One per light, or one per face of a light that shines in all directions.
     pub trees: Vec<TreeData>,
-    /// Their nodes: words, little end first.
+    /// The nodes of all trees: words, little end first.
     pub words: &'a [u8],
 }
 
-/// How long the file of so many trees with so many words is; as wide as a header that lies may say.
+/// Bytes of a file with so many trees and so many words. The number is wide enough for whatever a wrong header says.
 pub fn bytes_on_disk(trees: u32, words: u64) -> u128 {
     let fixed = (size_of::<Header>() + CHECKSUM) as u128;
     fixed + u128::from(trees) * size_of::<TreeData>() as u128 + 4 * u128::from(words)
@@ -85,16 +85,16 @@ impl<'a> Baked<'a> {
         bytes
     }
 
-    /// Reads the bytes of the file `name`. Nothing is allocated that the file is not as large as.
+    /// Reads the bytes of the file `name`. No allocation is larger than the file.
     ///
     /// # Errors
-    /// [`Error::Input`] where they are no file of a bake, or not all of it, or damaged, or of another version.
+    /// [`Error::Input`] where the bytes are not a bake, are cut off or damaged, or are of another version.
     pub fn read(name: &str, bytes: &'a [u8]) -> Result<Self> {
         let wrong = |cause: String, way_out: &str| Err(Error::input(name, cause, WayOut::Bake(way_out.into())));
         if !bytes.starts_with(&MAGIC[..MAGIC.len().min(bytes.len())]) {
             return wrong("it does not begin as a bake does".into(), "name the file of one, or write one");
         }
-        // First of all: of another version the rest may mean anything.
+        // The version is checked first: in a file of another version, the rest may mean anything.
         let version = bytes.get(MAGIC.len()..MAGIC.len() + 4).map(bytemuck::pod_read_unaligned::<u32>);
         if let Some(version) = version.filter(|version| *version != VERSION) {
             let cause = format!("version {version}, and version {VERSION} is read here");
@@ -122,7 +122,7 @@ impl<'a> Baked<'a> {
     }
 }
 
-/// What a header says, where a bake can be of it.
+/// The plan that a header states; none where no bake can have these values.
 fn plan(header: &Header) -> Option<Plan> {
     let structure = Structure::ALL.iter().map(|(_, s)| *s).find(|s| *s as u32 == header.structure)?;
     let free = Free::ALL.iter().map(|(_, f)| *f).find(|f| *f as u32 == header.free)?;
@@ -133,7 +133,7 @@ fn plan(header: &Header) -> Option<Plan> {
     is_right.then_some(Plan { size, structure, closed, free, coverage, ..Plan::of(&Settings::default()) })
 }
 
-/// A number that differs where meshes or lights do, as far as a bake knows them: 64-bit FNV-1a of their shapes.
+/// A number that differs where meshes or lights differ in what a bake depends on: 64-bit FNV-1a of their shapes.
 pub fn scene_hash(meshes: &[Mesh], lights: &[Light]) -> u64 {
     let mut hash = FnvHasher::default();
     let mut numbers = vec![meshes.len() as u64, lights.len() as u64];

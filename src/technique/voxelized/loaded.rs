@@ -18,7 +18,7 @@ use std::path::Path;
 /// The path of a technique that is read and not built.
 const PATH: &str = "file";
 
-/// A bake from a file, opened for the world that it was made of.
+/// A bake from a file, opened for the world that was baked.
 pub struct Loaded {
     file: String,
     bytes_on_disk: u64,
@@ -33,8 +33,8 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Opens the file that `settings` name, and takes it to the device. The file has the bake's own settings: those that are given are
-    /// compared with them, for the keys for which `held` says so.
+    /// Opens the file that `settings` name, and copies its nodes to the device. The file states the settings of its bake. They must agree
+    /// with `settings` for those keys for which `held` is true.
     ///
     /// # Errors
     /// [`Error::Input`] that names the file where it cannot be read, is no bake, is damaged, is of another scene, or was baked with other
@@ -66,7 +66,7 @@ impl Loaded {
         let trees =
             Buffer::new(context, "voxelized.trees", trees_bytes.max(size_of::<TreeData>() as u64), Memory::Device)?;
         trees.write(&baked.trees)?;
-        // A word more, which a pointer's second half may be sought in.
+        // One word more than there are, since a look-up may read a pointer's second half behind the last word.
         let nodes = Buffer::new(context, "voxelized.data", baked.words.len() as u64 + 4, Memory::Device)?;
         nodes.write(baked.words)?;
         let bytes_resident = baked.words.len() as u64 + trees.bytes();
@@ -84,7 +84,7 @@ impl Loaded {
     }
 }
 
-/// An error where the file is of another scene.
+/// An error where the file was baked from another scene.
 fn check_scene(file: &str, baked: u64, world: &World) -> Result<()> {
     if world.meshes().is_some_and(|meshes| scene_hash(meshes, world.all_lights()) == baked) {
         return Ok(());
@@ -98,7 +98,7 @@ impl Technique for Loaded {
         OF
     }
 
-    /// No pass: all of it is on the device, as long as the file is of the world.
+    /// Records no pass, since all data is on the device; only checks that the file was baked from this world's scene.
     fn record(&mut self, _commands: &mut Commands, world: &World) -> Result<()> {
         check_scene(&self.file, self.scene, world)
     }

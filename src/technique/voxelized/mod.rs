@@ -1,8 +1,9 @@
-//! Voxelized shadows: whether light reaches each voxel of a cube about the meshes, in an octree, or in the graph that is left when equal parts of it are merged.
-//! Baked once per light, and per face of a light that shines all about. Sources: Sintorn, Kämpe, Olsson and Assarsson 2014; Kämpe, Sintorn and Assarsson 2013 and
-//! 2016; Scandolo, Bauszat and Eisemann 2016.
+//! Voxelized shadows: an octree says for each voxel of a cube about the meshes whether light reaches it. Merging the equal parts of an
+//! octree makes it a graph. Each light has one octree or graph, or one per face if it shines in all directions. Sources: Sintorn, Kämpe,
+//! Olsson and Assarsson 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
 //!
-//! Baked once, for meshes and lights that stand still; where they move, columns are found anew in whose block something moved.
+//! Baked once, for meshes and lights that stand still. Where something moves, only the columns of voxels near it are found anew, in
+//! blocks of 8 × 8 columns.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -77,13 +78,14 @@ fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Techniq
 
 const TILES: &str = "tiles";
 
-/// Nodes of a level, and triangles in bins, that there may be room for: tables twice as large have numbers of 32 bits.
+/// The most nodes per level, and the most triangles in bins, that there may be room for: tables have twice as many slots, and number them
+/// in 32 bits.
 const MOST_NODES: u32 = 1 << 28;
 
 /// Times a bake may begin anew with more room.
 const MOST_RESTARTS: u32 = 64;
 
-/// What a bake is of.
+/// The parts of the world that a bake depends on.
 const OF: Parts = Parts::MESHES.and(Parts::LIGHTS);
 
 /// What is recorded next.
@@ -110,30 +112,30 @@ pub struct Voxelized {
     look_up: Bindings,
     constants: Constants,
     cubes: Cubes,
-    /// Cubes, and the trees in them.
+    /// The state of the world that `cubes` were fitted to.
     looked: Made,
     triangles: u32,
     step: Step,
     moves: Moves,
-    /// And not looked at yet.
+    /// `step` is recorded, and its results have not been read yet.
     recorded: bool,
-    /// All of it, for the world that was looked at.
+    /// The bake is complete, for the world that `cubes` were fitted to.
     baked: bool,
     restarts: u32,
     state: BuildState,
-    /// Leaves and nodes of all tiles and lights, before merging, and after.
+    /// Leaves and nodes of all tiles and lights, before merging; then, in `kept`, after merging.
     tree: [u64; 2],
     kept: [u64; 2],
 }
 
-/// What of a bake stays for the next one.
+/// What stays of a bake for the next one.
 #[derive(Default)]
 struct Moves {
-    /// A bake has been made that may stay.
+    /// A bake has been completed: another one means that something moves.
     baked: bool,
     /// The trees whose columns are kept.
     kept: Option<Vec<TreeData>>,
-    /// Per tree that is baked, whether all of its columns are found anew.
+    /// For each tree that is baked, whether all of its columns are found anew.
     whole: Vec<bool>,
     /// Meshes or lights have changed since this bake began.
     mixed: bool,
@@ -150,8 +152,8 @@ impl Voxelized {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, or names a file, which [`Loaded::new`] opens, or there are more lights
-    /// than have trees; [`Error::Refused`] where the host knows no box about the triangles, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting's value is not allowed, `file` is given, which [`Loaded::new`] opens, or there are too many lights;
+    /// [`Error::Refused`] where the host knows no box about the triangles; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         if let Some(file) = &settings.file {
@@ -163,8 +165,8 @@ impl Voxelized {
     /// Opens a plan.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are more lights than have trees, [`Error::Refused`] where the host knows no box about the
-    /// triangles, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where there are too many lights, [`Error::Refused`] where the host knows no box about the triangles,
+    /// [`Error::Gpu`] where memory runs out.
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         let cubes = Cubes::new(world, plan.size)?;
         let count = cubes.views.len();
@@ -222,7 +224,7 @@ impl Voxelized {
         self.shared.trees.read(self.cubes.views.len())
     }
 
-    /// Their nodes.
+    /// The nodes of all trees, as words.
     ///
     /// # Errors
     /// As [`Voxelized::trees`].
@@ -230,12 +232,12 @@ impl Voxelized {
         self.buffers.data.read(self.state.words as usize)
     }
 
-    /// Blocks of 8 × 8 columns that the last bake looked at triangles for: all of them, or those in which something moved.
+    /// Blocks of 8 × 8 columns that the last bake found anew: all of them, or those in which something moved.
     pub fn found_blocks(&self) -> u32 {
         self.state.found
     }
 
-    /// Entry and exit of each column of the last tile, voxels, row after row; where [`Plan::keep_columns`].
+    /// Entry and exit of each column of the last tile, in voxels, row after row; empty without [`Plan::keep_columns`].
     ///
     /// # Errors
     /// As [`Voxelized::trees`].
@@ -244,12 +246,12 @@ impl Voxelized {
         self.buffers.columns.read(count)
     }
 
-    /// As [`COUNTS`].
+    /// The counts that [`COUNTS`] names, in its order.
     fn counts(&self) -> [u64; COUNTS.len()] {
         [self.kept[0], self.kept[1], self.tree[0], self.tree[1]]
     }
 
-    /// Before the first tile: cubes about the meshes as they are now.
+    /// Before the first tile: fits cubes to the meshes as they are now, and finds the trees whose columns are kept.
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
         if !self.looked.stands(world) {
@@ -265,10 +267,10 @@ impl Voxelized {
         Ok(())
     }
 
-    /// Whether the tile of the last submission fits; where not, there is more room now, and the bake begins anew.
+    /// Makes more room where the tile of the last submission did not fit, and begins the bake anew. Returns whether it did so.
     fn grow(&mut self, tile: u32) -> Result<bool> {
         let state = &self.state;
-        // A later tile may need as much again as all so far.
+        // Later tiles may need as much again as all tiles so far.
         let to_come = (f64::from(self.shape.tiles().pow(2)) / f64::from(tile + 1)).clamp(1.0, 2.0);
         let more = |needs: u32| ((f64::from(needs) * to_come * 1.1) as u32).min(MOST_NODES.max(needs));
         let mut room = self.room.clone();
@@ -279,7 +281,7 @@ impl Voxelized {
         for (level, counts) in state.levels.iter().enumerate().take(self.shape.root_level() as usize + 1) {
             let candidates = if level == 0 { &mut room.leaf_candidates } else { &mut room.node_candidates };
             enlarge(candidates, counts.demanded);
-            // How many a table that is full would have kept is not known.
+            // A full table does not tell how many nodes it would have kept, so that its room doubles.
             let unique = if counts.lost > 0 { room.unique[level].saturating_mul(2) } else { 0 };
             enlarge(&mut room.unique[level], unique.max(counts.unique));
         }
@@ -294,8 +296,8 @@ impl Voxelized {
         Ok(true)
     }
 
-    /// Makes room for the look-ups' data, with one word more than needed, since a pointer's second half may be read from it. The nodes
-    /// stay, and are packed once more.
+    /// Makes room for the look-ups' data, with one word more than needed, since a pointer's second half may be read from it. A single tree
+    /// keeps its nodes, which are packed once more; with several trees the bake begins anew.
     fn grow_data(&mut self) -> Result<Settled> {
         let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
         if self.cubes.views.len() > 1 {
@@ -331,7 +333,7 @@ impl Voxelized {
         Ok(())
     }
 
-    /// What of a tree is made anew.
+    /// The bits of [`Mode`] for a tree.
     fn mode(&self, tree: usize) -> u32 {
         let bit = |is: bool, bit: u32| if is { bit } else { 0 };
         bit(self.moves.whole.get(tree) != Some(&false), Mode::WHOLE)
@@ -353,7 +355,7 @@ impl Technique for Voxelized {
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         world.has_maps(self.cubes.views.len())?;
         cube::lights_are_known(world)?;
-        // The next step depends on the recorded one.
+        // The next step depends on the results of the recorded one, which have not been read yet.
         if self.recorded || (self.baked && self.looked.stands(world)) {
             return Ok(());
         }
@@ -395,7 +397,7 @@ impl Technique for Voxelized {
         if !self.recorded {
             return Ok(Settled::Done);
         }
-        // The frame that is waited for is another.
+        // The step was recorded in another frame, whose results are still to come.
         let Some(state) = self.buffers.state_read.read::<BuildState>(frame, 1)? else { return Ok(Settled::More) };
         self.state = state.first().copied().unwrap_or_default();
         self.recorded = false;
@@ -403,7 +405,7 @@ impl Technique for Voxelized {
             if self.grow(tile)? {
                 return Ok(Settled::Grew);
             }
-            // Something moves: from now on bakes note what.
+            // Something moves: from now on bakes store what the next one needs to find only what moved.
             if self.moves.baked && !self.room.stays && self.shape.may_stay(self.cubes.views.len()) {
                 self.restart(Room { stays: true, ..self.room.clone() })?;
                 return Ok(Settled::Grew);

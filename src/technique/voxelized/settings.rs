@@ -8,19 +8,19 @@ use crate::shaders::constant;
 words! {
     /// How nodes are kept.
     pub enum Structure {
-        /// Sparse voxel octree: each node for itself, in whole words.
+        /// Sparse voxel octree: every node is stored, in whole words.
         Svo = "svo",
-        /// Directed acyclic graph: equal nodes once, pointers of as many bits as they need.
+        /// Directed acyclic graph: equal nodes are stored once, and pointers have as many bits as they need.
         Dag = "dag",
     }
 }
 
 words! {
-    /// Where the shadow of a column begins that may begin anywhere inside a closed thing.
+    /// Where a column's shadow begins, if it may begin anywhere inside a closed thing.
     pub enum Free {
         /// Where light would leave the thing.
         Exit = "exit",
-        /// Where it enters.
+        /// Where light enters the thing.
         Entry = "entry",
         /// At as few depths as the 8 × 8 columns of a block allow, and at multiples of high powers of two where
         /// possible.
@@ -29,11 +29,11 @@ words! {
 }
 
 words! {
-    /// What a column of voxels is met by.
+    /// What shadows a column of voxels.
     pub enum Coverage {
-        /// What covers its middle.
-        Middle = "middle",
-        /// What touches its square anywhere: nothing thin is lost.
+    /// Triangles that cover the column's middle.
+    Middle = "middle",
+    /// Triangles that touch the column's square anywhere: nothing thin is lost.
         Conservative = "conservative",
     }
 }
@@ -51,7 +51,7 @@ settings! {
             "voxels per side of the cube about the meshes");
         /// A tree, or a graph in which equal nodes are one (Kämpe, Sintorn and Assarsson 2013).
         structure: Structure = Setting::word("dag", "a tree, or a graph in which equal nodes are one");
-        /// Voxels inside closed and solid meshes are free, whatever merges best (Sintorn et al. 2014).
+        /// Voxels inside closed and solid meshes are free: each is lit or shadowed, whichever merges best (Sintorn et al. 2014).
         closed: bool = Setting::word("on", "voxels inside closed and solid meshes are free, whatever merges best");
         /// Where shadows begin inside closed things.
         free: Free = Setting::word(
@@ -59,20 +59,20 @@ settings! {
         /// What shadows a column of voxels.
         coverage: Coverage = Setting::word(
             "middle", "what shadows a column of voxels: what covers its middle, or what touches its square anywhere");
-        /// A bake from this file, for [`super::Loaded::new`], in place of one that is built. The file says the size, structure and all
-        /// that a bake is of.
+        /// The file of a bake, which [`super::Loaded::new`] opens instead of building one. The file states its size, structure, closed,
+        /// free and coverage.
         file: Option<String> = Setting::file(
             IN_FILE, "what a bake was written to, in place of one that is built; size, structure, closed, free and coverage are its own");
         /// Columns per side of the square that a look-up averages: 1, 3, 5, 7 or 9.
         filter: u32 = PCF;
-        /// How far a point of a surface is moved along its normal before it is looked up, in hundredths of the distance that keeps a flat
-        /// surface out of its own shadow, 0 to 400.
+        /// How far a surface's point is moved along its normal before its look-up, in hundredths of the distance that keeps a flat surface
+        /// out of its own shadow, 0 to 400.
         bias: u32 = Setting::number(
             "100", 0, 400, "offset along a surface's normal, in hundredths of the distance that keeps a flat one out of its own shadow");
     }
 }
 
-/// The settings, resolved. Values that settings cannot express are for tests.
+/// The settings, resolved. For tests, a plan may also hold values that settings cannot express.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Voxels per side: a power of two from 64 to 65,536.
@@ -81,16 +81,16 @@ pub struct Plan {
     pub structure: Structure,
     /// Closed things have insides.
     pub closed: bool,
-    /// Where free boundaries are put.
+    /// Where shadows begin inside closed things.
     pub free: Free,
-    /// What a column is met by.
+    /// What shadows a column of voxels.
     pub coverage: Coverage,
     /// Columns per side of the square that a look-up averages; odd.
     pub filter: u32,
-    /// How far a surface's points are moved along its normal, in hundredths of the distance that keeps a flat surface
-    /// out of its own shadow.
+    /// How far a surface's point is moved along its normal before its look-up, in hundredths of the distance that keeps a flat
+    /// surface out of its own shadow.
     pub bias: u32,
-    /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
+    /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] except in tests.
     pub tile: u32,
     /// Entries and exits of the last tile's columns are kept, for [`super::Voxelized::columns`].
     pub keep_columns: bool,
@@ -123,12 +123,13 @@ impl Plan {
         settings.texts().into_iter().filter(|(key, _)| IN_FILE.contains(key))
     }
 
-    /// Bits of a node before its pointers, and of the units that they count. Twin: HEADER_BITS in glsl/technique/voxelized/tree.glsl.
+    /// Bits of a node before its pointers, which are also the bits of a unit: pointers count units. Twin: HEADER_BITS in
+    /// glsl/technique/voxelized/tree.glsl.
     pub(super) fn header_bits(self) -> u32 {
         if self.merges() { 16 } else { 32 }
     }
 
-    /// What look-ups are built with.
+    /// Adds the specialization constants of look-ups.
     pub(super) fn constants(self, constants: Constants) -> Constants {
         constants
             .set(constant::HEADER_BITS, self.header_bits())

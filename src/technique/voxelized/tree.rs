@@ -5,45 +5,47 @@ use super::cube::Cubes;
 use crate::scene::{Projection, View};
 use bytemuck::{Pod, Zeroable};
 
-/// Leaves, bricks, and nodes of up to 65,536 voxels per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
+/// The most levels of a tree: leaves, bricks of 8 voxels per side, and nodes of up to 65,536 voxels per side. Twin: Tree in
+/// glsl/technique/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
 /// A tree of a light. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TreeData {
-    /// The corner of the cube, or the light where it has a place; world units.
+    /// The corner of the cube, or the position of a light that has one; world units.
     pub origin: [f32; 3],
     /// Voxels per side.
     pub size: u32,
-    /// Voxels per world unit along the cube's x; of a light with a place, times the depth in voxels.
+    /// Voxels per world unit along the cube's x. For a light with a position, the product with a point's offset is the column, counted from
+    /// the middle, times the depth in voxels.
     pub right: [f32; 3],
-    /// The root's level, and 1.
+    /// The root's level plus one.
     pub levels: u32,
-    /// Along its y.
+    /// As `right`, along the cube's y.
     pub up: [f32; 3],
-    /// 1 lit, 2 shadowed, 3: there are nodes.
+    /// 1: all is lit; 2: all is shadowed; 3: there are nodes.
     pub root: u32,
-    /// Along its z, the way light travels.
+    /// Voxels per world unit along the cube's z, the way light travels.
     pub forward: [f32; 3],
-    /// The root, as pointers say it.
+    /// The root's node, as pointers name nodes.
     pub root_at: u32,
-    /// Where the words are that stand for the first levels.
+    /// Where the words begin of the cells that look-ups start from, in place of the first levels.
     pub shortcuts: u32,
     /// Where each level's nodes begin, words.
     pub at: [u32; MAX_LEVELS],
-    /// Bits of their pointers.
+    /// Bits per pointer, for the nodes of each level.
     pub pointer_bits: [u32; MAX_LEVELS],
-    /// 1 where the light has a place.
+    /// 1 where the light has a position.
     pub perspective: u32,
-    /// The first tree of the light that has this one's number.
+    /// In the tree with number `i`: the first tree of the light with number `i`.
     pub first: u32,
-    /// How many trees it has; 0 where there is no such light.
+    /// How many trees that light has; 0 where there is no such light.
     pub faces: u32,
 }
 
 impl TreeData {
-    /// Without nodes, of a cube.
+    /// The tree of a cube, without nodes yet.
     fn of(cube: &View) -> Self {
         let perspective = cube.projection() == Projection::Perspective;
         let scale = f64::from(cube.width) / f64::from(cube.far);
@@ -63,7 +65,7 @@ impl TreeData {
         }
     }
 
-    /// Those of all lights.
+    /// The trees of all lights, without nodes yet.
     pub(super) fn all(cubes: &Cubes) -> Vec<Self> {
         let mut trees: Vec<_> = cubes.views.iter().map(Self::of).collect();
         for (tree, light) in trees.iter_mut().zip(&cubes.lights) {
