@@ -97,7 +97,7 @@ pub struct PartsSeen {
     pub estimates: Vec<[f32; 3]>,
     /// Albedo, and 0 where there is sky.
     pub albedo: Vec<[f32; 4]>,
-    /// Normal, and in the last component whether the surface is the outside of a closed mesh.
+    /// Normal, and in the last component whether the surface is the outside of a closed surface.
     pub normal: Vec<[f32; 4]>,
     /// Depth along the camera's axis, world units.
     pub z: Vec<f32>,

@@ -29,7 +29,7 @@ pub struct Asked<'a> {
     /// World positions.
     pub points: &'a [[f32; 3]],
     /// Empty for points in space. For points on surfaces, one unit normal per point, on the side that is asked about: the light's side, or
-    /// the outside of a closed mesh. 0 where that side faces away from a directional light, so that no light reaches it.
+    /// the outside of a closed surface. 0 where that side faces away from a directional light, so that no light reaches it.
     pub normals: &'a [[f32; 3]],
 }
 

@@ -36,7 +36,7 @@ pub struct ReservoirData {
     /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of what it reflects from all
     /// lights. 0: no light is kept.
     pub weight: f32,
-    /// The number of frames that the reservoir combines. The highest bit says that the pixel saw the outside of a closed mesh.
+    /// The number of frames that the reservoir combines. The highest bit says that the pixel saw the outside of a closed surface.
     pub frames: u32,
     /// Depth of the pixel's surface along the camera's axis, world units; 0 where there is sky.
     pub z: f32,

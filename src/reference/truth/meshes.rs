@@ -13,9 +13,9 @@ use std::cell::Cell;
 pub struct Hit {
     /// In lengths of the ray's direction.
     pub distance: f64,
-    /// Unit length; outwards on a closed mesh, else on either side.
+    /// Unit length; outwards on a closed surface, else on either side.
     pub normal: DVec3,
-    /// Whether the triangle belongs to a closed mesh.
+    /// Whether the triangle belongs to a closed surface.
     pub closed: bool,
     /// The mesh's albedo.
     pub albedo: [f32; 3],
@@ -70,7 +70,7 @@ fn point(v: DVec3) -> Point3<f64> {
 pub struct Meshes {
     pub(super) triangles: Vec<Triangle>,
     tree: Bvh<f64, 3>,
-    /// Whether any triangle belongs to a closed mesh.
+    /// Whether any triangle belongs to a closed surface.
     closed: bool,
     /// The largest coordinate, either sign, world units.
     pub(super) extent: f64,

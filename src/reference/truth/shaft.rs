@@ -139,7 +139,7 @@ impl Neighbourhood<'_> {
         self.view.projection() == Projection::Perspective && self.view.project(self.position).1 <= 0.0
     }
 
-    /// Whether the surface of a closed mesh passes through the box.
+    /// Whether a closed surface passes through the box.
     pub fn meets_closed(&self, meshes: &Meshes) -> bool {
         let z = self.range();
         let shaft = self.shaft(&[self.before(z.y), self.behind(z.x)]);

@@ -12,9 +12,9 @@ use rayon::prelude::*;
 pub struct SurfacePoint {
     /// World units.
     pub position: DVec3,
-    /// Unit length; outwards on a closed mesh, else on either side.
+    /// Unit length; outwards on a closed surface, else on either side.
     pub normal: DVec3,
-    /// Whether the mesh is closed.
+    /// Whether the point is on a closed surface.
     pub closed: bool,
 }
 
@@ -24,7 +24,7 @@ impl SurfacePoint {
         if self.closed || self.normal.dot(towards) >= 0.0 { self.normal } else { -self.normal }
     }
 
-    /// Whether the point is surely in its own mesh's shadow: the mesh is closed, and its outside here faces away from a directional light.
+    /// Whether the point is surely in its own mesh's shadow: the surface is closed, and its outside faces away from a directional light.
     /// (A light with a place may be inside the mesh.) Twin: looks_away in glsl/consume/receiver.glsl.
     pub fn looks_away(&self, light: &Light) -> bool {
         let LightKind::Directional { direction } = light.kind else { return false };
