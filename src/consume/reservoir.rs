@@ -33,8 +33,8 @@ push_struct! {
 pub struct ReservoirData {
     /// The light.
     pub light: u32,
-    /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of what it reflects from all
-    /// lights. 0: no light is kept.
+    /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of the light that it reflects from
+    /// all lights. 0: no light is kept.
     pub weight: f32,
     /// The number of frames that the reservoir combines. The highest bit says that the pixel saw the outside of a closed surface.
     pub frames: u32,

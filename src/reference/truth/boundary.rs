@@ -66,7 +66,7 @@ impl Casters<'_> {
             || self.is_missed(resolution, position, near, blocked)
     }
 
-    /// Whether a texel may call a point lit that is `blocked`, or the other way round, because the depth in the texel is compared with the
+    /// Whether a texel may show a `blocked` point as lit, or a lit point as blocked, because the depth in the texel is compared with the
     /// plane of the point's surface.
     fn is_missed(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
         let (view, reach) = (resolution.view_about(position), resolution.pushed_texels);

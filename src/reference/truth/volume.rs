@@ -233,7 +233,7 @@ mod tests {
     }
 
     /// Where light rises evenly along a ray, a picture's error is at most the change of light over half a step. With more steps it falls
-    /// fast, since a step's middle is near the middle of what it scatters.
+    /// fast, since a step's middle is near the centre of its scattering.
     #[test]
     fn steps_of_a_picture() {
         let volume = volume(cube(20, |_| 0.25), straight());

@@ -145,8 +145,8 @@ mod tests {
         }
     }
 
-    /// The light that a pixel reflects from a light in a frame. This and [`visibility`] change from frame to frame, so that a pixel may
-    /// keep a light that no longer reaches it.
+    /// The light that a pixel reflects from a light in a frame. This and [`visibility`] change from frame to frame, so that a light that
+    /// was kept may no longer reach the pixel.
     fn target(frame: u32, light: u32) -> f32 {
         let lit = !(light + frame).is_multiple_of(5);
         if lit { 0.1 + ((light * 7 + frame * 3) % 11) as f32 } else { 0.0 }

@@ -13,7 +13,7 @@ const USUAL: f64 = 6000.0;
 /// The most splats that the scene may have.
 pub(in crate::scene) const MOST: u32 = 4_000_000;
 
-/// Of every ten splats, how many belong to the ground, and how many to the arch; the others belong to the bush.
+/// How many in every ten splats belong to the ground, and how many to the arch; the others belong to the bush.
 const GROUND: u32 = 4;
 const ARCH: u32 = 4;
 

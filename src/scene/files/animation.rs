@@ -291,7 +291,7 @@ pub(in crate::scene) fn stem(pattern: &Path) -> String {
     }
 }
 
-/// Of a path's file name: the text before the first `#`, the number of `#`, and the text behind them.
+/// Splits a path's file name: the text before the first `#`, the number of `#`, and the text behind them.
 fn around(path: &Path) -> Option<(String, usize, String)> {
     let name = path.file_name()?.to_str()?;
     let first = name.find('#')?;

@@ -163,7 +163,7 @@ impl View {
 
     /// The views of all maps of all lights before they are fitted (a point light has one for each of [`crate::scene::FACES`]), `size`
     /// texels per side: origin and axes, and in perspective the scale. A directional light's origin is a place among the casters of
-    /// `casting` (for simulated casters a corner of their box), so that distances from it stay small. `near` is the least share of the
+    /// `casting`; for simulated casters, it is a corner of their box. So distances from it stay small. `near` is the least share of the
     /// range at which the view may begin; `far` is its range, relative to the range that the casters need.
     pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
         aimed(aim, size, casting)

@@ -15,7 +15,7 @@ const DEPTH_STEPS: f32 = 16_777_216.0;
 /// Bits of a texel's optical depth in a whole number of 64 bits; the other two are room for rounding. Twin: SUM_BITS.
 const SUM_BITS: i32 = 62;
 
-/// The begin and end of each segment, sorted by depth. Of an event, `entry` is the depth where it happens and `exit` the depth of the
+/// The begin and end of each segment, sorted by depth. An event's `entry` is the depth where it happens, and its `exit` the depth of the
 /// segment's other end. Twin: events.comp.
 pub fn events(segments: &[Segment]) -> Vec<Segment> {
     let ends = |s: &Segment| {
