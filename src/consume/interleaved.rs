@@ -89,7 +89,7 @@ impl Gather {
     }
 }
 
-/// The last frame's values of `shading=interleaved` or `shading=reservoir`, one per pixel, read from the device, to compare with its twin.
+/// Per-pixel values of the last frame with `shading=interleaved` or `shading=reservoir`, read from the device to compare with the twin.
 pub struct PartsSeen {
     /// The number of the pixel's triangle, counted from 1; 0 where there is sky.
     pub numbers: Vec<u32>,

@@ -18,7 +18,7 @@ impl Pictures {
     /// For pictures of `size` pixels, of the scene from which `world` was filled. Without `show`, pictures are those that are measured.
     ///
     /// # Errors
-    /// [`Error::Input`] where the device has no images of so many samples, else as [`Renderer::new`] and [`Renderer::show`].
+    /// [`Error::Input`] where the device cannot have an image with that many samples; else as [`Renderer::new`] and [`Renderer::show`].
     pub fn new(context: &Context, world: &World, scene: &Scene, size: [u32; 2], show: Option<Show>) -> Result<Self> {
         let sampled = show.map_or(size, |show| show.sampled(size));
         let most = context.features().max_image_dimension_2d;

@@ -1,5 +1,5 @@
-//! Many lights: each pixel asks one of them, and keeps it from frame to frame. Source: Bitterli et al. 2020, Spatiotemporal reservoir
-//! resampling for real-time ray tracing with dynamic direct lighting. Twin: reference::twin::reservoir.
+//! Many lights: each pixel asks for one light, chosen at random, and keeps it from frame to frame. Source: Bitterli et al. 2020,
+//! Spatiotemporal reservoir resampling for real-time ray tracing with dynamic direct lighting. Twin: reference::twin::reservoir.
 
 use super::Renderer;
 use super::interleaved::Gather;
@@ -15,7 +15,7 @@ use std::cell::{Cell, RefCell};
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
-/// Frames that a reservoir stands for at most. Twin: MOST_FRAMES.
+/// Number of earlier frames that a reservoir counts for, at most. Twin: MOST_FRAMES.
 pub(super) const MOST_FRAMES: usize = 20;
 
 push_struct! {

@@ -1,4 +1,4 @@
-//! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
+//! Scenes: casters, lights and the camera. This module does not depend on Vulkan.
 
 // Files and built-in scenes.
 #[cfg(feature = "program")]

@@ -42,7 +42,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The simulation of a world whose scene is simulated; none for any other.
+    /// The simulation of a world that is a fountain; none for any other world.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 /// Number of different orders in which the same casters are tried.
 pub const SHUFFLES: usize = 8;
 
-/// Number of texels on whose rays is asked, over all maps together.
+/// Number of texels whose rays get points, over all maps together.
 const TEXELS: usize = 96;
 
 /// Points in space per light, and as many on meshes.

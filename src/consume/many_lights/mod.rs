@@ -1,6 +1,6 @@
-//! Many lights, shaded in tiles: the lights that reach a tile are found once, each pixel asks the technique for those and keeps a
-//! bit per light, and one shader that knows no technique shades with all of them. Sources: Olsson and Assarsson 2011 (tiles);
-//! Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
+//! Many lights, shaded in tiles. First the lights that reach each tile are found. Then each pixel asks the technique for the tile's lights
+//! and stores one bit per light. Finally one shader, the same for all techniques, shades with all lights. Sources: Olsson and Assarsson
+//! 2011 (tiles); Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
 
 mod ask;
 mod frame;

@@ -1,4 +1,4 @@
-//! A scene whose lights are virtual ones.
+//! Scenes that are lit by virtual lights alone.
 
 use crate::gpu::Context;
 use crate::lights::indirect::Vpls;

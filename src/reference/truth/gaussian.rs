@@ -35,8 +35,7 @@ pub(crate) fn along(ray: &Ray, caster: &Caster) -> Along {
 }
 
 impl Along {
-    /// z at which a ray enters and leaves the ellipsoid of so many deviations about the middle; none where the ray
-    /// misses it.
+    /// The z at which the ray enters and leaves the ellipsoid of `reach` deviations about the middle; none where the ray misses it.
     pub fn within(&self, reach: f64) -> Option<(f64, f64)> {
         let half = (reach * reach - self.square).max(0.0).sqrt() * self.deviation;
         (half > 0.0).then_some((self.middle - half, self.middle + half))

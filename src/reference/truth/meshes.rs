@@ -11,7 +11,7 @@ use std::cell::Cell;
 /// Where a ray meets a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// In lengths of the ray's direction.
+    /// Distance along the ray, in lengths of its direction.
     pub distance: f64,
     /// Unit length; outwards on a closed surface, else on either side.
     pub normal: DVec3,
@@ -34,7 +34,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    /// As [`Hit::normal`].
+    /// The triangle's normal, as in [`Hit::normal`].
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         let normal = (b - a).cross(c - a).normalize_or_zero();

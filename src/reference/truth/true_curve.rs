@@ -31,8 +31,7 @@ pub struct Smooth {
 }
 
 impl TrueCurve {
-    /// From segments (entry, exit, optical depth) in any order. A segment of no length is a step: two vertices at the
-    /// same depth.
+    /// A curve from segments (entry, exit, optical depth) in any order. A segment of no length is a step: two vertices at the same depth.
     pub fn new(segments: &[(f64, f64, f64)]) -> Self {
         // An event is a depth, a change of slope there, and a step there.
         let mut events: Vec<(f64, f64, f64)> = Vec::with_capacity(2 * segments.len());

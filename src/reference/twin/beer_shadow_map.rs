@@ -38,7 +38,7 @@ impl Texel {
     }
 }
 
-/// A texel whose casters are drawn and blended, before storage rounds it. Twin: blend.frag, and what is blended from it.
+/// A texel whose casters are drawn and blended, before storage rounds it. Twin: blend.frag and its blending.
 pub fn blend(view: &View, texel: [u32; 2], casters: &[Caster]) -> Texel {
     let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
     segments.fold(Texel::default(), |texel, s| texel.with(s, s.optical_depth))

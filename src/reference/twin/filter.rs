@@ -7,7 +7,7 @@ use glam::{IVec2, Vec2};
 pub enum Filter {
     /// The four texels about the position.
     Bilinear,
-    /// Each texel by its share of a square that reaches so many texels from the position.
+    /// Each texel by the share of it that lies in a square, which reaches this many texels from the position.
     Box(u32),
     /// The box's share times a Gaussian whose standard deviation is half the radius.
     Gaussian(u32),
@@ -83,7 +83,7 @@ mod tests {
             let moved = filter.weights(size, at + step);
             let of = |weights: &[(IVec2, f32)], t: IVec2| weights.iter().find(|w| w.0 == t).map_or(0.0, |w| w.1);
             for texel in weights.iter().chain(&moved).map(|w| w.0) {
-                // A weight is a product of two, each of which changes by at most 3 per texel.
+                // A weight is a product of two factors, each of which changes by at most 3 per texel.
                 let change = (of(&weights, texel) - of(&moved, texel)).abs();
                 prop_assert!(change <= 6.0 * step + 1e-5, "{texel} changes by {change} over {step}");
             }

@@ -92,7 +92,7 @@ impl Cast {
         Self { place: place.voxels(caster.position).into(), axis, reach }
     }
 
-    /// Its box.
+    /// Low and high corner of its box, voxels.
     fn bounds(&self) -> [Vec3; 2] {
         let end = self.place + self.axis;
         [self.place.min(end) - self.reach, self.place.max(end) + self.reach]

@@ -9,7 +9,7 @@ pub fn float_order(value: f32) -> u32 {
     if bits >> 31 == 1 { !bits } else { bits | 0x8000_0000 }
 }
 
-/// Its inverse. Twin: float_of_order.
+/// The inverse of [`float_order`]. Twin: float_of_order.
 pub fn float_of_order(order: u32) -> f32 {
     f32::from_bits(if order >> 31 == 1 { order & 0x7FFF_FFFF } else { !order })
 }

@@ -49,7 +49,7 @@ pub struct Kept {
 /// A pixel's result in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asked {
-    /// For the next frame.
+    /// The reservoir to keep for the next frame.
     pub kept: Kept,
     /// How much of that light arrives.
     pub visible: f32,

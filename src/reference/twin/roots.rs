@@ -91,7 +91,7 @@ mod tests {
             let mut factors = [0.0; 4];
             factors.iter_mut().zip(&all[1..]).for_each(|(factor, exact)| *factor = *exact as f32);
             let found = real_roots(factors, n);
-            // Tolerance for the rounding of coefficients, by which close roots move far: compared are values of the polynomial, not roots.
+            // Values of the polynomial are compared, not roots, since the rounding of coefficients may move close roots far.
             let most = roots.iter().fold(1f64, |most, root| most.max(root.abs()));
             for found in &found[..n] {
                 let value = |u: f64| all.iter().fold(0.0, |value, factor| value * u + factor);

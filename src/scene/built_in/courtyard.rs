@@ -10,10 +10,10 @@ use crate::scene::model::time::check_time;
 use crate::scene::{Camera, Light, Mesh, Motion, Scene};
 use glam::{DVec2, DVec3};
 
-/// From the middle of the court to the columns' axes.
+/// Distance from the court's middle to the columns' axes.
 pub(in crate::scene) const YARD: f64 = 7.2;
 
-/// From column to column.
+/// Distance from column to column.
 pub(in crate::scene) const BAY: f64 = 2.4;
 
 /// Arches per side.
@@ -143,7 +143,7 @@ impl Courtyard {
         for i in 1..BAYS {
             let y = BAY * (f64::from(i) - 0.5 * f64::from(BAYS));
             self.column(&place.turned([YARD, y, 0.0], [1.0, 0.0]));
-            // From the column across to the wall.
+            // A pilaster on the wall opposite the column, and an arch from the column to the wall.
             block(&mut self.trim, place, [WALL[0] - 0.25, y - 0.22, -0.1], [WALL[0] + 0.1, y + 0.22, ARCH[1]]);
             let width = WALL[0] - 0.2 - YARD - 0.25;
             let rib = Arches {

@@ -17,7 +17,7 @@ impl Place {
         self.origin + (x * self.along + y * self.along.perp()).extend(z)
     }
 
-    /// A place whose origin and x axis are given in this place's axes.
+    /// Another place, whose origin and x axis are given in this place's axes.
     pub(in crate::scene) fn turned(&self, origin: [f64; 3], along: [f64; 2]) -> Self {
         Self { origin: self.at(origin), along: along[0] * self.along + along[1] * self.along.perp() }
     }

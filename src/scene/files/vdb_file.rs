@@ -431,7 +431,7 @@ mod tests {
             assert!(found == active || active == 0.0 && found == other, "{place:?}: {found}");
             others += usize::from(active == 0.0 && found == other);
         }
-        // At most sixteen leaves, without the ball's own samples.
+        // There are at most sixteen leaves, part of which the ball fills.
         assert!(others > 1000 && others < 16 * 512, "{others}");
     }
 

@@ -9,7 +9,7 @@ use glam::DVec3;
 pub struct SceneChange {
     /// Where the camera stands, world units.
     pub eye: Option<DVec3>,
-    /// What it looks at, world units.
+    /// The camera's target, world units.
     pub target: Option<DVec3>,
     /// The direction in which the light of the first directional or spot light travels; any length above 0.
     pub direction: Option<DVec3>,
@@ -45,7 +45,7 @@ impl SceneChange {
     /// The camera and the lights of the changed scene, without the rest.
     ///
     /// # Errors
-    /// As [`SceneChange::of`], but for extinction.
+    /// As [`SceneChange::of`], except for extinction.
     pub fn aimed(&self, scene: &Scene) -> Result<(Camera, Vec<Light>)> {
         let fail = |cause: &str, way_out: &str| Err(Error::input(scene.name.clone(), cause, way_out));
         let (mut camera, mut lights) = (scene.camera, scene.lights.clone());

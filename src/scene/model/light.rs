@@ -19,7 +19,7 @@ pub enum LightKind {
         /// Full opening angle, degrees, in (0, 170].
         cone_degrees: f64,
     },
-    /// The same in all directions.
+    /// Shines equally in all directions.
     Point {
         /// World units.
         position: DVec3,

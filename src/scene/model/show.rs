@@ -18,7 +18,7 @@ impl Show {
     /// With 1, 4, 8 or 16 samples per pixel.
     ///
     /// # Errors
-    /// [`Error::Input`] for another number of them, or stops that are not from −20 to 20.
+    /// [`Error::Input`] for another number of samples, or stops that are not from −20 to 20.
     pub fn new(samples: u32, stops: f32) -> Result<Self> {
         let Some((_, grid)) = SAMPLES.into_iter().find(|(count, _)| *count == samples) else {
             return Err(Error::input(

@@ -130,7 +130,7 @@ impl Bits {
         Self::voxelize_cells(triangles, size, 1)
     }
 
-    /// The same in cells, of which there are `cells` per side of a voxel.
+    /// The cells that triangles meet, whose corners are given in cells; a voxel has `cells` cells per side.
     pub(crate) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
         let mut bits = Self::none(size);
         for corners in triangles {

@@ -106,7 +106,7 @@ impl Cells {
         (0..GROUPS - 1).map(at).find(|ends| few_enough(*ends)).unwrap_or_else(|| at(GROUPS - 1))
     }
 
-    /// The curve through the ends that stay, compressed. Twin: the rest of main.
+    /// Makes the curve through the ends of cells that it needs, and compresses it. Twin: the rest of main.
     pub fn curve(&self, build: Build) -> Curve {
         let ends = self.ends(build);
         let mut curve = Curve::new(build);

@@ -3,7 +3,7 @@
 /// The place at which a pixel asks with ordered dither: along a step, then in two axes across a voxel, each 0 to 1. `phase` is that of
 /// `ManyLightsPush`.
 pub fn ordered([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
-    // Bayer's matrix of 4 × 4, from that of 2 × 2.
+    // Bayer's matrix of 4 × 4, made from that of 2 × 2.
     let two = |x: u32, y: u32| [[0, 2], [3, 1]][(y & 1) as usize][(x & 1) as usize];
     let place = 4 * two(x, y) + two(x >> 1, y >> 1);
     [4 * place + phase, 16 * (place % 4) + 4 * phase, 16 * (place / 4) + 4 * phase].map(|part| part as f32 / 64.0)
