@@ -271,7 +271,7 @@ impl Renderer {
         &self.color
     }
 
-    /// Draws the picture as [`Renderer::picture`] does, lit by a technique after a build, or painted by it.
+    /// Draws the picture as [`Renderer::picture`] does. A built technique lights it, or paints the casters itself.
     ///
     /// # Errors
     /// As [`Renderer::kernels_of`] and [`Renderer::draw`].

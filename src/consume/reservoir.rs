@@ -107,7 +107,7 @@ impl Reservoirs {
         self.gather.gather(commands, camera);
     }
 
-    /// After the submission of a frame that was seen with `camera`.
+    /// To be called after a frame seen with `camera` was submitted: that frame becomes the frame before.
     pub(super) fn end(&self, camera: &View) {
         *self.seen.borrow_mut() = Some(*camera);
         self.frame.set(self.frame.get().wrapping_add(1));

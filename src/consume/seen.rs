@@ -1,4 +1,4 @@
-//! Buffers that passes wrote, read back for tests that compare them with the twins'.
+//! Buffers that passes wrote, read back for tests that compare them with those of the twins.
 
 use super::Renderer;
 use super::interleaved::PartsSeen;

@@ -131,7 +131,7 @@ impl Volumes {
         Ok(Some(Self { volumes, places, slots, samples, bindings }))
     }
 
-    /// Writes the volumes as they are now, with no more blocks than before. Unchanged ones are not written again.
+    /// Writes the volumes as they are now, with no more blocks than before. Unchanged volumes are not written again.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         if scene.volumes == self.volumes {

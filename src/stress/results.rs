@@ -72,7 +72,7 @@ pub struct Figures {
     pub not_finite: u64,
     /// Answers below 0 or above 1 by more than rounding.
     pub outside: u64,
-    /// The most by which an answer rises along a texel's ray.
+    /// The greatest rise of an answer along a texel's ray.
     pub rise: Option<f64>,
     /// The greatest error of an answer behind all smoke.
     pub tail: Option<f64>,

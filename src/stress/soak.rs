@@ -29,7 +29,7 @@ pub struct Soaked {
     pub failures: Vec<Failure>,
     /// Whether the host's memory stopped growing ([`is_flat`]); absent where there are too few rounds to tell.
     pub is_flat: Option<bool>,
-    /// Processes that rounds ran in: more than one where some hung or died.
+    /// Number of processes in which rounds ran: more than one where some hung or died.
     pub processes: u32,
     /// The periods from each opening of the device to its closing, in order.
     pub lives: Vec<Life>,

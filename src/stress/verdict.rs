@@ -78,7 +78,7 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     }
 }
 
-/// Which promises the figures break, those that hold for all techniques included.
+/// The promises that the figures break, including the invariants that hold for all techniques.
 fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
     // NaN counts as above the limit.
     let above =

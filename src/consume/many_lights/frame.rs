@@ -14,7 +14,7 @@ const EDGE_PIXELS: f64 = 2.0;
 pub struct FrameData {
     /// The camera.
     pub camera: View,
-    /// The direction at the upper left corner of the picture, z along it being 1.
+    /// The direction at the upper left corner of the picture, with a length of 1 along z.
     pub corner: [f32; 3],
     /// Change of that direction per pixel to the right.
     pub across: [f32; 3],

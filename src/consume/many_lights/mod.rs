@@ -247,7 +247,7 @@ impl ManyLights {
         }
     }
 
-    /// After the submission of a frame that was seen with `camera`.
+    /// To be called after a frame seen with `camera` was submitted: that frame becomes the frame before.
     pub(super) fn end(&self, camera: &View) {
         let mut kept = self.kept.borrow_mut();
         (kept.before, kept.is_odd) = (Some(*camera), !kept.is_odd);

@@ -6,7 +6,7 @@ use super::true_curve::TrueCurve;
 use crate::scene::View;
 use rayon::prelude::*;
 
-/// Texels that the limit is taken over: an even sample of the covered ones of all maps.
+/// The greatest number of texels over which the limit is averaged: an even sample of the covered texels of all maps.
 pub const LIMIT_TEXELS: usize = 93;
 
 /// Depths at which errors are summed, evenly spread over the light's range: four times as dense as the map points, so that errors between

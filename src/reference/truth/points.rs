@@ -145,7 +145,7 @@ fn texel_truth(
 
 /// The depth along a ray at which the light ends; 1 where it does not end within the view's range.
 fn end_depth(light: &Light, view: &View, ray: &Ray) -> f64 {
-    // A float's rounding nearer than the radius, at which the light is 0.
+    // Ends slightly before the radius, by about a float's rounding, since the light is 0 at the radius.
     let reach = light.position().map_or(f64::INFINITY, |_| light.radius * (1.0 - 1e-6));
     view.depth(reach / ray.direction.length()).min(1.0)
 }

@@ -7,7 +7,7 @@ use super::volume::Cubic;
 /// Optical depth over depth in the light's range, from the segments of one ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrueCurve {
-    /// Where the slope changes, rising; empty where the ray meets nothing.
+    /// Depths at which the slope changes, rising; empty where the ray meets nothing.
     pub depths: Vec<f64>,
     /// Optical depth at each of these depths; 0 first, the total of spheres and strands last.
     pub optical_depths: Vec<f64>,

@@ -111,7 +111,7 @@ pub(super) fn optical_depth(volume: &Volume, ray: &Ray, from: f64, to: f64) -> f
     let mut sum = 0.0;
     way.cells(volume.field(), from, to, |corners, cell, from, to| {
         let (middle, reach) = (0.5 * (from + to), 0.5 * (to - from));
-        // Gauss and Legendre's two points: exact of polynomials of the third degree.
+        // Gauss and Legendre's two points: exact for polynomials of the third degree.
         let beside = reach / 3f64.sqrt();
         sum += reach * (way.density(corners, cell, middle - beside) + way.density(corners, cell, middle + beside));
     });

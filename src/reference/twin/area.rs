@@ -80,7 +80,7 @@ impl Lines {
     }
 }
 
-/// z and the share of the texel that the ribbon covers. Twin: strand_share.
+/// The ribbon's z, and the share of the texel that the ribbon covers. Twin: strand_share.
 fn strand_share(view: &View, texel: [u32; 2], strand: &Caster) -> Option<(f32, f32)> {
     let lines = Lines::new(view, texel, strand)?;
     let part = |i: usize| {

@@ -79,10 +79,10 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     Texel { one_minus_front: plain.one_minus_front - deeper, back: plain.back + deeper, ..plain }
 }
 
-/// The optical depth that stands for no light, in levels of detail.
+/// The optical depth that is stored where no light is left, in coarser levels of detail.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Mean transmittance along an even medium of that optical depth. Twin: even_mean.
+/// Mean transmittance along an even medium of optical depth `t`. Twin: even_mean.
 fn even_mean(t: f32) -> f32 {
     if t < 0.01 { 1.0 - t * (0.5 - t / 6.0) } else { (1.0 - (-t).exp()) / t }
 }
@@ -124,7 +124,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Behind all, and in the mean over the depths from the nearest front to the farthest back, a texel of a level is the mean of the four.
+        /// The merged texel's transmittance is the mean of the four below: behind all casters, and on average over the depths from the
+        /// nearest front to the farthest back.
         #[test]
         fn levels_are_means(all in prop::collection::vec((0.0..0.9f32, 0.0..0.5f32, prop_oneof![Just(0.0f32), 0.01..4.0f32, Just(200.0)]), 4)) {
             let texel = |i: usize| {

@@ -1,7 +1,7 @@
 //! CPU twin of glsl/maps/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in their drawing
 //! order.
 
-/// Words of bits of a block. Twin: BLOCK_WORDS in glsl/maps/bins/marks.glsl.
+/// Words of bits in a block. Twin: BLOCK_WORDS in glsl/maps/bins/marks.glsl.
 pub const BLOCK_WORDS: usize = 64;
 
 /// One bit per caster in drawing order, set where it meets some tile, in whole blocks of words; and the number of set bits per block.

@@ -134,7 +134,8 @@ mod tests {
             prop_assert!(count >= many(split) || count as f64 * shares * 0.5 * unit <= 2f64.powi(-13));
         }
 
-        /// The three ways to the same ray agree; transmittance never rises and ends at the product of all.
+        /// Three ways of computing a ray agree: adding optical depths, multiplying transmittances and the fused pass. Transmittance never
+        /// rises, and ends at the product over all casters.
         #[test]
         fn one_ray_three_ways(casters in casters(), count in prop::sample::select(vec![4u32, 8, 64, 256]), split: bool) {
             let (view, slices) = (along_the_axis(&[]).0, Slices { count, split });

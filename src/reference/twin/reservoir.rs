@@ -111,14 +111,14 @@ pub fn ask(
 mod tests {
     use super::*;
 
-    /// However many lights there are, all candidates together are each light as often as any other.
+    /// Over all candidates, each light is drawn equally often, for any number of lights.
     #[test]
     fn each_light_is_drawn_as_often() {
         for lights in (1..=70).chain([1000, 1023, 4096]) {
             let mut drawn = vec![0; lights as usize];
             for i in 0..CANDIDATES {
                 for place in 0..lights {
-                    // The middle of the bits that are drawn to a place.
+                    // The middle of the range of random bits that leads to this place.
                     let bits = ((2 * u64::from(place) + 1) << 31) / u64::from(lights);
                     drawn[candidate_light(bits as u32, i, CANDIDATES, lights) as usize] += 1;
                 }

@@ -109,7 +109,7 @@ pub struct Units {
 }
 
 impl Units {
-    /// The units of casters; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
+    /// Adds up the casters' units; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
     pub fn new(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Self {
         let cut = |s: Segment| {
             let left = (DARK / s.optical_depth).min(1.0);
@@ -132,7 +132,7 @@ impl Units {
         self.segments.iter().map(of).sum()
     }
 
-    /// Depths from the first entry to the last exit; none where nothing is.
+    /// Depths from the first entry to the last exit; none where there are no segments.
     pub fn range(&self) -> Option<[f32; 2]> {
         let low = self.segments.iter().map(|s| s.entry).reduce(f32::min)?;
         let high = self.segments.iter().map(|s| s.exit).reduce(f32::max)?;

@@ -307,8 +307,8 @@ fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_
     }
 }
 
-/// The velocity of the swirling air, at most a few units / s. Any function of the phase alone is free of divergence
-/// where its direction lies across the wave vector.
+/// The velocity of the swirling air, at most a few units / s. Any function of the phase alone is free of divergence if its direction is at
+/// right angles to the wave vector.
 fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
     let velocity = |(mode, direction): &(SwirlMode, DVec3)| {
         let periods = mode.wave_vector.dot(position) + mode.frequency * time_s + mode.phase;

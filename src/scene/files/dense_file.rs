@@ -53,7 +53,7 @@ pub(in crate::scene) struct Dense {
 }
 
 impl Dense {
-    /// Bytes of all samples, or what is wrong with the size.
+    /// Bytes of all samples; the error text names the fault in the size.
     pub fn bytes(&self) -> Result<u64, String> {
         let count = self.size.iter().try_fold(1u64, |product, side| product.checked_mul(u64::from(*side)));
         match count {

@@ -1,4 +1,4 @@
-//! Opening the user's files, and the words for what is wrong with them.
+//! Opens the user's files, and words error messages about them.
 
 use crate::{Error, Result, WayOut};
 use std::fs::File;

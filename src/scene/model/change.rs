@@ -27,7 +27,7 @@ impl SceneChange {
     /// The scene with this change applied.
     ///
     /// # Errors
-    /// [`Error::Input`] where no light of it has a direction, a number is out of range, or the camera stands at what it looks at.
+    /// [`Error::Input`] where no light of the scene has a direction, a number is out of range, or the camera is at its own target.
     pub fn of(&self, scene: &Scene) -> Result<Scene> {
         let (camera, lights) = self.aimed(scene)?;
         if !(self.extinction >= 0.0 && self.extinction.is_finite()) {

@@ -10,7 +10,7 @@ const STEPS_PER_SECOND: f64 = 60.0;
 /// Up to this number of particles, each has its greatest size and density; more particles are smaller and thinner.
 const FEW: f64 = 1024.0;
 
-/// A particle as the device keeps it. Twin: Body in glsl/simulate/body.glsl.
+/// A particle in the device's layout. Twin: Body in glsl/simulate/body.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Body {
