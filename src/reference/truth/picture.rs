@@ -21,7 +21,7 @@ const STRAND_ALBEDO: DVec3 = DVec3::new(0.70, 0.42, 0.20);
 /// Twin: AMBIENT.
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
 
-/// Pixels per side of a grid cell, which only finds candidates.
+/// Pixels per side of a cell of the grid, which is only used to find candidates.
 const CELL_PIXELS: u32 = 8;
 
 /// The transmittance below which a picture's march through a volume ends.

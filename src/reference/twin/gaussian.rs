@@ -51,7 +51,8 @@ fn axis(u: u32, v: u32) -> Vec3 {
     Vec3::new(place.x, place.y, 1.0 - place.x.abs() - place.y.abs()).normalize()
 }
 
-/// The shortest and the longest axis as 16 bits each of three words. Twin: gaussian_packed.
+/// Packs the shortest and the longest axis into three numbers of 16 bits: two for the shortest axis, one for the angle of the longest about
+/// it. Twin: gaussian_packed.
 pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     let shortest = if shortest.z < 0.0 { -shortest } else { shortest };
     let place = Vec2::new(shortest.x, shortest.y) / (shortest.x.abs() + shortest.y.abs() + shortest.z);

@@ -195,7 +195,7 @@ impl Problem<'_> {
             return d;
         }
         let whole = turned(place, place);
-        // Rotates the factors of a cosine and a sine, so that angles count from the place.
+        // Rotates the factors of a cosine and a sine, so that angles are measured from `place`.
         let about = |a: f32, b: f32, [cos, sin]: Place| [a * cos + b * sin, b * cos - a * sin];
         match n {
             2 => {

@@ -205,7 +205,7 @@ mod tests {
             let (view, casters) = along_the_axis(&all);
             let truth = left(&view, &casters, depth);
             let numbered: Vec<_> = (0..).zip(casters).collect();
-            // New numbers for the casters stand in for texels: they give new random numbers for the same segments.
+            // Renumbering the casters imitates other texels: the same segments get new random numbers.
             let errors: Vec<f64> = (0..TEXELS)
                 .map(|t| {
                     let casters: Vec<_> = numbered.iter().map(|(i, c)| (i + 100 * t, *c)).collect();
