@@ -92,7 +92,8 @@ mod tests {
         assert!((at - point - 0.1 * normal.x.abs() * normal).length() < 1e-6, "{at}");
         let [surface, space] = [normal, Vec3::ZERO].map(|normal| Receiver::new(&view, at, normal));
         let apart = Vec2::new(0.5, 0.0);
-        // Three texels: one holds the plane itself, one a mesh above the plane, and one a mesh above it but deeper than the point.
+        // Three texels in turn. The first holds the plane itself, the second holds a mesh above the plane, and the third holds a mesh above
+        // it but deeper than the point.
         for (hit, ends) in [(3.5, [false, true]), (3.2, [true, true]), (4.1, [false, false])] {
             assert_eq!([surface, space].map(|of| of.is_ended(hit / 8.0, apart)), ends, "{hit}");
         }
