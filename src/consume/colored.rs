@@ -1,6 +1,6 @@
-//! Smoke and hair that absorb some colors of light more than others: the powers to which look-ups and transmittances are raised in each
-//! channel. Each channel has an opacity of its own but a target has only one alpha, so channels are drawn one after the other. Twin:
-//! glsl/consume/colored.glsl.
+//! Smoke and hair that absorb some colors of light more than others. In each channel, transmittance is raised to the power of that
+//! channel's extinction ratio. Each channel has an opacity of its own, but a target has only one alpha, so channels are drawn one after the
+//! other. Twin: glsl/consume/colored.glsl.
 
 use super::{Renderer, Shading};
 use crate::gpu::{Blend, Constants};
@@ -8,19 +8,19 @@ use crate::scene::Scene;
 use crate::shaders::constant;
 use crate::{Error, Result};
 
-/// A technique's constants, with those of light whose colors are taken in this ratio.
+/// Adds the extinction ratio of red, green and blue to a technique's shader constants.
 pub(super) fn colored(constants: &Constants, [red, green, blue]: [f32; 3]) -> Constants {
     let constants = constants.clone().set(constant::EXTINCTION_RED, red);
     constants.set(constant::EXTINCTION_GREEN, green).set(constant::EXTINCTION_BLUE, blue)
 }
 
 impl Renderer {
-    /// Whether all light is taken alike.
+    /// Whether casters absorb all colors of light equally.
     pub(super) fn is_grey(&self) -> bool {
         self.extinction_ratio == Scene::GREY
     }
 
-    /// How each kernel blends that draws casters, and its constants: one for all channels at once, or one per channel.
+    /// Blend state and constants of each kernel that draws casters: one kernel for all channels at once, or one per channel.
     pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
         let constants = colored(constants, self.extinction_ratio);
         if self.is_grey() {
@@ -29,7 +29,7 @@ impl Renderer {
         (0..3).map(|channel| (Blend::OverChannel(channel), constants.clone().set(constant::CHANNEL, channel))).collect()
     }
 
-    /// That meshes can be shaded like that where smoke has a color.
+    /// Refuses tiled shading where smoke has a color.
     pub(super) fn check_colored(&self, shading: Shading) -> Result<()> {
         match shading {
             Shading::Tiled(_) if !self.is_grey() => Err(Error::Refused {

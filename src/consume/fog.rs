@@ -1,4 +1,4 @@
-//! Fog before the picture, in which shadows stand as shafts. Twin: reference::truth::fog.
+//! Fog laid over the picture; shadows show in it as shafts. Twin: reference::truth::fog.
 
 use super::Renderer;
 use super::colored::colored;
@@ -47,7 +47,7 @@ impl Renderer {
         Ok(FogKernel(Kernel::graphics(&self.context, &state, &sets, &constants)?))
     }
 
-    /// Records the pass that lays it over the picture that was recorded last.
+    /// Records the pass that lays fog over the picture that was recorded last.
     pub fn record_fog(&self, commands: &mut Commands, kernel: &FogKernel, fog: &Fog) {
         let push = FogPush { extinction: fog.extinction, steps: fog.steps };
         commands.pass("consume.fog", |pass| {

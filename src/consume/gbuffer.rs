@@ -1,5 +1,6 @@
-//! The meshes' surface at each pixel of a picture: the number of its triangle is drawn; albedo, normal and depth follow from it once per
-//! pixel, however many triangles lie behind each other. Source: Burns and Hunt 2013, The visibility buffer. Twin: reference::twin::gbuffer.
+//! The mesh surface at each pixel of a picture. One pass draws the number of the nearest triangle; a second finds albedo, normal and depth
+//! from that number, once per pixel however many triangles overlap. Source: Burns and Hunt 2013, The visibility buffer. Twin:
+//! reference::twin::gbuffer.
 
 use super::Renderer;
 use super::shown::Smooth;
@@ -33,13 +34,13 @@ impl CameraPush {
     }
 }
 
-/// Finds it.
+/// Finds the surface at each pixel, in two passes.
 pub(super) struct GBuffer {
     /// The number of each pixel's triangle, counted from 1; 0 where there is sky.
     pub(super) numbers: Image,
     visible: Kernel<CameraPush>,
     gbuffer: Kernel<CameraPush>,
-    /// For pictures that are shown.
+    /// Replaces flat normals by smooth ones, in pictures for people to look at only.
     smooth: Option<Smooth>,
 }
 

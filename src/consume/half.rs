@@ -1,16 +1,16 @@
 //! Numbers of 16 bits, as images hold them.
 
-/// The number that these bits stand for, of IEEE 754's binary16. All of them are numbers of f32 too.
+/// Converts IEEE 754 binary16 to f32. The conversion is exact: f32 can hold every half float.
 pub(super) fn from_half(bits: u16) -> f32 {
     let sign = u32::from(bits & 0x8000) << 16;
     let (exponent, fraction) = (u32::from(bits >> 10 & 0x1f), u32::from(bits & 0x3ff));
     let magnitude = match exponent {
-        // Multiples of 2⁻²⁴.
+        // Subnormal: a multiple of 2⁻²⁴.
         0 => return f32::from_bits(sign | (fraction as f32 / 16_777_216.0).to_bits()),
-        // Infinity, or NaN, which is made quiet.
+        // Infinity, or NaN, which becomes a quiet NaN.
         31 if fraction == 0 => 0x7f80_0000,
         31 => 0x7fc0_0000 | (fraction << 13),
-        // Biased by 127 and no longer by 15.
+        // The exponent's bias is 15 in a half float and 127 in f32.
         _ => ((exponent + 112) << 23) | (fraction << 13),
     };
     f32::from_bits(sign | magnitude)

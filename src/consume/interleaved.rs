@@ -1,6 +1,6 @@
-//! Many lights: each of 4 × 4 pixels asks a part of them, and answers are averaged over one surface. Sources: Keller and
-//! Heidrich 2001, Interleaved sampling; Segovia et al. 2006, Non-interleaved deferred shading of interleaved sample patterns.
-//! Twin: reference::twin::interleaved.
+//! Many lights: each pixel of a 4 × 4 square asks for a different sixteenth of the lights, and neighbours on the same surface are averaged.
+//! Sources: Keller and Heidrich 2001, Interleaved sampling; Segovia et al. 2006, Non-interleaved deferred shading of interleaved sample
+//! patterns. Twin: reference::twin::interleaved.
 
 use super::Renderer;
 use super::many_lights::{FrameData, sized};
@@ -11,12 +11,12 @@ use crate::scene::{SKY, View};
 use crate::shaders::{constant, interleaved as shaders, set};
 use crate::technique::Answer;
 
-/// Pixels per side of the square in which each pixel has another part of the lights, and pixels of one part per side
-/// that a workgroup shades.
+/// `PLACES`: pixels per side of the square in which each pixel has a different part of the lights. `BLOCK`: a workgroup shades a square of
+/// `BLOCK` × `BLOCK` pixels that all have the same part.
 const PLACES: u32 = 4;
 const BLOCK: u32 = 8;
 
-/// Pixels of a workgroup that gathers.
+/// Pixels in x and y that a workgroup of the gather pass covers.
 const GATHERED: [u32; 2] = [16, 8];
 
 push_struct! {
@@ -30,7 +30,7 @@ push_struct! {
     }
 }
 
-/// Asks one technique for the lights of a picture.
+/// Asks one technique for a part of the lights per pixel, then averages neighbours.
 pub(super) struct Interleaved {
     ask: Kernel,
     pub(super) gather: Gather,
@@ -53,7 +53,7 @@ impl Interleaved {
         Ok(Self { ask: Kernel::compute(context, shaders::ASK.of(answer.folder), &sets, answer.constants)?, gather })
     }
 
-    /// Records both passes, behind that of the G-buffer.
+    /// Records both passes, to run after the G-buffer's.
     pub(super) fn record(&self, commands: &mut Commands, camera: &View) {
         self.ask(commands);
         self.gather.gather(commands, camera);
@@ -66,7 +66,7 @@ impl Interleaved {
 }
 
 impl Gather {
-    /// With `shading` of that name. `whole`: a pixel's light stands for all lights, and not for its part.
+    /// `shading` names the mode in errors. `whole`: a pixel's estimate already stands for all lights, not for a part of them.
     pub(super) fn new(renderer: &Renderer, shading: &str, whole: bool) -> Result<Self> {
         let (context, size) = (&renderer.context, renderer.color.size());
         let what = format!("{} × {} pixels with shading={shading}", size[0], size[1]);
@@ -89,17 +89,17 @@ impl Gather {
     }
 }
 
-/// The last frame's values of `shading=interleaved` or `shading=reservoir`, one per pixel, read from the device, to compare with its twin.
+/// Per-pixel values of the last frame with `shading=interleaved` or `shading=reservoir`, read from the device to compare with the twin.
 pub struct PartsSeen {
-    /// The number of its triangle, counted from 1; 0 where there is sky.
+    /// The number of the pixel's triangle, counted from 1; 0 where there is sky.
     pub numbers: Vec<u32>,
-    /// What each turns of its part of the lights, or of the one that it keeps as often as that stands for.
+    /// Light that the pixel reflects from its part of the lights; or from the one light that it keeps, times that light's weight.
     pub estimates: Vec<[f32; 3]>,
     /// Albedo, and 0 where there is sky.
     pub albedo: Vec<[f32; 4]>,
-    /// Normal, and whether it is the outside of something closed.
+    /// Normal, and in the last component whether the surface is the outside of a closed surface.
     pub normal: Vec<[f32; 4]>,
-    /// Along the camera's axis, world units.
+    /// Depth along the camera's axis, world units.
     pub z: Vec<f32>,
     /// With `shading=reservoir`, the light that each pixel keeps; else none.
     pub reservoirs: Vec<ReservoirData>,

@@ -37,10 +37,10 @@ pub(super) enum Meshes {
 
 /// Draws the casters.
 pub(super) enum Casters {
-    /// One, or one per channel; so below.
+    /// One kernel for all channels, or one per channel; likewise in the variants below.
     Fragment(Vec<Kernel>),
     Vertex(Vec<Kernel<SpacingPush>>, SpacingPush),
-    /// Patches, and over some of them their sides.
+    /// Patches, and on top of some of them the outlines of their triangles.
     Outlined {
         filled: Vec<Kernel<SpacingPush>>,
         lines: Vec<Kernel<SpacingPush>>,
@@ -50,7 +50,8 @@ pub(super) enum Casters {
 }
 
 impl Kernels {
-    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and kept lights are forgotten.
+    /// With `shading=reservoir`, restarts at the frame number `frame` and forgets the kept lights. The frame number seeds the choice of
+    /// lights; other shading ignores this call.
     pub fn begin_at(&self, frame: u32) {
         if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
             reservoirs.begin_at(frame);
@@ -59,7 +60,7 @@ impl Kernels {
 }
 
 impl Renderer {
-    /// Draws casters as patches, lit at the vertices, or as lines: one kernel, or one per channel.
+    /// Kernels that draw casters as patches lit at their vertices, or as lines: one kernel, or one per channel.
     pub(super) fn tessellated(
         &self,
         answer: &Answer,
@@ -77,11 +78,12 @@ impl Renderer {
         self.channels(answer.constants).into_iter().map(kernel).collect()
     }
 
-    /// Draws the picture, lit by `answer`.
+    /// Makes the kernels that draw the picture, lit by `answer`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what `lighting` needs or room for tiles, or tiles are asked about smoke of a color, [`Error::Input`] where there are
-    /// more lights than a tile has room for, [`Error::Gpu`] where the driver rejects a shader.
+    /// [`Error::Refused`] where the device lacks what `lighting` needs or cannot have buffers large enough for the shading, or where tiled
+    /// shading meets smoke with a color; [`Error::Input`] where there are more lights than a tile has room for; [`Error::Gpu`] where the
+    /// driver rejects a shader.
     pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         self.context.features().require(lighting.requires())?;
         self.check_colored(shading)?;
@@ -101,7 +103,7 @@ impl Renderer {
         let lit = [scene, asked, &self.buffers];
         let gbuffer = || GBuffer::new(self);
         let is_round = self.shown.as_ref().is_some_and(|shown| shown.normals.is_some());
-        // Smooth normals are put into the G-buffer; else both draw the same.
+        // Smooth normals exist in the G-buffer alone, so forward becomes deferred. Apart from normals, both draw the same picture.
         let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
         Ok(Kernels {
             meshes: match shading {
@@ -144,7 +146,7 @@ impl Renderer {
         })
     }
 
-    /// Draws the picture and, over some casters, the sides of the triangles that they are made of.
+    /// Makes the kernels that draw the picture and, on top of some casters, the outlines of their triangles.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::kernels`].
@@ -156,10 +158,11 @@ impl Renderer {
         Ok(Kernels { casters: Casters::Outlined { filled, lines, push: SpacingPush { spacing } }, ..kernels })
     }
 
-    /// Draws the picture, lit by a technique after a build, or painted by it.
+    /// Makes the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Technique::painter`]).
     ///
     /// # Errors
-    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints casters that are to be lit at their vertices or have a color.
+    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints the casters itself, but `lighting` asks for light at vertices
+    /// or casters have a color.
     pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
         if lighting != Lighting::Fragment {
@@ -174,7 +177,7 @@ impl Renderer {
         Ok(Kernels { casters: Casters::Sliced(Sliced::new(self, &technique.answer(), painter)?), ..kernels })
     }
 
-    /// Those of the last kernels, or new ones where they were of another kind.
+    /// The buffers and passes of `shading=tiled`: those kept from earlier kernels where the settings are the same, else new ones.
     pub(super) fn tiles(&self, tiled: Tiled) -> Result<Rc<ManyLights>> {
         let mut kept = self.tiles.borrow_mut();
         if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {

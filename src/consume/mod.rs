@@ -1,5 +1,5 @@
-//! Consumers of the answer: the point query, the depth slice, the shaded picture (many lights in tiles, a part of them, or one
-//! per pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`].
+//! Consumers of a technique's answers: the point query, the depth slice, the shaded picture (with many lights in tiles, a part of them per
+//! pixel, or one per pixel) and fog over it. A consumer knows only the [`crate::technique::Answer`], never which technique it comes from.
 
 mod colored;
 mod fog;

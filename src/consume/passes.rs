@@ -12,8 +12,8 @@ use std::ops::Range;
 const OUTLINED: u32 = 60;
 
 impl Renderer {
-    /// Draws the picture and, over some casters, the sides of the triangles that they are made of; nearer things hide them. With many
-    /// casters only so many have sides, so that lines do not hide lines.
+    /// Draws the picture and, on top of some casters, the outlines of their triangles; nearer things hide the outlines. At most 60 casters
+    /// are outlined, evenly spread, so that lines do not hide each other.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
@@ -118,8 +118,8 @@ impl Renderer {
         commands.pass("consume.wireframe", |pass| self.patches(pass, push, kernels, filled.len(), both));
     }
 
-    /// Draws casters as patches, in each of so many channels those of places in the order with the kernels that are given for them; and
-    /// volumes as ever.
+    /// Draws casters as patches, and volumes between them, once per channel. `draws` gives the kernels for a channel and a range of places
+    /// in the blending order.
     fn patches<'k>(
         &self,
         pass: &mut Pass,

@@ -1,5 +1,5 @@
-//! The shaded picture: meshes forward, deferred, in tiles, by a part of the lights or by one per pixel, then casters and volumes from far to
-//! near. Twin: reference::truth::picture.
+//! The shaded picture: first meshes, in one of five ways ([`Shading`]), then casters and volumes from far to near. Twin:
+//! reference::truth::picture.
 
 use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
@@ -37,12 +37,12 @@ pub struct Renderer {
     camera_data: Buffer,
     order: Buffer,
     splats: Buffer,
-    /// What `shading=tiled` keeps from frame to frame, once it was asked for.
+    /// Buffers and passes of `shading=tiled`, made when kernels first need them and kept from frame to frame.
     pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
-    /// Additions for pictures that people are shown; measured ones have none.
+    /// Sky, fading ground and smooth normals, for pictures that people look at. Measured pictures have none of these.
     pub(super) shown: Option<Shown>,
     pub(super) triangle_vertices: u32,
-    /// All of the world's, cells of volumes too.
+    /// All casters of the world, with the cells of volumes.
     pub(super) caster_count: u32,
     pub(super) blended: Order,
     pub(super) volumes: Option<Volumes>,
@@ -58,7 +58,8 @@ fn blended(world: &World, camera: &View) -> Result<Order> {
     Ok(far_to_near(scene, camera))
 }
 
-/// The place of the first splat or cell among the casters, then the colours of all: words of the buffer `Splats` of glsl/consume/picture_set.glsl.
+/// Words of the buffer `Splats` of glsl/consume/picture_set.glsl: the index of the first splat or cell among the casters, then the colour
+/// of each splat and cell.
 fn splat_colors(world: &World) -> Result<Vec<u32>> {
     if !world.has_packed() {
         return Ok(vec![0; 4]);
@@ -74,11 +75,11 @@ impl Renderer {
     /// Prepares pictures of the world as it is now, as `camera` sees it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out; [`Error::Refused`] where buffers of the caller's fill the world and there is smoke or hair
-    /// in it, whose order the host does not know.
+    /// [`Error::Gpu`] where memory runs out. [`Error::Refused`] where the world has smoke or hair that the caller supplied in buffers: the
+    /// host cannot sort them for blending.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
-        // Blending into 32-bit floats is optional; half floats are everywhere, at a thousandth of precision.
+        // Devices need not blend into 32-bit floats. All blend into half floats, which are precise to about a thousandth.
         let color_format =
             if context.features().float32_blend { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };
         let image = |name, format, usage| Image::new(context, name, format, size, usage);
@@ -92,7 +93,7 @@ impl Renderer {
         let blended = blended(world, camera)?;
         order.write(&blended.casters)?;
         let colors = splat_colors(world)?;
-        // Cells of a sequence of files are more at other times.
+        // A sequence of files may have more cells at other times; the buffer has room for the most.
         let most = match world.scene() {
             Ok(scene) if world.has_packed() => 1 + 3 * (scene.gaussians.len() + scene.most_cells()),
             _ => 0,
@@ -138,7 +139,7 @@ impl Renderer {
         })
     }
 
-    /// Uses another camera, of as many pixels, for the world as it is now: for the next frame.
+    /// Readies the next frame: the world as it is now, seen by a camera with the same number of pixels.
     ///
     /// # Errors
     /// [`Error::Input`] where the camera's picture is of another size, [`Error::Gpu`] where the device is lost.
@@ -185,7 +186,7 @@ impl Renderer {
         self.read()
     }
 
-    /// Draws a frame for each of these cameras, one after the other, and reads them.
+    /// Draws and reads one frame per camera, in order.
     ///
     /// # Errors
     /// As [`Renderer::kernels`], [`Renderer::look`] and [`Renderer::draw`].
@@ -214,7 +215,7 @@ impl Renderer {
         self.frame(kernels, |commands| self.casters(commands, kernels))
     }
 
-    /// Records the passes of the next frame, into a command buffer of the caller's too.
+    /// Records the passes of the next frame; `commands` may be the caller's own command buffer.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -236,7 +237,7 @@ impl Renderer {
         Ok(times)
     }
 
-    /// The next frame is another.
+    /// Keeps this frame's camera for shading that reuses the frame before.
     fn drawn(&self, kernels: &Kernels) {
         if let Meshes::Tiled { tiles, .. } = &kernels.meshes {
             tiles.end(&self.camera);
@@ -256,7 +257,7 @@ impl Renderer {
         Ok(Picture { width, height, pixels })
     }
 
-    /// Reads an image that has the format of the colours.
+    /// Reads an image of the format [`Renderer::color_format`].
     pub(super) fn read_colors(&self, image: &Image) -> Result<Vec<[f32; 3]>> {
         if self.color_format == Format::R32G32B32A32_SFLOAT {
             return Ok(image.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
@@ -270,7 +271,7 @@ impl Renderer {
         &self.color
     }
 
-    /// Draws the picture as [`Renderer::picture`] does, lit by a technique after a build, or painted by it.
+    /// Draws the picture as [`Renderer::picture`] does. A built technique lights it, or paints the casters itself.
     ///
     /// # Errors
     /// As [`Renderer::kernels_of`] and [`Renderer::draw`].

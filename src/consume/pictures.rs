@@ -1,4 +1,4 @@
-//! Pictures of a scene, as people are shown them or as they are measured: shared by all commands that draw.
+//! Pictures of a scene, in a form for people to look at or in the form that is measured. All commands that draw use this.
 
 use super::{Developed, Renderer};
 use crate::gpu::Context;
@@ -6,19 +6,19 @@ use crate::scene::{Picture, Scene, Show, View};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// What draws a world by [`Pictures::renderer`], and reads what is to be seen.
+/// Draws a world by [`Pictures::renderer`] and reads the finished picture.
 pub struct Pictures {
-    /// Draws all samples.
+    /// Draws one pixel per sample; a picture for people has several samples per final pixel.
     pub renderer: Renderer,
     size: [u32; 2],
     developed: Option<(Show, Developed)>,
 }
 
 impl Pictures {
-    /// For pictures of that size, of a scene that fills the world; without `show` as they are measured.
+    /// For pictures of `size` pixels, of the scene from which `world` was filled. Without `show`, pictures are those that are measured.
     ///
     /// # Errors
-    /// [`Error::Input`] where the device has no images of so many samples, else as [`Renderer::new`] and [`Renderer::show`].
+    /// [`Error::Input`] where the device cannot have an image with that many samples; else as [`Renderer::new`] and [`Renderer::show`].
     pub fn new(context: &Context, world: &World, scene: &Scene, size: [u32; 2], show: Option<Show>) -> Result<Self> {
         let sampled = show.map_or(size, |show| show.sampled(size));
         let most = context.features().max_image_dimension_2d;
@@ -42,7 +42,7 @@ impl Pictures {
         self.renderer.look(world, &View::camera(&scene.camera, scene, sampled))
     }
 
-    /// Makes the picture that people are shown from the one that was drawn; none where pictures are measured.
+    /// The pass that turns the drawn samples into the picture for people; none where pictures are measured.
     pub fn developed(&self) -> Option<&Developed> {
         self.developed.as_ref().map(|(_, developed)| developed)
     }

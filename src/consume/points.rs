@@ -1,5 +1,5 @@
-//! Simulated particles drawn straight from their simulation: a triangle each, coloured by speed or density, before the meshes of
-//! the picture. No order is needed, so nothing leaves the device.
+//! Simulated particles, drawn from the buffer that the simulation writes: one triangle each, coloured by speed or density, on top of the
+//! picture's meshes. They need no sorting, so nothing is read back from the device.
 
 use super::colored::colored;
 use super::{Kernels, Renderer};
@@ -17,14 +17,14 @@ use crate::technique::Answer;
 pub enum Colours {
     /// How fast each is, lit by a technique.
     Speed {
-        /// The speed of the last colour.
+        /// The speed that the fastest colour stands for.
         fastest: f32,
     },
-    /// Nothing: each is as white as smoke, so that only light and shadow are seen.
+    /// No meaning: each is as white as smoke, so that only light and shadow show.
     Light,
     /// How many cover a pixel.
     Density {
-        /// Over a pixel that is coloured densely.
+        /// The number of particles over a pixel at which its colour is 63 % of the way to the dense colour.
         many: f32,
     },
 }
@@ -40,7 +40,7 @@ fn mixed(from: [f32; 3], to: [f32; 3], share: f32) -> [f32; 3] {
 }
 
 impl Colours {
-    /// The colour of a speed, or of so many particles over a pixel, linear RGB; none where colours say nothing.
+    /// The colour for a speed, or for a number of particles over a pixel, linear RGB; none with [`Colours::Light`].
     pub fn of(self, number: f32) -> Option<[f32; 3]> {
         match self {
             Self::Speed { fastest } => {
@@ -53,12 +53,12 @@ impl Colours {
         }
     }
 
-    /// Colours by the speeds that a fountain knows.
+    /// Colours by speed, up to the fastest speed of the fountain's law.
     pub fn speed(fountain: &Fountain) -> Self {
         Self::Speed { fastest: fountain.law().fastest }
     }
 
-    /// Colours by how many there are, for a fountain's particles, which are smaller the more there are.
+    /// Colours by density. A fountain with more particles has smaller ones, so the scale follows from both.
     pub fn density(fountain: &Fountain) -> Self {
         let radius = fountain.law().radius;
         Self::Density { many: DENSE * fountain.particles as f32 * radius * radius }
@@ -75,13 +75,14 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
-/// A triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
+/// Distance from a triangle's middle to its corner when coloured by speed, as a multiple of the particle's radius: small, so that particles
+/// hide little of each other.
 const SPECK: f32 = 0.5;
 
-/// The number of particles over a dense pixel, by the sum of the squares of their radii.
+/// Factor from the sum of all particles' squared radii to [`Colours::Density`]'s `many`.
 const DENSE: f32 = 0.17;
 
-/// Draws them.
+/// Kernels that draw simulated particles.
 pub struct Points {
     vertices: u32,
     way: Way,
@@ -93,7 +94,7 @@ enum Way {
 }
 
 impl Renderer {
-    /// Draws the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
+    /// Makes the kernels that draw the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
@@ -128,8 +129,7 @@ impl Renderer {
         Ok(Points { vertices: 3 * count, way })
     }
 
-    /// Draws the meshes, lit by a technique, and the particles before them; the picture stays on the device. Returns the time of
-    /// each pass.
+    /// Draws the meshes, lit by a technique, and the particles on top; the picture stays on the device. Returns the time of each pass.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
@@ -137,7 +137,7 @@ impl Renderer {
         self.frame(kernels, |commands| self.record_points(commands, points))
     }
 
-    /// Records the passes that draw the particles before the picture that was recorded last.
+    /// Records the passes that draw the particles on top of the picture that was recorded last.
     pub fn record_points(&self, commands: &mut Commands, points: &Points) {
         match &points.way {
             Way::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
@@ -148,7 +148,7 @@ impl Renderer {
         }
     }
 
-    /// How many particles cover each pixel of the picture that was drawn last, rows from the top; none but by density.
+    /// How many particles cover each pixel of the last picture, rows from the top; empty unless coloured by density.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read.

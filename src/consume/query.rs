@@ -14,9 +14,9 @@ push_struct! {
         /// The first point that is asked about this light, counted over all points.
         first: u32,
         count: u32,
-        /// How many of the points have a normal: all or none.
+        /// The number of points that have a normal: all or 0.
         normals: u32,
-        /// How many have a width: all or none.
+        /// The number of points that have a width: all or 0.
         areas: u32,
     }
 }
@@ -28,12 +28,12 @@ pub struct Asked<'a> {
     pub light: usize,
     /// World positions.
     pub points: &'a [[f32; 3]],
-    /// None for points in space. On surfaces one per point, unit length, on the side that light is asked for (the light's, or the
-    /// outside of a closed thing); 0 where that looks away from a directional light, which none of it reaches.
+    /// Empty for points in space. For points on surfaces, one unit normal per point, on the side that is asked about: the light's side, or
+    /// the outside of a closed surface. 0 where that side faces away from a directional light, so that no light reaches it.
     pub normals: &'a [[f32; 3]],
 }
 
-/// Points on the device, the lights that are asked about, and room for an answer each.
+/// Points on the device, the lights to ask about at each, and a buffer for the answers.
 pub struct Query {
     context: Context,
     /// The points that each light is asked about.
@@ -54,7 +54,7 @@ impl Query {
         Self::of_lights(context, &[Asked { light, points, normals: &[] }])
     }
 
-    /// The same of several lights in one pass. Normals count where all points have one.
+    /// Like [`Query::new`], for several lights in one pass. Normals are used only where all points have one.
     ///
     /// # Errors
     /// As [`Query::new`].
@@ -62,8 +62,8 @@ impl Query {
         Self::of_areas(context, asked, &[])
     }
 
-    /// The same for squares about the points, across the light, of that width each, world units: techniques with levels of detail answer
-    /// with the mean over them.
+    /// Like [`Query::of_lights`], for squares instead of points. Each is centred at its point, faces the light, and has a width from
+    /// `sides`, world units. Techniques with levels of detail answer with the mean over the square.
     ///
     /// # Errors
     /// As [`Query::new`].
@@ -97,7 +97,7 @@ impl Query {
         self.parts.iter().map(|part| part.count as usize).sum()
     }
 
-    /// Asks `answer`.
+    /// Makes the kernel that asks `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
@@ -107,8 +107,8 @@ impl Query {
         Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
     }
 
-    /// Asks `answer` for light of one color, for which the extinction of all casters but meshes is multiplied by `extinction`
-    /// ([`crate::scene::Scene::extinction_ratio`]).
+    /// Makes the kernel that asks `answer` for light of one color. For this color, the extinction of all casters but meshes is multiplied
+    /// by `extinction` ([`crate::scene::Scene::extinction_ratio`]).
     ///
     /// # Errors
     /// As [`Query::kernel`].
@@ -117,7 +117,7 @@ impl Query {
         self.kernel(&Answer { constants: &constants, ..*answer })
     }
 
-    /// Asks for all points; the answers stay on the device. Returns the pass's time, where the device has timestamps.
+    /// Asks about all points; the answers stay on the device. Returns the pass's time, where the device has timestamps.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
@@ -126,7 +126,7 @@ impl Query {
         Ok(times.into_iter().next())
     }
 
-    /// Records the pass that asks for all points.
+    /// Records the pass that asks about all points.
     pub fn record(&self, commands: &mut Commands, kernel: &QueryKernel) {
         commands.pass("consume.query", |pass| {
             for part in self.parts.iter().filter(|part| part.count > 0) {
@@ -136,12 +136,12 @@ impl Query {
         });
     }
 
-    /// The answers on the device, a float per point, those of the first light first.
+    /// The answers on the device, one float per point, in the order of the lights that were passed.
     pub fn buffer(&self) -> &Buffer {
         &self.answers
     }
 
-    /// The answers, one per point, those of the first light first.
+    /// The answers, one per point, in the order of the lights that were passed.
     ///
     /// # Errors
     /// As [`Query::query`].
@@ -149,7 +149,7 @@ impl Query {
         self.answers.read(self.points())
     }
 
-    /// Asks `answer` for all points and reads its answers.
+    /// Asks `answer` about all points and reads the answers.
     ///
     /// # Errors
     /// As [`Query::kernel`] and [`Query::query`].

@@ -1,5 +1,5 @@
-//! Many lights: each pixel asks one of them, and keeps it from frame to frame. Source: Bitterli et al. 2020, Spatiotemporal reservoir
-//! resampling for real-time ray tracing with dynamic direct lighting. Twin: reference::twin::reservoir.
+//! Many lights: each pixel asks for one light, chosen at random, and keeps it from frame to frame. Source: Bitterli et al. 2020,
+//! Spatiotemporal reservoir resampling for real-time ray tracing with dynamic direct lighting. Twin: reference::twin::reservoir.
 
 use super::Renderer;
 use super::interleaved::Gather;
@@ -15,7 +15,7 @@ use std::cell::{Cell, RefCell};
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
-/// Frames that a reservoir stands for at most. Twin: MOST_FRAMES.
+/// Number of earlier frames that a reservoir counts for, at most. Twin: MOST_FRAMES.
 pub(super) const MOST_FRAMES: usize = 20;
 
 push_struct! {
@@ -33,23 +33,23 @@ push_struct! {
 pub struct ReservoirData {
     /// The light.
     pub light: u32,
-    /// Weight: the light reflected from that one, times this, has the light reflected from all lights as its mean; 0:
-    /// none is kept.
+    /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of the light that it reflects from
+    /// all lights. 0: no light is kept.
     pub weight: f32,
-    /// Frames that it stands for; the highest bit says that the pixel saw the outside of something closed.
+    /// The number of frames that the reservoir combines. The highest bit says that the pixel saw the outside of a closed surface.
     pub frames: u32,
     /// Depth of the pixel's surface along the camera's axis, world units; 0 where there is sky.
     pub z: f32,
-    /// Its normal.
+    /// Normal of that surface.
     pub normal: [f32; 3],
 }
 
 /// Asks one technique for the lights of a picture, and keeps one light per pixel from frame to frame.
 pub(super) struct Reservoirs {
     size: [u32; 2],
-    /// What is kept in even frames and in odd ones.
+    /// Reservoirs of the last even frame and of the last odd one.
     kept: [Buffer; 2],
-    /// Each reads one of them and writes the other.
+    /// Kernels of even and odd frames: each reads one of the buffers and writes the other.
     ask: [Kernel<ReservoirPush>; 2],
     before: Buffer,
     /// The camera of the frame before.
@@ -82,12 +82,12 @@ impl Reservoirs {
         Ok(Self { size, kept, ask, before, seen: RefCell::default(), frame: Cell::new(0), gather })
     }
 
-    /// Bytes between G-buffer and picture.
+    /// Bytes of the buffers between G-buffer and picture.
     pub(super) fn bytes(&self) -> u64 {
         self.gather.estimates.bytes() + self.kept.iter().map(Buffer::bytes).sum::<u64>()
     }
 
-    /// Frames are counted from `frame` on, which draws other lights; kept lights are forgotten.
+    /// Sets the frame number, which seeds the choice of lights, and forgets the kept lights.
     pub(super) fn begin_at(&self, frame: u32) {
         self.frame.set(frame);
         *self.seen.borrow_mut() = None;
@@ -101,13 +101,13 @@ impl Reservoirs {
         }
     }
 
-    /// Records both passes, behind that of the G-buffer.
+    /// Records both passes, to run after the G-buffer's.
     pub(super) fn record(&self, commands: &mut Commands, camera: &View) {
         self.ask(commands, camera);
         self.gather.gather(commands, camera);
     }
 
-    /// After the submission of a frame that was seen with `camera`.
+    /// To be called after a frame seen with `camera` was submitted: that frame becomes the frame before.
     pub(super) fn end(&self, camera: &View) {
         *self.seen.borrow_mut() = Some(*camera);
         self.frame.set(self.frame.get().wrapping_add(1));

@@ -1,4 +1,4 @@
-//! Buffers that passes wrote, read back for tests that compare them with the twins'.
+//! Buffers that passes wrote, read back for tests that compare them with those of the twins.
 
 use super::Renderer;
 use super::interleaved::PartsSeen;
@@ -7,7 +7,7 @@ use super::many_lights::TilesSeen;
 use crate::Result;
 
 impl Renderer {
-    /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
+    /// The buffers of `shading=tiled` after the last frame; none where no tiled kernels were made.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
@@ -15,12 +15,12 @@ impl Renderer {
         self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
     }
 
-    /// Bytes of the buffers of `shading=tiled`; none where no such kernels were made.
+    /// Bytes of the buffers of `shading=tiled`; none where no tiled kernels were made.
     pub fn tiles_bytes(&self) -> Option<u64> {
         self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }
 
-    /// Bytes that `shading=interleaved` or `shading=reservoir` has between G-buffer and picture; none where the kernels are others.
+    /// Bytes of the buffers between G-buffer and picture with `shading=interleaved` or `shading=reservoir`; none with other shading.
     pub fn estimates_bytes(&self, kernels: &Kernels) -> Option<u64> {
         match &kernels.meshes {
             Meshes::Interleaved { interleaved, .. } => Some(interleaved.gather.estimates.bytes()),
@@ -29,7 +29,7 @@ impl Renderer {
         }
     }
 
-    /// The last frame's values of these kernels, with `shading=interleaved` or `shading=reservoir`; none with other shading.
+    /// Per-pixel values of the last frame that `kernels` drew with `shading=interleaved` or `shading=reservoir`; none with other shading.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.

@@ -1,4 +1,4 @@
-//! Settings of a picture: the keys that specs have besides those of techniques.
+//! Settings of pictures, as keys that a spec may have besides its technique's own.
 
 use crate::Result;
 use crate::technique::keys::words;
@@ -23,11 +23,12 @@ words! {
         Forward = "forward",
         /// Once per pixel, from a buffer with the surface that each pixel sees.
         Deferred = "deferred",
-        /// The same tile by tile, from a bit per light that says whether it is shadowed.
+        /// Once per pixel, tile by tile, from one bit per light that says whether the light is shadowed.
         Tiled = "tiled",
-        /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
+        /// Each pixel of a 4 × 4 square asks for a different part of the lights; the mean over the square stands for all lights.
         Interleaved = "interleaved",
-        /// Each pixel asks one light, drawn by how much it would reflect of it, and keeps it from frame to frame.
+        /// Each pixel asks for one light, chosen at random by how much of its light the pixel would reflect, and keeps it from frame to
+        /// frame.
         Reservoir = "reservoir",
     }
 }
@@ -35,21 +36,21 @@ words! {
 words! {
     /// Where neighbouring pixels ask for light, with `shading=tiled`.
     pub enum DitherKind {
-        /// All at the same place of a step or a voxel.
+        /// All at the same place within a step or a voxel.
         None = "none",
-        /// Each of 4 × 4 at another one, the same over and over.
+        /// Each pixel of a 4 × 4 square at a different place; the pattern repeats.
         Ordered = "ordered",
-        /// Everywhere at another one.
+        /// At places that vary like noise over the picture.
         Noise = "noise",
     }
 }
 
 words! {
-    /// How pixels ask for light, with `shading=tiled`.
+    /// How look-ups are spread over threads, with `shading=tiled`.
     pub enum ShadowsKind {
-        /// Each pixel, for one light after the other.
+        /// Each pixel asks for its lights, one after the other.
         Direct = "direct",
-        /// A list of pixels and lights, evenly spread over threads.
+        /// Pairs of a pixel and a light go into a list that threads share evenly.
         Queued = "queued",
     }
 }
@@ -61,7 +62,7 @@ settings! {
         /// Where the picture's casters ask for their light.
         lighting: LightingKind = Setting::word(
             "fragment", "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads");
-        /// How the picture's meshes are shaded. The fields below are of tiles alone.
+        /// How the picture's meshes are shaded. The fields below are for tiled shading alone.
         shading: ShadingKind = Setting::word(
             "forward", "meshes: as drawn, per pixel, in tiles, or per pixel by some of the lights or one");
         /// Where neighbouring pixels ask.
@@ -73,7 +74,7 @@ settings! {
         /// Shadows are averaged with those of the last frame.
         history: bool = Setting::word(
             "on", "with shading=tiled, shadows are averaged with those of the last frame").with(TILED.0, TILED.1);
-        /// What asks.
+        /// How look-ups are spread over threads.
         shadows: ShadowsKind = Setting::word(
             "direct", "with shading=tiled, each pixel asks for its lights, or a list of them is shared out evenly")
             .with(TILED.0, TILED.1);
@@ -86,7 +87,7 @@ const TILED: (&str, &str) = ("shading", "tiled");
 /// Keys of pictures, which specs of every technique have.
 pub const KEYS: &[Key] = ShadingSettings::KEYS;
 
-/// Reads specs of techniques, and of the pictures of them: [`crate::technique::parse`] with [`KEYS`].
+/// Reads specs whose keys are those of techniques and of pictures: [`crate::technique::parse`] with [`KEYS`].
 ///
 /// # Errors
 /// As that.
@@ -102,7 +103,7 @@ pub fn runs(list: List, on_cpu: bool) -> Result<Vec<Spec>> {
     runs::specs(list, on_cpu, KEYS)
 }
 
-/// All keys of specs of a technique, its own first.
+/// All keys that a technique's spec may have, the technique's own first.
 pub fn keys(entry: &'static Entry) -> impl Iterator<Item = &'static Key> {
     entry.all_keys().chain(KEYS)
 }
@@ -120,7 +121,7 @@ mod tests {
         crate::technique::settings::tests::goes_both_ways::<ShadingSettings>(&crate::technique::avsm::ENTRY, KEYS);
     }
 
-    /// Keys of tiles stand only in specs with tiles.
+    /// Keys of tiled shading are only in specs with tiled shading.
     #[test]
     fn tiles_have_keys_of_their_own() {
         let specs = parse("avsm:shading=forward|tiled,dither=none|noise").expect("valid");
@@ -140,13 +141,14 @@ mod tests {
         }
     }
 
-    /// Six numbers of steps and every voxel, in each of three sizes; maps of each light, rays, and no shadow.
+    /// The table of many lights has `voxel-grid` in three sizes with seven ways each, some of them with other shading; and shadow maps,
+    /// rays and no shadow.
     #[test]
     fn many_lights_have_a_table_of_their_own() {
         for (on_cpu, maps) in [(false, 2), (true, 1)] {
             let specs = runs(|runs| runs.many_lights, on_cpu).expect("they are known");
             let count = |name: &str| specs.iter().filter(|spec| spec.entry.name == name).count();
-            // Three sizes with seven ways each, and twelve ways to shade with two of these that are among the seven.
+            // Three sizes with seven ways each; and two of these 21 with twelve ways to shade, one of which is already among the 21.
             assert_eq!(["voxel-grid", "shadow-map", "ray-query", "none"].map(count), [21 + 2 * 11, maps, 1, 1]);
             assert_eq!(specs.len(), 45 + maps);
             let mut all: Vec<_> = specs.iter().map(ToString::to_string).collect();

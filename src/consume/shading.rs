@@ -10,13 +10,14 @@ pub enum Shading {
     Forward,
     /// Once per pixel, from a buffer of albedo, normal and distance.
     Deferred,
-    /// The same in tiles, each with the lights that reach it, from a bit per light that says whether it is shadowed.
+    /// Once per pixel, in tiles that each have a list of the lights that reach them, from one bit per light that says whether the light is
+    /// shadowed.
     Tiled(Tiled),
-    /// Once per pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and their light is averaged over those that see
-    /// the same surface.
+    /// Once per pixel, by a part of the lights: each pixel of a 4 × 4 square has a different part, and light is averaged over pixels that
+    /// see the same surface.
     Interleaved,
-    /// Once per pixel, by one light, drawn by how much the pixel would reflect of it, from new lights and those it kept
-    /// in the frames before.
+    /// Once per pixel, by one light. It is chosen at random, by how much of its light the pixel would reflect, from new candidates and the
+    /// light kept from earlier frames.
     Reservoir,
 }
 
@@ -25,11 +26,11 @@ pub enum Shading {
 pub struct Tiled {
     /// Where neighbouring pixels ask for light.
     pub dither: DitherKind,
-    /// Shadows are averaged over the pixels about.
+    /// Shadows are averaged over neighbouring pixels.
     pub blur: bool,
     /// Shadows are averaged with those of the last frame.
     pub history: bool,
-    /// Whether each pixel asks for its lights, or a list of pixels and lights is shared out.
+    /// Whether each pixel asks for its own lights, or threads share a list of pixels and lights.
     pub shadows: ShadowsKind,
 }
 
@@ -40,12 +41,12 @@ impl Default for Tiled {
 }
 
 impl Tiled {
-    /// Each pixel's own bits and nothing else: the deferred picture, where answers are one bit.
+    /// Only each pixel's own bits, without dither, blur or history: equals the deferred picture where answers are 0 or 1.
     pub const BARE: Self = Self { dither: DitherKind::None, blur: false, history: false, shadows: ShadowsKind::Direct };
 }
 
 impl Shading {
-    /// The settings.
+    /// The shading that the settings name.
     pub fn of(settings: &ShadingSettings) -> Self {
         let ShadingSettings { dither, blur, history, shadows, .. } = *settings;
         match settings.shading {
@@ -57,7 +58,7 @@ impl Shading {
         }
     }
 
-    /// In how many frames the picture of a still world stops to change, or to get better.
+    /// The number of frames after which the picture of a still world no longer changes or improves.
     pub fn frames_to_settle(self) -> usize {
         match self {
             Self::Tiled(Tiled { history: true, .. }) => 2,

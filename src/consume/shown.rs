@@ -1,5 +1,5 @@
-//! Pictures for people: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic curve. Passes of
-//! their own: measured pictures have none of them. Twin: reference::truth::shown.
+//! Pictures for people: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic curve. These are
+//! separate passes, which measured pictures do not have. Twin: reference::truth::shown.
 
 use super::Renderer;
 use super::gbuffer::CameraPush;
@@ -45,11 +45,11 @@ impl BackdropPush {
     }
 }
 
-/// Kernel and buffers for pictures that people are shown: what is drawn between the meshes and the casters.
+/// Kernel and buffers of the backdrop, which pictures for people have between the meshes and the casters.
 pub(super) struct Shown {
     backdrop: Kernel<BackdropPush>,
     push: BackdropPush,
-    /// Normals of each triangle's corners; none where no mesh is round anywhere.
+    /// Normals of each triangle's corners; none where all meshes have sharp edges only.
     pub(super) normals: Option<Buffer>,
 }
 
@@ -80,8 +80,8 @@ impl Smooth {
 }
 
 impl Renderer {
-    /// From now on pictures have a sky, a ground that fades into it and smooth normals, as [`Backdrop::of`] the world's scene says.
-    /// What was made by [`Renderer::kernels`] before knows nothing of it.
+    /// From now on pictures have a sky, a ground that fades into it and smooth normals, by [`Backdrop::of`] the world's scene. Kernels that
+    /// [`Renderer::kernels`] made before do not change.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader; [`crate::Error::Refused`] where the host knows no
@@ -94,7 +94,7 @@ impl Renderer {
             colors: &[(self.color_format, Blend::Over)],
             depth: None,
         };
-        // It asks no technique, but the technique's set number lies between these two, so a set has to be bound there.
+        // The pass asks no technique. Its sets have numbers before and after the technique's, so some set must be bound in between.
         let sets = [&self.scene, &self.distances, &self.distances];
         let backdrop = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
         let normals: Vec<[f32; 3]> = scene.meshes.iter().flat_map(smooth_normals).flatten().collect();
@@ -118,7 +118,7 @@ impl Renderer {
     }
 }
 
-/// Makes of the picture of all samples the one that is shown.
+/// Turns the picture of all samples into the finished picture for people.
 pub struct Developed {
     context: Context,
     kernel: Kernel<DevelopPush>,
@@ -127,7 +127,7 @@ pub struct Developed {
 }
 
 impl Developed {
-    /// For pictures of `renderer`, with so many samples per pixel.
+    /// For pictures of `renderer`, with the samples per pixel and the exposure of `show`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -143,13 +143,13 @@ impl Developed {
         Ok(Self { context: context.clone(), kernel, push, shown })
     }
 
-    /// Records the pass, behind those that draw.
+    /// Records the pass, to run after those that draw.
     pub fn record(&self, commands: &mut Commands) {
         let groups = self.push.size.map(|side| side.div_ceil(BLOCK));
         commands.pass("consume.develop", |pass| pass.dispatch(&self.kernel, &self.push, [groups[0], groups[1], 1]));
     }
 
-    /// The picture to show, linear RGB from 0 to 1, on the device.
+    /// The finished picture on the device, linear RGB from 0 to 1.
     pub fn image(&self) -> &Image {
         &self.shown
     }

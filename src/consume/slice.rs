@@ -17,7 +17,7 @@ push_struct! {
     }
 }
 
-/// Asks one technique over the view of a light's map.
+/// Asks one technique at one depth, over the view of a light's map.
 pub struct Slice {
     answers: Buffer,
     kernel: Kernel<SlicePush>,
@@ -25,7 +25,8 @@ pub struct Slice {
 }
 
 impl Slice {
-    /// Visibility of `light` at `depth` (0 to 1 in the range of `view`, one of its maps') for each of `size` pixels.
+    /// Asks for the visibility of `light` at `depth`, for `size` pixels over `view`. `view` is that of one of the light's maps, and `depth`
+    /// goes from 0 to 1 over its range.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -52,13 +53,13 @@ impl Slice {
         commands.pass("consume.slice", |pass| pass.dispatch(&self.kernel, &self.push, groups));
     }
 
-    /// The answers on the device, a float per pixel, rows from the top.
+    /// The answers on the device, one float per pixel, rows from the top.
     pub fn buffer(&self) -> &Buffer {
         &self.answers
     }
 }
 
-/// As [`Slice::new`], asked at once: rows from the top.
+/// As [`Slice::new`], but asks at once and returns the answers, rows from the top.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.

@@ -8,7 +8,7 @@ use crate::shaders::{consume as shaders, set};
 use crate::technique::{Answer, Painter};
 use std::rc::Rc;
 
-/// Draws them.
+/// Draws the casters slice by slice.
 pub(super) struct Sliced {
     painter: Rc<Painter>,
     /// Slices from far to near, over the picture.
@@ -21,7 +21,7 @@ pub(super) struct Sliced {
 }
 
 impl Sliced {
-    /// `answer` is that of the technique whose painter it is.
+    /// `answer` and `painter` must be those of the same technique.
     pub(super) fn new(renderer: &Renderer, answer: &Answer, painter: &Rc<Painter>) -> Result<Self> {
         let (context, format) = (&renderer.context, renderer.color_format);
         let seen = Image::new(context, "picture.seen", format, renderer.color.size(), ImageUse::Color)?;

@@ -6,7 +6,7 @@ use crate::shaders::{FOLDERS, consume as shaders};
 use crate::technique::Answer;
 use crate::{Error, Result};
 
-/// Where nothing is.
+/// The value of pixels that see no mesh.
 const NONE: f32 = -1.0;
 
 /// Counts the steps of one technique's look-ups in pictures of one [`Renderer`].
@@ -21,18 +21,18 @@ impl StepsKernel {
         &self.counts
     }
 
-    /// The meaning of one of those floats.
+    /// The count that a float of the image stands for; none where no mesh is.
     pub fn count(float: f32) -> Option<u32> {
         (float >= 0.0).then_some(float as u32)
     }
 }
 
 impl Renderer {
-    /// How many steps the look-ups of all lights take together on the surface that each pixel sees, rows from the top; none where it sees
-    /// no mesh. What counts as a step is the technique's choice.
+    /// For the surface that each pixel sees, the number of steps that the look-ups of all lights take together, rows from the top; none
+    /// where the pixel sees no mesh. Each technique defines what it counts as a step.
     ///
     /// # Errors
-    /// As [`Renderer::steps_kernel`]; [`Error::Refused`] on an adopted device: it is read at once.
+    /// As [`Renderer::steps_kernel`]; [`Error::Refused`] on an adopted device, since this call submits and reads by itself.
     pub fn steps(&self, answer: &Answer) -> Result<Vec<Option<u32>>> {
         self.context.require_queue()?;
         let kernel = self.steps_kernel(answer)?;
@@ -40,7 +40,7 @@ impl Renderer {
         Ok(kernel.counts.read::<f32>()?.into_iter().map(StepsKernel::count).collect())
     }
 
-    /// Counts the steps of the look-ups of `answer`.
+    /// Makes the kernel that counts the steps of the look-ups of `answer`.
     ///
     /// # Errors
     /// [`Error::Input`] where the technique counts none, [`Error::Gpu`] where memory runs out.

@@ -10,39 +10,39 @@ use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// Twin: FieldPlace in glsl/world/field.glsl.
+/// Place and look of a volume's field, and where its data are. Twin: FieldPlace in glsl/world/field.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FieldData {
-    /// Where its lowest sample stands, world units.
+    /// Place of the lowest sample, world units.
     pub origin: [f32; 3],
     /// Extinction of density 1, 1 / world unit.
     pub extinction: f32,
-    /// Samples per world unit, along each of its axes.
+    /// For each axis of the field, the vector whose dot product with a world offset gives samples along that axis.
     pub rows: [[f32; 3]; 3],
-    /// Samples from its lowest to its highest.
+    /// Number of samples from the lowest to the highest, along each axis.
     pub size: [f32; 3],
-    /// Among the slots of all fields.
+    /// Index of the field's first slot among the slots of all fields.
     pub first_slot: u32,
     /// Albedo.
     pub color: [f32; 3],
-    /// Slots, a power of 2, less 1.
+    /// Number of slots, which is a power of 2, minus 1.
     pub last_slot: u32,
-    /// Among the blocks of all fields.
+    /// Index of the field's first block among the blocks of all fields.
     pub first_block: u32,
 }
 
-/// Where a block may be, by a hash of its place. Twin: FieldSlot in glsl/world/field.glsl.
+/// A slot of the hash table that finds a block by its place. Twin: FieldSlot in glsl/world/field.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct SlotData {
-    /// Its lowest sample, in blocks from the field's lowest.
+    /// The block's place, in blocks from the field's lowest.
     pub block: [u32; 3],
-    /// Its number among the blocks of its field, from 1; 0: an empty slot.
+    /// The block's number among the blocks of its field, from 1; 0 for an empty slot.
     pub number: u32,
 }
 
-/// All fields, as the device has them.
+/// The data of all fields, in the device's layout.
 #[derive(Default)]
 struct Fields {
     places: Vec<FieldData>,
@@ -50,7 +50,7 @@ struct Fields {
     samples: Vec<f32>,
 }
 
-/// Volumes of a picture, on the device.
+/// The volumes of a picture, with their data on the device.
 pub(super) struct Volumes {
     volumes: Vec<Volume>,
     places: Buffer,
@@ -99,7 +99,7 @@ impl Fields {
         for (number, (at, samples)) in (1..).zip(field.blocks()) {
             let block = [0, 1, 2].map(|axis| ((at[axis] - low[axis]) / SIDE as i32) as u32);
             let mut slot = hash(block) & (count - 1);
-            // Half of them stay free.
+            // Linear probing ends, since at least half of the slots stay free.
             while slots[slot as usize].number != 0 {
                 slot = (slot + 1) & (count - 1);
             }
@@ -111,7 +111,7 @@ impl Fields {
 }
 
 impl Volumes {
-    /// Those of the world, if there are any.
+    /// Uploads the world's volumes, if there are any.
     pub(super) fn new(context: &Context, world: &World) -> Result<Option<Self>> {
         if !world.kinds().volumes {
             return Ok(None);
@@ -119,7 +119,7 @@ impl Volumes {
         let scene = world.scene()?;
         let volumes = scene.volumes.clone();
         let Fields { places, slots, samples } = Fields::of(&volumes);
-        // Those of a sequence of files have more at other times.
+        // Volumes from a sequence of files may have more blocks at other times.
         let most = scene.most_blocks();
         let (most_slots, most_samples) =
             (most.iter().map(|blocks| slots_of(*blocks)).sum(), most.iter().sum::<usize>() * CORNERS.pow(3));
@@ -131,7 +131,7 @@ impl Volumes {
         Ok(Some(Self { volumes, places, slots, samples, bindings }))
     }
 
-    /// Writes the volumes as they are now, with no more blocks than before. Unchanged ones are not written again.
+    /// Writes the volumes as they are now, with no more blocks than before. Unchanged volumes are not written again.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         if scene.volumes == self.volumes {
@@ -156,12 +156,12 @@ impl Volumes {
     }
 }
 
-/// Slots for so many blocks: half of them stay free.
+/// The number of slots for `blocks` blocks, at least half of which stay free.
 fn slots_of(blocks: usize) -> usize {
     (2 * blocks).next_power_of_two()
 }
 
-/// A buffer with room for `most`, or for all that there is now.
+/// A buffer that contains `data` and has room for `most` elements.
 fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Result<Buffer> {
     let bytes = size_of::<T>() * most.max(data.len());
     let buffer = Buffer::new(context, name, bytes as u64, Memory::Device)?;
@@ -169,7 +169,7 @@ fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Res
 }
 
 impl Renderer {
-    /// Marches volumes, lit by `answer`; none where there are none.
+    /// Makes the kernel that marches volumes, lit by `answer`; none where there are no volumes.
     pub(super) fn volume_kernel(&self, answer: &Answer) -> Result<Option<VolumeKernel>> {
         let Some(volumes) = &self.volumes else { return Ok(None) };
         let sets = [&self.scene, answer.bindings, &self.distances, &volumes.bindings];
@@ -186,7 +186,8 @@ impl Renderer {
         Ok(Some(VolumeKernel(channels.collect::<Result<_>>()?)))
     }
 
-    /// Draws casters and volumes into a channel, or into all of them at once, casters by the given places in the order.
+    /// Draws casters and volumes from far to near, into one channel or all channels at once. `casters` draws a range of casters, given by
+    /// their places in the order.
     pub(super) fn draw_blended<'a>(
         &self,
         draw: &mut Draw<'_, '_, 'a>,
@@ -213,8 +214,7 @@ mod tests {
     use crate::scene::{Field, Placed};
     use std::sync::Arc;
 
-    /// Each block is found by linear probing from its hash on, with the field's samples; the second field's blocks stand behind the
-    /// first's.
+    /// Linear probing from its hash finds each block with the field's samples. The second field's blocks come after the first's.
     #[test]
     fn blocks_are_found() {
         let samples = (0..400).map(|i: i32| ([i * 37 % 211 - 100, i * 53 % 97, i * 71 % 131 - 7], 1.0 + i as f32));

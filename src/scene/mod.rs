@@ -1,4 +1,4 @@
-//! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
+//! Scenes: casters, lights and the camera. This module does not depend on Vulkan.
 
 // Files and built-in scenes.
 #[cfg(feature = "program")]
@@ -92,7 +92,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance in [0, 1].
     pub albedo: [f32; 3],
-    /// Whether the back of it is never seen, as a ground's: behind its fronts (counter-clockwise) no light is asked for.
+    /// Whether the mesh's back is never seen, like that of a ground. Techniques are not asked for light behind its front faces
+    /// (counter-clockwise).
     pub solid: bool,
 }
 
@@ -110,7 +111,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Gone round what it looks at, about its up, by so many degrees.
+    /// The camera after turning around its target, about its up, by `degrees`.
     pub fn turned(mut self, degrees: f64) -> Self {
         let way = DQuat::from_axis_angle(self.up.normalize(), degrees.to_radians());
         self.position = self.target + way * (self.position - self.target);
@@ -133,7 +134,7 @@ pub struct Kinds {
     pub meshes: bool,
 }
 
-/// Everything that casts, the lights and the camera, on the host. A [`crate::world::World`] can be made from it.
+/// All casters, lights and the camera, on the host. A [`crate::world::World`] can be made from a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The name shown in tables and file names.
@@ -152,14 +153,14 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
-    /// How it moves by itself.
+    /// How the scene moves over time.
     pub motion: Motion,
-    /// Extinction of red, green and blue light, each a multiple of the casters' own: finite, ≥ 0, not all 0. A color's transmittance is the
-    /// casters' to the power of its number. Meshes end all light alike.
+    /// Factors of the casters' extinction for red, green and blue light: finite, ≥ 0, not all 0. So a color's transmittance is the grey one
+    /// to the power of its factor. Meshes block all colors alike.
     pub extinction_ratio: [f32; 3],
 }
 
-/// What of a scene is a function of time.
+/// The parts of a scene that are functions of time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Nothing.
@@ -179,12 +180,12 @@ pub enum Motion {
     Animation(std::sync::Arc<Animation>),
 }
 
-/// Particles that the smoke of these scenes has at once, at most.
+/// The most particles that the smoke of these scenes has at once.
 pub(in crate::scene) const MOST_OF_THREE_EMITTERS: usize = 5000;
 pub(in crate::scene) const MOST_OF_LANTERN: usize = 1500;
 
 impl Motion {
-    /// Particles that it has at once, at most; 0 where it is of something else.
+    /// The most particles that this motion has at once; 0 where it moves none.
     pub fn most_particles(&self) -> usize {
         match self {
             Self::Still | Self::Hair | Self::Courtyard => 0,
@@ -196,7 +197,7 @@ impl Motion {
         }
     }
 
-    /// Cells of volumes that it has at once, at most; 0 where it is of something else.
+    /// The most cells of volumes that this motion has at once; 0 where it moves none.
     fn most_cells(&self) -> usize {
         match self {
             #[cfg(feature = "program")]
@@ -206,15 +207,15 @@ impl Motion {
     }
 }
 
-/// The optical depth across the diameter of a particle whose file says `opacity` 1, where the formula has none.
-/// exp(−80) is the smallest transmittance that the techniques tell from none.
+/// The greatest optical depth across a particle's diameter, which stands for an `opacity` of 1, for which the formula gives infinity.
+/// exp(−80) is the smallest transmittance that techniques can tell from 0.
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 impl Scene {
-    /// The extinction ratio of casters that take all colors alike.
+    /// The extinction ratio of casters that absorb all colors equally.
     pub const GREY: [f32; 3] = [1.0; 3];
 
-    /// Casters that there are at once, at any time.
+    /// The most casters that the scene has at once, over all times.
     pub fn most_casters(&self) -> usize {
         self.particles.len().max(self.motion.most_particles())
             + self.strands.len()
@@ -222,12 +223,12 @@ impl Scene {
             + self.most_cells()
     }
 
-    /// Cells of volumes that there are at once, at any time.
+    /// The most cells of volumes that the scene has at once, over all times.
     pub(crate) fn most_cells(&self) -> usize {
         self.cell_count().max(self.motion.most_cells())
     }
 
-    /// Blocks that the field of each volume has at once, at most, at any time.
+    /// The most blocks that each volume's field has, over all times.
     pub(crate) fn most_blocks(&self) -> Vec<usize> {
         match &self.motion {
             #[cfg(feature = "program")]
@@ -241,7 +242,7 @@ impl Scene {
         self.meshes.iter().any(|mesh| !mesh.triangles.is_empty())
     }
 
-    /// What there is of casters, whatever they are.
+    /// The kinds of casters in the scene.
     pub fn kinds(&self) -> Kinds {
         Kinds {
             particles: !self.particles.is_empty(),
@@ -252,12 +253,12 @@ impl Scene {
         }
     }
 
-    /// Maps of all lights: those of the first light first.
+    /// The number of maps of all lights together.
     pub fn map_count(&self) -> usize {
         self.first_map(self.lights.len())
     }
 
-    /// Where the maps of light `light` begin among the maps of all lights.
+    /// The number of the first map of light `light`, counted over the maps of all lights in order.
     pub fn first_map(&self, light: usize) -> usize {
         self.lights.iter().take(light).map(Light::map_count).sum()
     }
@@ -267,7 +268,7 @@ impl Scene {
 pub(crate) mod tests {
     use super::*;
 
-    /// Spheres (z, radius, extinction) about the z axis, along which the light goes down.
+    /// A scene of spheres (z, radius, extinction) on the z axis, under a light that shines down along it.
     pub(crate) fn on_the_axis(spheres: &[(f32, f32, f32)]) -> Scene {
         let particle =
             |&(z, radius, extinction): &(f32, f32, f32)| Particle { position: [0.0, 0.0, z], radius, extinction };
@@ -289,14 +290,14 @@ pub(crate) mod tests {
         }
     }
 
-    /// The one ray of a map of one texel, from z = 2 to −2, and such spheres about it.
+    /// A map with a single texel, whose ray goes from z = 2 to −2, and spheres on that ray as in [`on_the_axis`].
     #[cfg(feature = "program")]
     pub(crate) fn along_the_axis(spheres: &[(f32, f32, f32)]) -> (View, Vec<Caster>) {
         let held = on_the_axis(&[(-1.0, 1.0, 0.0), (1.0, 1.0, 0.0)]);
         (View::volumes(&held, 1)[0], on_the_axis(spheres).casters())
     }
 
-    /// An open mesh, of whatever is given.
+    /// A mesh that is not solid, with the given vertices and triangles.
     pub(crate) fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         Mesh { name: "test".into(), positions, triangles, albedo: [0.5; 3], solid: false }
     }
@@ -305,7 +306,7 @@ pub(crate) mod tests {
     pub(crate) const CUBE: [[u32; 4]; 6] =
         [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
 
-    /// A closed one, by its lowest corner.
+    /// A closed cube, by its lowest corner and side.
     pub(crate) fn cube(low: [f32; 3], side: f32) -> Mesh {
         let corner = |i: u32| [0, 1, 2].map(|axis| low[axis] + if i >> axis & 1 == 1 { side } else { 0.0 });
         let triangles = CUBE.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
@@ -317,7 +318,7 @@ pub(crate) mod tests {
         mesh
     }
 
-    /// Both in one mesh.
+    /// Joins two meshes into one.
     pub(crate) fn both(mut a: Mesh, b: Mesh) -> Mesh {
         let first = a.positions.len() as u32;
         a.positions.extend(b.positions);

@@ -1,4 +1,5 @@
-//! Particles that the device moves: positions and speeds in buffers, a dispatch per step. Twin: reference::twin::simulate.
+//! Particles that the device simulates: positions and velocities are in buffers, and each step is one dispatch. Twin:
+//! reference::twin::simulate.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, PassTime, groups, push_struct};
@@ -24,24 +25,24 @@ push_struct! {
     }
 }
 
-/// The particles of a world that is a fountain. What they are is a function of the step alone.
+/// The particles of a world that is a fountain. Their state depends on the step's number alone, not on how that step was reached.
 pub struct Simulation {
     context: Context,
     fountain: Fountain,
     /// [`Law`](crate::scene::Law).
     law: Buffer,
-    /// [`Body`]: what they are now.
+    /// A [`Body`] per particle: its present state.
     bodies: Buffer,
     grid: Grid,
     kernel: Kernel<StepPush>,
     /// The step that the bodies are at; none before the first.
     at: Option<u32>,
-    /// The grid is filled.
+    /// Whether the grid is filled.
     ready: bool,
 }
 
 impl Simulation {
-    /// The simulation of a world whose scene is simulated; none for any other.
+    /// The simulation of a world that is a fountain; none for any other world.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -57,7 +58,7 @@ impl Simulation {
         };
         let grid = Grid::standing(context, world, stands)?;
         let bytes = u64::from(fountain.particles) * size_of::<Body>() as u64;
-        // Until each is born: numbers.
+        // Zeros, so that particles which are not born yet hold finite numbers.
         let bodies = Buffer::zeroed(context, "simulate.bodies", bytes)?;
         let law = Buffer::with_data(context, "simulate.law", &[fountain.law()])?;
         let jets = Buffer::with_data(context, "simulate.jets", &fountain.jets())?;
@@ -74,8 +75,8 @@ impl Simulation {
         Ok(Some(Self { context: context.clone(), fountain, law, bodies, grid, kernel, at: None, ready: false }))
     }
 
-    /// Another attractor or gravity from now on, as if it had always been so, recorded: the next move begins anew. There are as many
-    /// particles as before.
+    /// Records a change of the fountain's attractor or gravity. The next move starts the simulation again, as if the change had always been
+    /// in force. The number of particles stays.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -90,14 +91,14 @@ impl Simulation {
         Ok(())
     }
 
-    /// The host has moved the casters: the next move begins anew.
+    /// Forgets the present step, since the host has moved the casters: the next move starts the simulation again.
     #[cfg(feature = "view")]
     pub(crate) fn forget(&mut self) {
         self.at = None;
     }
 
-    /// Records the passes that move the casters of `world`, which it was made for, to where they are at a time, as
-    /// [`Simulation::move_to`] does: into a command buffer of the caller's too, all steps that it takes.
+    /// Records the passes that move the casters of `world` to where they are at a time, with all steps that this takes, as
+    /// [`Simulation::move_to`] does. `world` is the one this was made for; `commands` may be the caller's own command buffer.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the time is out of range.
@@ -120,8 +121,8 @@ impl Simulation {
         }
     }
 
-    /// The steps to a time from the one that it is at: none where it is that one; from a time that is farther away than a particle
-    /// lives all of its life, after which all have been born.
+    /// The steps to run to reach a time: none where it is the present step. A time that is earlier, or more than a particle's life later,
+    /// takes as many steps as a particle lives, since by then every particle has been born anew.
     fn steps_to(&self, name: &str, time_s: f64) -> Result<Range<u32>> {
         check_time(name, time_s)?;
         let step = self.fountain.step_at(time_s);
@@ -132,10 +133,10 @@ impl Simulation {
         })
     }
 
-    /// Moves the casters of `world`, which it was made for, to where they are at a time: from step to step where the world goes
-    /// on; from anywhere else as many steps before it as a particle lives, after which all have been born. Returns the time of
-    /// each step, in the latter case of the last alone. Nothing is read back ([`World::read_back`]), and where the step is the
-    /// one that it is at, nothing is done.
+    /// Moves the casters of `world`, for which this was made, to where they are at a time. It runs the steps since the last move where
+    /// these are no more than a particle's life. Else it starts a particle's life before the time, since by then every particle has been
+    /// born anew. Returns the duration of each step; after such a start, of the last step alone. Nothing is read back
+    /// ([`World::read_back`]). Where the step is already the present one, nothing is done.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the time is out of range, [`crate::Error::Gpu`] where the device is lost.
@@ -145,7 +146,7 @@ impl Simulation {
             return Ok(Vec::new());
         }
         let (context, last) = (self.context.clone(), steps.end - 1);
-        // The device's state belongs to no step until all is done.
+        // Until all steps are done, the bodies on the device belong to no known step: an error must leave `None` here.
         let goes_on = self.at.take().is_some_and(|at| at + 1 == steps.start);
         if !goes_on {
             let before = context.submit(|commands| {
@@ -172,17 +173,17 @@ impl Simulation {
         commands.pass("simulate.step", |pass| pass.dispatch(&self.kernel, &push, [x, y, 1]));
     }
 
-    /// The simulated scene.
+    /// The fountain that is simulated.
     pub fn fountain(&self) -> Fountain {
         self.fountain
     }
 
-    /// [`Body`]: their present state.
+    /// A [`Body`] per particle: its present state.
     pub fn bodies(&self) -> &Buffer {
         &self.bodies
     }
 
-    /// The voxels that they bounce off; empty before the first step.
+    /// The voxels that particles bounce off; empty before the first step.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }

@@ -1,4 +1,4 @@
-//! Asks a technique about one scene.
+//! Asks a technique about the scene of one value, and measures its answers.
 
 use super::results::{Asked, Figures, Outcome, Stressed};
 use super::subject::{Moved, Rounded, Subject};
@@ -13,11 +13,11 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// Rounding of a sum of weights: answers are in [0, 1] up to this.
+/// Rounding of a sum of weights: answers may leave [0, 1] by this much.
 const ROUNDING: f32 = 1e-6;
 
-/// Builds the technique of `spec` for the subject's scene, asks it, and again with its casters in other orders and moved a
-/// little. What fails is a row too.
+/// Builds the technique of `spec` for the subject's scene and asks it. Then asks again with casters in other orders, and moved a little. A
+/// failure gives a row too.
 pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spec: &Spec) -> Stressed {
     let mut row = Stressed {
         case: case.into(),
@@ -46,7 +46,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     *path = opened.technique.facts()?.path.into();
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     let has_smoke = !subject.scene.has_only_meshes();
-    // With meshes alone, truth in space and on them says more than truth on rays, most of which are in the boundary.
+    // With meshes alone, most points on rays are in the boundary, so only points in space and on meshes are asked about.
     let on_rays = if views.is_empty() || !has_smoke { Arc::default() } else { subject.maps(&views) };
     let (maps, rounded) = &*on_rays;
     let kinds = [&maps[..], subject.space(), subject.surface()];
@@ -70,7 +70,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     Ok(figures)
 }
 
-/// At points of each kind; those that no answer can be are counted.
+/// Answers at the points of each kind. Answers that are not finite or outside [0, 1] are counted in `figures`.
 pub(super) fn answers(
     context: &Context,
     opened: &Opened,
@@ -95,7 +95,7 @@ fn in_query(points: &Points) -> consume::Asked<'_> {
     consume::Asked { light: points.light, points: &points.positions, normals: &points.normals }
 }
 
-/// Errors of answers, the finite ones.
+/// Errors of the finite answers.
 fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<Asked> {
     let mut kept = Answers::default();
     let mut said = said.iter();
@@ -114,8 +114,8 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
     Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
-/// How much answers rise along the rays of a map's texels, and how far the last of each ray is from the truth, both beyond
-/// what rounding points off their ray can do. Some texels may be `finer` in the technique that is asked.
+/// The greatest rise of answers along a texel's ray, and the greatest error of a ray's last answer. Both are reduced by what the rounding
+/// of points off their ray may cause. Texels of the technique may be up to `finer` times as fine.
 pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], finer: f64) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
@@ -130,7 +130,7 @@ pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], finer
     (Some(rise), Some(tail))
 }
 
-/// The most by which answers differ over the orders, the finite ones.
+/// The greatest difference between finite answers over all orders of the casters.
 fn order_spread(
     context: &Context,
     subject: &Subject,
@@ -157,8 +157,8 @@ fn order_spread(
     Ok(spread)
 }
 
-/// Over all steps, at the points in space: against the filtered truth for a technique with maps of smoke, so that a texel's
-/// size is no step, else against the truth. `before`: what is answered there as all casters stand where they began.
+/// Root mean square, over all steps and points in space, of how much more an answer changes than the truth. For a technique with maps of
+/// smoke the filtered truth counts, so that the size of texels is no error. `before` are the answers before the first step.
 fn step_rms(
     context: &Context,
     subject: &Subject,
@@ -181,7 +181,7 @@ fn step_rms(
         opened.build(world)?;
         let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
         let truth = if has_maps { subject.filtered(step, &views(opened)) } else { visibility.clone() };
-        // The boundary at both ends of the step.
+        // Points in the boundary before or after the step are left out.
         let boundary_now = subject.boundary_after(step, &opened.technique.resolution());
         for i in (0..now.len()).filter(|i| !boundary[*i] && !boundary_now[*i]) {
             let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);

@@ -1,4 +1,4 @@
-//! Numbers that can be swept in a scene of the user's.
+//! Numbers that can be swept in a scene that the user gives.
 
 use super::strewn::{changed, denser, step};
 use crate::reference::truth::bounds;
@@ -8,15 +8,15 @@ use glam::DVec3;
 /// A number by which a scene is changed.
 pub(super) struct Change {
     pub name: &'static str,
-    /// Which number.
+    /// Description of the number that is swept.
     pub swept: &'static str,
     pub values: &'static [f64],
-    /// Whether it changes a scene of meshes alone too.
+    /// Whether it also applies to scenes with meshes alone.
     pub of_any: bool,
     pub changed: fn(&Scene, f64) -> Scene,
 }
 
-/// All of them.
+/// All changes.
 pub(super) const CHANGES: &[Change] = &[
     Change { name: "as-it-is", swept: "nothing", values: &[1.0], of_any: true, changed: |scene, _| scene.clone() },
     Change {
@@ -77,7 +77,7 @@ pub(super) const CHANGES: &[Change] = &[
 fn thicker(scene: &Scene, factor: f64) -> Scene {
     let mut scene = Scene { particles: changed(scene.particles.clone(), |_, p| denser(p, factor)), ..scene.clone() };
     for strand in &mut scene.strands {
-        // The transmittance to the power of this.
+        // Raises the transmittance to the power of the factor.
         strand.opacity = -(factor * f64::from(-strand.opacity).ln_1p()).exp_m1() as f32;
     }
     scene
@@ -90,7 +90,7 @@ fn wider(scene: &Scene, factor: f64) -> Scene {
     scene
 }
 
-/// All of it so far on, as floats have it.
+/// Moves the whole scene, with lights and camera; positions of casters are rounded to floats.
 fn moved(scene: &Scene, by: DVec3) -> Scene {
     let mut scene = scene.clone();
     step(&mut scene, by);

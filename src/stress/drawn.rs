@@ -1,4 +1,4 @@
-//! Everything that follows from a soak's seed: a scene, how it moves, and which techniques are asked.
+//! Everything that a seed of a soak determines: a scene, its motion, and the techniques to ask.
 
 use super::meshes::{block, plate, triangles};
 use super::strewn::{sphere, step};
@@ -7,28 +7,28 @@ use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Sce
 use crate::technique::{Key, Name, REGISTRY, Spec, Values};
 use glam::DVec3;
 
-/// Everything that is drawn from a seed.
+/// The contents of a round, drawn at random from a seed.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
-    /// The scene with all casters that there are at any time.
+    /// The scene with all casters that any frame has.
     pub most: Scene,
-    /// The same, frame by frame: casters move, grow, shrink, come and go.
+    /// The scene in each frame: casters move, grow, shrink, come and go.
     pub frames: Vec<Scene>,
     /// The techniques that are asked.
     pub specs: Vec<Spec>,
 }
 
-/// Frames of a round.
+/// Frames per round.
 const FRAMES: usize = 3;
 
-/// Texels per side of maps at most, and casters of a kind: a software device goes through a round in about a second.
+/// The most texels per side of maps, and the most casters of a kind: a software device takes about a second per round.
 const TEXELS: f64 = 40.0;
 const CASTERS: f64 = 300.0;
 
-/// Numbers that are no sizes: lists of more are more than a device need bind.
+/// The greatest value of numeric keys other than sizes. Longer lists could exceed what a device must be able to bind.
 const NUMBER: f64 = 1e5;
 
-/// The same of the same seed, on every machine.
+/// Draws a round. A seed gives the same round on every machine.
 pub(super) fn drawn(seed: u64) -> Drawn {
     let mut draw = Draw { random: Random::new([seed, 0x50a1]), unit: 1.0, at: DVec3::ZERO };
     let most = draw.scene(seed);
@@ -37,7 +37,7 @@ pub(super) fn drawn(seed: u64) -> Drawn {
     Drawn { most, frames, specs }
 }
 
-/// Random numbers, and where a scene is and how large.
+/// The random numbers, with the scene's size (`unit`) and place (`at`).
 struct Draw {
     random: Random,
     unit: f64,
@@ -45,12 +45,12 @@ struct Draw {
 }
 
 impl Draw {
-    /// Evenly over decades, from 10 to the power of `low`.
+    /// A number from 10^`low` to 10^`high`, evenly distributed over decades.
     fn decades(&mut self, low: f64, high: f64) -> f64 {
         10.0_f64.powf(self.random.between(low, high))
     }
 
-    /// A whole number.
+    /// A whole number below `count`.
     fn below(&mut self, count: usize) -> usize {
         (self.random.between(0.0, count as f64) as usize).min(count.saturating_sub(1))
     }
@@ -59,7 +59,7 @@ impl Draw {
         all.get(self.below(all.len())).copied()
     }
 
-    /// A length of the scene's.
+    /// A place in the scene.
     fn place(&mut self) -> DVec3 {
         self.at + self.unit * self.random.in_ball()
     }
@@ -97,7 +97,7 @@ impl Draw {
         }
     }
 
-    /// A number of casters of a kind that is there as often as `share` says.
+    /// A random number of casters of a kind; 0 except with the probability `share`.
     fn count(&mut self, share: f64) -> usize {
         let count = self.decades(0.0, CASTERS.log10());
         if self.random.chance(share) { count as usize } else { 0 }
@@ -105,7 +105,7 @@ impl Draw {
 
     fn particles(&mut self) -> Vec<Particle> {
         let count = self.count(0.75);
-        // Now and then all in one place, and some of them what no smoke is.
+        // Now and then all particles are in one place, and some have an extreme extinction.
         let (crowded, largest) = (self.random.chance(0.1), self.random.between(-2.5, -0.3));
         let one = |_| {
             let at = if crowded { self.at } else { self.place() };
@@ -135,7 +135,7 @@ impl Draw {
             let [start, end] = [start, end].map(|p| p.as_vec3().into());
             Strand { start, radius, end, opacity }
         };
-        // Far from the origin some are too short to have two ends, which no scene may have.
+        // Far from the origin rounding may join a strand's ends, which no scene may have.
         (0..count).map(one).filter(|strand: &Strand| strand.start != strand.end).collect()
     }
 
@@ -165,7 +165,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// Lights of one kind where a technique takes no other, else of several.
+    /// Lights of one kind in some rounds, since some techniques take only one kind; else of several kinds.
     fn lights(&mut self, particles: &[Particle]) -> Vec<Light> {
         let kinds = match self.below(6) {
             0 => 3..4,
@@ -189,7 +189,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// A part of the casters of `most`, moved and of another size.
+    /// A frame: some of the casters of `most`, moved and resized.
     fn frame(&mut self, most: &Scene) -> Scene {
         let mut scene = most.clone();
         let mut part = |count: usize| match self.below(5) {
@@ -218,7 +218,7 @@ impl Draw {
         scene
     }
 
-    /// A technique that casts from something in the scene, half of its keys something else than usual.
+    /// A technique that takes some kind of caster in the scene, with half of its keys changed from their defaults.
     fn spec(&mut self, scene: &Scene) -> Option<Spec> {
         let all: Vec<_> = REGISTRY.iter().filter(|entry| entry.casts.any_of(scene.kinds())).collect();
         let entry = self.one_of(&all)?;
@@ -232,7 +232,7 @@ impl Draw {
         Some(spec)
     }
 
-    /// A small value for sizes.
+    /// A random value for a key; small for sizes.
     fn value(&mut self, key: &Key, is_size: bool) -> String {
         match key.values {
             Values::OneOf(words) => {
@@ -257,7 +257,8 @@ impl Draw {
 mod tests {
     use super::*;
 
-    /// One seed is one round, and the next another; over some of them there is all that there can be.
+    /// A seed always gives the same round, and the next seed another. Over 200 seeds, all techniques, kinds of lights and kinds of scenes
+    /// occur.
     #[test]
     fn a_seed_is_a_round() {
         let all: Vec<Drawn> = (0..200).map(drawn).collect();
@@ -272,7 +273,7 @@ mod tests {
                 assert!(scene.particles.iter().all(|p| finite(&p.position) && p.radius > 0.0 && p.extinction >= 0.0));
                 assert!(scene.strands.iter().all(|s| finite(&s.start) && s.radius > 0.0 && s.opacity <= 1.0));
                 assert!(scene.meshes.iter().flat_map(|mesh| &mesh.positions).all(finite), "{seed}");
-                // As many as the world is made for, at most.
+                // No frame has more casters than the world is made for.
                 assert!(scene.casters().len() <= one.most.casters().len(), "{seed}");
             }
         }

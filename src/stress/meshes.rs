@@ -10,7 +10,7 @@ fn mesh(positions: impl IntoIterator<Item = DVec3>, triangles: Vec<[u32; 3]>) ->
     Mesh { name: "stress".into(), positions, triangles, albedo: [0.6; 3], solid: false }
 }
 
-/// A level square.
+/// A horizontal square.
 pub(super) fn plate(z: f64, half: f64) -> Mesh {
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     mesh(corners.map(|[x, y]| DVec3::new(x * half, y * half, z)), vec![[0, 1, 2], [0, 2, 3]])
@@ -31,7 +31,7 @@ fn usual_block() -> Mesh {
     block(DVec3::new(-0.43, -0.37, 0.21), DVec3::new(0.41, 0.33, 0.83))
 }
 
-/// Over a ground, under slanted light.
+/// Meshes over a ground, under slanted light.
 fn over_ground(meshes: Vec<Mesh>) -> Scene {
     scene(along(SLANTED), vec![], [vec![plate(0.0, 1.5)], meshes].concat())
 }
@@ -41,13 +41,13 @@ fn lit_by(kind: LightKind) -> Scene {
     scene(kind, vec![], vec![plate(0.0, 1.5), usual_block()])
 }
 
-/// Triangles of corners at random, one an argument of `corners`.
+/// A mesh of `count` triangles; `corners` gives the corners of each.
 pub(super) fn triangles(count: usize, corners: impl FnMut(usize) -> [DVec3; 3]) -> Mesh {
     let positions: Vec<DVec3> = (0..count).flat_map(corners).collect();
     mesh(positions, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
-/// See the module.
+/// The cases of meshes.
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "slivers",

@@ -1,9 +1,8 @@
-//! Stress for techniques: one number of a scene is swept from common values to extreme ones, and each technique is asked until
-//! it breaks.
+//! Stress for techniques: one number of a scene is swept from common values to extreme ones, to find where each technique breaks.
 //!
-//! [`cases`] says what is swept, [`ask`](fn@ask) what a technique answers at one of its values, [`Verdict`] how far it holds.
-//! Every technique works in a process of its own ([`Worker`]), so that a driver that hangs or dies is a row too.
-//! A [`round`](fn@round) of a soak is a random scene with random techniques, by its seed.
+//! [`cases`] lists the numbers that are swept, [`ask`](fn@ask) measures a technique at one value, and a [`Verdict`] says how far it keeps
+//! its promises. Techniques run in a process of their own ([`Worker`]), so that a driver that hangs or dies gives a row too. A
+//! [`round`](fn@round) of a soak has a random scene and random techniques, which follow from its seed.
 
 mod ask;
 mod changes;
@@ -36,22 +35,22 @@ pub use worker::Worker;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
-/// A number of a scene that is swept.
+/// A kind of scene with a number that is swept.
 #[derive(Clone, Copy)]
 pub struct Case {
     /// Its name.
     pub name: &'static str,
     /// The content of the scene.
     pub about: &'static str,
-    /// Which number, with its unit.
+    /// Description of the number that is swept, with its unit.
     pub swept: &'static str,
-    /// From where it is common to where it is not.
+    /// Values of the number, from common to extreme.
     pub values: &'static [f64],
-    /// The largest of them that a software device is asked; the others would take it minutes.
+    /// The largest value that runs on a software device; larger ones would take minutes there.
     pub most_on_cpu: f64,
     /// The scene at one of the values: the same each time.
     pub scene: fn(f64) -> Scene,
-    /// Texels per side of maps, where these are what is swept; else they are the spec's.
+    /// Texels per side of maps at a value, where these are swept; else the spec decides.
     pub texels: Option<fn(f64) -> u32>,
 }
 
@@ -70,7 +69,7 @@ impl Case {
     /// The case of that name.
     ///
     /// # Errors
-    /// [`Error::Input`] that lists the names that there are.
+    /// [`Error::Input`] where there is none; it lists all names.
     pub fn named(name: &str) -> Result<&'static Self> {
         cases().find(|case| case.name == name).ok_or_else(|| {
             let known: Vec<_> = cases().map(|case| case.name).collect();
@@ -80,7 +79,7 @@ impl Case {
     }
 }
 
-/// All of them: smoke and hair, lights and views, meshes.
+/// All cases: of smoke and hair, of lights and views, of meshes.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
     [smoke::CASES, placed::CASES, meshes::CASES].into_iter().flatten()
 }

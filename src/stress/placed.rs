@@ -9,7 +9,7 @@ use glam::DVec3;
 /// The directions of the axes.
 const AXES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
-/// See the module.
+/// The cases of lights and of casters close to them.
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "depth-range",

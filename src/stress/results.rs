@@ -14,15 +14,15 @@ pub struct Results {
     pub schema: u32,
     /// The program's version.
     pub gobo: String,
-    /// As it was given.
+    /// The command line as it was given.
     pub command: String,
-    /// Where it ran.
+    /// The device that it ran on.
     pub device: DeviceFacts,
-    /// How long a row may take, seconds.
+    /// Time limit per row, seconds.
     pub limit_s: f64,
     /// How far each technique holds in each case.
     pub verdicts: Vec<Verdict>,
-    /// One per case, value and technique, in the order they were asked.
+    /// One row per case, value and technique, in the order in which they ran.
     pub rows: Vec<Stressed>,
 }
 
@@ -30,13 +30,13 @@ pub struct Results {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// It answered.
+    /// The technique answered.
     Answered,
-    /// The device or the scene lacks something that it needs.
+    /// The device or the scene lacks something that the technique needs.
     Refused,
     /// A call failed, or the process died.
     Failed,
-    /// It took longer than it may.
+    /// It took longer than the time limit.
     NoAnswer,
 }
 
@@ -47,49 +47,49 @@ pub struct Stressed {
     pub case: String,
     /// The value of the setting that is swept.
     pub value: f64,
-    /// Its spec, without defaults.
+    /// The technique's spec, without defaults.
     pub technique: String,
     /// The path that ran.
     pub path: String,
     /// How it ended.
     pub outcome: Outcome,
-    /// Why, where it did not answer.
+    /// The reason, where the technique did not answer.
     pub reason: String,
-    /// Where it answered.
+    /// Figures, where the technique answered.
     pub figures: Option<Figures>,
 }
 
-/// Figures of its answers. Figures that the technique or the scene does not have are absent.
+/// Figures of a technique's answers. Figures that do not apply to the technique or the scene are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// On the rays of texels, against the filtered truth of smoke.
+    /// Points on the rays of texels, compared with the filtered truth.
     pub map: Option<Asked>,
-    /// In space, against the truth there.
+    /// Points in space, compared with the truth.
     pub space: Option<Asked>,
-    /// On meshes.
+    /// Points on meshes, compared with the truth.
     pub surface: Option<Asked>,
     /// Answers that are infinite or not a number.
     pub not_finite: u64,
     /// Answers below 0 or above 1 by more than rounding.
     pub outside: u64,
-    /// The most by which an answer rises along a texel's ray.
+    /// The greatest rise of an answer along a texel's ray.
     pub rise: Option<f64>,
-    /// The most by which an answer behind all smoke is off the product of all.
+    /// The greatest error of an answer behind all smoke.
     pub tail: Option<f64>,
-    /// The most by which answers differ where the same casters come in another order.
+    /// The greatest difference between answers for different orders of the same casters.
     pub order_spread: Option<f64>,
-    /// Root mean square of how much more than the truth answers change in a tiny motion.
+    /// Root mean square of how much more answers change in a tiny motion than the truth does.
     pub step_rms: Option<f64>,
-    /// Messages of the validation layer meanwhile.
+    /// Number of messages of the validation layer during the row.
     pub messages: u64,
 }
 
-/// Answers of one kind of points, the finite ones.
+/// The finite answers at points of one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
-    /// Errors of all of them.
+    /// Errors of these answers.
     pub error: Option<PointError>,
-    /// How many were asked.
+    /// Number of these answers.
     pub points: u64,
 }
 
@@ -102,7 +102,7 @@ impl Asked {
 }
 
 impl Figures {
-    /// The same in space and on surfaces.
+    /// Leaks and false shadows in space and on surfaces together, as in [`Asked::wrong`].
     pub fn wrong(&self) -> Option<u64> {
         [self.space, self.surface].into_iter().flatten().filter_map(|asked| asked.wrong()).reduce(|a, b| a + b)
     }

@@ -1,4 +1,4 @@
-//! A round of a soak: the scene of a seed is built, moved and asked, and everything is freed.
+//! A round of a soak: techniques are built and asked in the moving scene of a seed, then everything is freed.
 
 use super::ask::{along_rays, answers};
 use super::drawn::{Drawn, drawn};
@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 pub struct Failure {
     /// `gobo stress --soak 0 --seed SEED` repeats the round.
     pub seed: u64,
-    /// The technique that was asked; empty where the answer was no technique's.
+    /// The technique that was asked; empty where no technique caused the failure.
     pub technique: String,
     /// The promise that broke.
     pub broken: String,
@@ -32,24 +32,24 @@ pub struct Failure {
 /// A round.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Round {
-    /// Its own.
+    /// The round's seed.
     pub seed: u64,
-    /// Techniques that were asked.
+    /// Number of techniques that were asked.
     pub asked: u64,
-    /// Those of them that refused: a key or a light that they do not take, a feature that the device lacks.
+    /// Number of these that refused: for a key or a light that they do not take, or a feature that the device lacks.
     pub refused: u64,
-    /// All of them.
+    /// All failures of the round.
     pub failures: Vec<Failure>,
-    /// The process's memory after it; absent where the system does not say.
+    /// The process's memory after the round, bytes; absent where the system does not report it.
     pub host_bytes: Option<u64>,
-    /// The device memory that it holds.
+    /// The device memory that the process holds after the round, bytes.
     pub device_bytes: u64,
 }
 
-/// The round of a seed. `asking` is told which technique is asked next.
+/// Runs the round of a seed. `asking` is called with each technique before it is asked.
 ///
 /// # Errors
-/// Those of `asking`; what else fails is in the round.
+/// Those of `asking`; other failures are in the round's result.
 pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Result<()>) -> Result<Round> {
     let (drawn, before) = (drawn(seed), context.allocated_bytes());
     let mut round = Round { seed, ..Round::default() };
@@ -69,7 +69,7 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
         let failure = |broken| Failure { seed, technique: spec.short(), broken };
         round.failures.extend(broken.into_iter().map(failure));
     }
-    // Resources of a technique that refused are freed with the next submission, as all pending work is.
+    // An empty submission, since resources of a technique that refused are freed with the next submission.
     if let Err(error) = context.try_submit(|_| Ok(())) {
         round.failures.push(Failure { seed, technique: String::new(), broken: advised(error).to_string() });
     }
@@ -81,14 +81,14 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
     Ok(round)
 }
 
-/// Asks a technique in each frame, builds it again for the last, opens it anew with the other `skip=`, and returns the
+/// Asks a technique in each frame, then builds it again for the last frame, then opens it anew with the other value of `skip=`. Returns the
 /// promises that broke.
 fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec<String>> {
     let mut world = World::new(context, &drawn.most)?;
     let mut broken = Vec::new();
     let mut moved: Option<Opened> = None;
     let mut last = Vec::new();
-    // Baked techniques never move.
+    // Baked techniques are for scenes that stand still, so they get only the last frame.
     let first = if spec.entry.lifetime == Lifetime::Baked { drawn.frames.len() - 1 } else { 0 };
     for (frame, scene) in drawn.frames.iter().enumerate().skip(first) {
         world.replace(scene)?;
@@ -119,7 +119,7 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
         let again = ask(&opened)?;
         broken.extend(differ("built again", &last, &again));
     }
-    // Behind meshes a curve has less to hold where more is left out.
+    // With meshes, `skip=on` leaves out what is behind them, so answers there may differ.
     if promises.repeats && promises.skips_alike && !scene.has_triangles() {
         let mut other = spec.clone();
         other.set(Name::SKIP, if spec.skips() { "off" } else { "on" });
@@ -129,7 +129,7 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
                 let anew = ask(&opened)?;
                 broken.extend(differ(&format!("opened anew with skip={}", other.text(Name::SKIP)), &last, &anew));
             }
-            // The casters that it sees have gone meanwhile.
+            // The kind of casters that the technique needs is gone in the last frame.
             Err(Error::Refused { .. }) => {}
             Err(error) => return Err(error),
         }
@@ -137,7 +137,7 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
     Ok(broken)
 }
 
-/// The difference, if there is one.
+/// Describes how two lists of answers differ in their bits, if they do.
 pub(super) fn differ(what: &str, before: &[f32], after: &[f32]) -> Option<String> {
     let others: Vec<_> = before.iter().zip(after).filter(|(a, b)| a.to_bits() != b.to_bits()).collect();
     let most = others.iter().map(|(a, b)| (*a - *b).abs()).fold(0.0, f32::max);
@@ -146,7 +146,7 @@ pub(super) fn differ(what: &str, before: &[f32], after: &[f32]) -> Option<String
         .then(|| format!("{what}: {} of {} answers differ, by up to {most:.1e}", others.len(), before.len()))
 }
 
-/// Answers in and around the scene.
+/// Answers of all lights at points in and around the scene.
 fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figures: &mut Figures) -> Result<Vec<f32>> {
     let positions = points(scene, seed);
     let of_light = |light| Points::in_space(light, positions.clone(), Vec::new());
@@ -154,10 +154,10 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
     Ok(answers(context, opened, &[&all], figures)?.concat())
 }
 
-/// Answers on the rays of texels, where there is a truth to compare with.
+/// Checks answers on the rays of texels, in scenes for which a truth is known.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
-    // The maps' own texels decide where opaque shadows are; wider filters mean other rays.
+    // With meshes, answers depend on the resolution of opaque shadows; with wider filters, on other texels' rays. Neither has a truth here.
     let is_plain = ["", word_of(FILTER.default)].contains(&spec.text(Name::FILTER));
     if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
         return Ok(());
@@ -170,7 +170,7 @@ fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figur
     Ok(())
 }
 
-/// Points about the casters, in them, at the lights and far from everything.
+/// Points around the casters, in them, at the lights and far from everything.
 fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
     const SOMEWHERE: usize = 160;
     const OF_CASTERS: usize = 32;
@@ -188,7 +188,7 @@ fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
 mod tests {
     use super::*;
 
-    /// Every bit counts, of NaN too, and what is missing.
+    /// Every bit counts, also those of NaN, and so does a missing answer.
     #[test]
     fn what_differs_is_said() {
         assert_eq!(differ("again", &[0.5, f32::NAN], &[0.5, f32::NAN]), None);

@@ -1,7 +1,7 @@
 //! The worker's side: a process that asks techniques on behalf of another process.
 //!
-//! Both ends speak lines of JSON. A [`Job::Value`] is answered by its [`Reply::Ready`], then a row for each of its techniques; a
-//! [`Job::Round`] by each technique that is asked, one after the other, then the round.
+//! Both processes exchange lines of JSON. A [`Job::Value`] is answered by [`Reply::Ready`], then by a row per technique. A [`Job::Round`]
+//! is answered by [`Reply::Asking`] before each technique, then by the round.
 
 use super::results::{Outcome, Stressed};
 use super::round::{Round, round};
@@ -18,7 +18,7 @@ use std::io::Write;
 /// A worker's task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
-    /// A value of the sweep, and which techniques are asked.
+    /// Asks techniques at one value of a sweep.
     Value {
         /// [`Sweep::name`].
         sweep: String,
@@ -26,43 +26,43 @@ pub enum Job {
         given: Option<String>,
         /// The value of the setting that is swept.
         value: f64,
-        /// Specs.
+        /// Specs of the techniques to ask.
         techniques: Vec<String>,
     },
-    /// A round of a soak, by its seed.
+    /// Runs the round of a soak with this seed.
     Round(u64),
-    /// The device is closed, with all that it holds, and opened again.
+    /// Closes the device, with everything on it, and opens it again.
     Reopen,
 }
 
 /// A worker's message.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Reply {
-    /// First of all: its device, and whether that is a software one.
+    /// The first reply: the worker's device, and whether it is a software device.
     Device(DeviceFacts, bool),
-    /// The scene of a job is made, and its truth is at hand.
+    /// The scene of a job and its truth have been computed.
     Ready,
-    /// One technique of it has been asked.
+    /// One technique of the job has been asked.
     Row(Box<Stressed>),
     /// This technique of a round is about to be asked.
     Asking(String),
     /// A round is over.
     Round(Box<Round>),
-    /// The device was closed: what the process held then, and what was said meanwhile, leaks too.
+    /// The device was closed: the process's memory then, in bytes, and the messages while it closed, such as leaks.
     Closed(Option<u64>, Vec<String>),
 }
 
 /// Answers jobs until there are no more. `open` opens the device.
 ///
 /// # Errors
-/// Those of `open`, [`Error::Input`] for a job that is none, [`Error::Output`] where the reader is gone.
+/// Those of `open`; [`Error::Input`] for a line that is no job; [`Error::Output`] where the other process no longer reads.
 pub fn serve(open: impl Fn() -> Result<Context>) -> Result<()> {
-    // One line, the last that it says.
+    // A panic's message becomes one line: the parent reports the last line of stderr.
     std::panic::set_hook(Box::new(|panic| eprintln!("{}", panic.to_string().replace(char::is_control, " "))));
     let mut context = open()?;
     let (facts, is_software) = (DeviceFacts::of(context.features()), context.features().is_software());
     say(&Reply::Device(facts, is_software))?;
-    // The last that was asked about: a file is read once.
+    // The sweeps of the last scene, kept so that a file is read only once.
     let mut sweeps: (String, Vec<Sweep>) = Default::default();
     for line in std::io::stdin().lines() {
         let wrong = |cause: String| Error::input("stress --worker", cause, "leave --worker to the program itself");
@@ -92,7 +92,7 @@ pub fn serve(open: impl Fn() -> Result<Context>) -> Result<()> {
     Ok(())
 }
 
-/// A row for each technique at a value.
+/// Sends a row for each technique at a value of a sweep.
 fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -> Result<()> {
     let scene = sweep.scene(value);
     let subject = Subject::new(&scene);
@@ -106,7 +106,7 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
                 spec.set(Name::SIZE, side);
             }
             let row = match side.filter(|side| spec.text(Name::SIZE) != *side) {
-                // Never another size in its place.
+                // A size that the technique does not have is refused, not replaced.
                 Some(side) => {
                     let reason = format!("refused: has no maps of {side} texels per side");
                     no_answer(&sweep.name, value, &spec, Outcome::Refused, reason)

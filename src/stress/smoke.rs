@@ -1,11 +1,11 @@
-//! Cases of smoke and hair: how much light it takes, how large it is, how much of it is on one ray, and where.
+//! Cases of smoke and hair: extinction, size, number of casters per ray, and place.
 
 use super::Case;
 use super::strewn::{SLANTED, USUAL, along, changed, cloud, corners, denser, random, scene, sphere};
 use crate::scene::{Particle, Strand};
 use glam::DVec3;
 
-/// See the module.
+/// The cases of smoke and hair.
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "extinction",
@@ -137,7 +137,7 @@ pub(super) const CASES: &[Case] = &[
         swept: "radius past the ray, of the radius",
         values: &[1e-1, 1e-2, 1e-4, 1e-5, 1e-6, 1e-7, 0.0],
         scene: |past| {
-            // The centre of texel 24 of 32 in a view that is a margin wider than from −1 to 1.
+            // The centre of texel 24 of 32, in a view from −1 to 1 that is widened by the margin of fitting.
             let ray = (24.5 / 16.0 - 1.0) * 1.00001;
             let particles = corners().into_iter().chain([sphere(DVec3::ZERO, ray * (1.0 + past), 50.0)]);
             scene(along(DVec3::NEG_Z), particles.collect(), vec![])

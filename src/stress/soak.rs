@@ -11,51 +11,51 @@ pub struct Soaked {
     pub schema: u32,
     /// The program's version.
     pub gobo: String,
-    /// As it was given.
+    /// The command line as it was given.
     pub command: String,
-    /// Where it ran.
+    /// The device that it ran on.
     pub device: DeviceFacts,
     /// Seed of the first round.
     pub seed: u64,
-    /// How long it went on.
+    /// Duration of the soak, seconds.
     pub seconds: f64,
-    /// How many there were.
+    /// Number of rounds.
     pub rounds: u64,
-    /// Techniques that were asked in them.
+    /// Number of techniques that were asked, over all rounds.
     pub asked: u64,
-    /// Those of them that refused.
+    /// Number of these that refused.
     pub refused: u64,
-    /// All of them, in their order.
+    /// All failures, in order.
     pub failures: Vec<Failure>,
-    /// Whether the host's memory was flat; absent where it was not to be told.
+    /// Whether the host's memory stopped growing ([`is_flat`]); absent where there are too few rounds to tell.
     pub is_flat: Option<bool>,
-    /// Processes that rounds ran in: more than one where some hung or died.
+    /// Number of processes in which rounds ran: more than one where some hung or died.
     pub processes: u32,
-    /// From one opening of the device to its closing, in their order.
+    /// The periods from each opening of the device to its closing, in order.
     pub lives: Vec<Life>,
 }
 
-/// Some rounds on one open device.
+/// The rounds between one opening of the device and its closing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Life {
     /// Seed of the first round.
     pub seed: u64,
-    /// How many rounds.
+    /// Number of rounds.
     pub rounds: u64,
-    /// Since the soak began, as it ended.
+    /// Seconds from the soak's begin to the end of this period.
     pub seconds: f64,
-    /// Which process, from 1.
+    /// The number of the process, from 1.
     pub process: u32,
-    /// The most that the process held after a round.
+    /// The greatest memory of the process after a round, bytes.
     pub most_host_bytes: Option<u64>,
-    /// The memory that it held once the device was closed.
+    /// The process's memory once the device was closed, bytes.
     pub host_bytes: Option<u64>,
-    /// The device memory held after each round, the same for all rounds.
+    /// The greatest device memory after a round, bytes.
     pub device_bytes: u64,
 }
 
 impl Soaked {
-    /// One more round.
+    /// Adds a round.
     pub fn add(&mut self, round: Round) {
         self.rounds += 1;
         self.asked += round.asked;
@@ -69,16 +69,16 @@ impl Soaked {
     }
 }
 
-/// How much the last quarter may be above the second: what a heap that is used at random holds apart, and a share.
+/// How much the last quarter may exceed the second: `APART` bytes for the fragmentation of the heap, beyond a factor of `SHARE`.
 const APART: u64 = 16 << 20;
 const SHARE: f64 = 1.1;
 
-/// Lives of one process that say something: a thousand rounds, in whose first half the largest have come.
+/// The least number of lives of a process for a result: about a thousand rounds, so that the largest rounds occur in the first half.
 const LEAST: usize = 40;
 
-/// Whether what a process holds between devices has stopped growing: the median of the last quarter is no more than a tenth and
-/// 16 MiB above that of the second. The first quarter is left out: a driver keeps what it makes once. None where there are too
-/// few to say.
+/// Whether the memory that the last process holds between devices has stopped growing. That is, the median of the last quarter of lives
+/// exceeds that of the second by at most a tenth and 16 MiB. The first quarter is left out, since a driver allocates some memory once and
+/// keeps it. None where there are too few lives.
 pub fn is_flat(lives: &[Life]) -> Option<bool> {
     let process = lives.last()?.process;
     let of_it = lives.iter().filter(|life| life.process == process);
@@ -107,8 +107,8 @@ mod tests {
         (0..count).map(life).collect()
     }
 
-    /// What grows on and on, by 4 MiB from one opening to the next, is found out in 40 however it jumps about; what a driver makes
-    /// once, and one high value, are no leak.
+    /// Steady growth of 4 MiB per opening is detected within 40 openings, despite fluctuation. A single early step, as drivers cause, and a
+    /// single high value are no leak.
     #[test]
     fn what_grows_is_not_flat() {
         assert_eq!(is_flat(&lives(|i| 300 + 10 * (i % 3), 40, 1)), Some(true));

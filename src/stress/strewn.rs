@@ -1,12 +1,12 @@
-//! Parts of cases: smoke at random places, lights, and a scene about them.
+//! Building blocks of cases: smoke at random places, lights, and a scene that contains them.
 
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
 use glam::DVec3;
 
-/// Slanted against all axes, so that no coordinate drops out of the arithmetic.
+/// A light direction slanted against all axes, so that no component is 0.
 pub(super) const SLANTED: DVec3 = DVec3::new(0.5, 0.3, -0.81);
 
-/// A scene of these casters under one light.
+/// A scene of the given casters under one light.
 pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>) -> Scene {
     Scene {
         name: "stress".into(),
@@ -22,7 +22,7 @@ pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>
     }
 }
 
-/// Parallel rays that way.
+/// A directional light.
 pub(super) fn along(direction: DVec3) -> LightKind {
     LightKind::Directional { direction: direction.normalize() }
 }
@@ -38,7 +38,7 @@ pub(super) fn sphere(position: DVec3, radius: f64, extinction: f64) -> Particle 
     Particle { position: position.as_vec3().into(), radius: finite(radius), extinction: finite(extinction) }
 }
 
-/// Numbers of a case, the same on every machine.
+/// Random numbers for a case, the same on every machine.
 pub(super) fn random(stream: u64) -> Random {
     Random::new([0x57e55, stream])
 }
@@ -53,27 +53,27 @@ pub(super) fn cloud(count: usize) -> Vec<Particle> {
     (0..count).map(one).collect()
 }
 
-/// Spheres so many that they are common, in the cases that do not say how many.
+/// The number of spheres in cases that do not sweep it.
 pub(super) const USUAL: usize = 48;
 
-/// The same smoke, each sphere changed by its number.
+/// Applies `change` to each sphere, with its number.
 pub(super) fn changed(mut particles: Vec<Particle>, change: impl Fn(usize, &Particle) -> Particle) -> Vec<Particle> {
     particles.iter_mut().enumerate().for_each(|(i, p)| *p = change(i, p));
     particles
 }
 
-/// With that many times the extinction, as far as there is such a number.
+/// A sphere with `factor` times the extinction, at most the greatest float.
 pub(super) fn denser(particle: &Particle, factor: f64) -> Particle {
     let extinction = (f64::from(particle.extinction) * factor).min(f32::MAX.into()) as f32;
     Particle { extinction, ..*particle }
 }
 
-/// Spheres without extinction that hold the light's view open from −1 to 1 in all directions.
+/// Spheres without extinction that make the light's view reach from −1 to 1 along all axes.
 pub(super) fn corners() -> Vec<Particle> {
     [-0.9, 0.9].map(|at| sphere(DVec3::splat(at), 0.1, 0.0)).to_vec()
 }
 
-/// All casters so far on, as floats have it.
+/// Moves all casters by `by`; positions are rounded to floats.
 pub(super) fn step(scene: &mut Scene, by: DVec3) {
     let step = |p: &mut [f32; 3]| *p = (DVec3::from(p.map(f64::from)) + by).as_vec3().into();
     scene.particles.iter_mut().for_each(|particle| step(&mut particle.position));

@@ -1,4 +1,4 @@
-//! A scene of a case with its truth, shared by all techniques.
+//! A case's scene with its truth, computed once for all techniques.
 
 use super::strewn::{random, step};
 use crate::measure::{Cached, Extent, Points, Truth, Wanted};
@@ -9,19 +9,19 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
-/// How many orders the same casters are given in.
+/// Number of different orders in which the same casters are tried.
 pub const SHUFFLES: usize = 8;
 
-/// Texels of all maps together that are asked.
+/// Number of texels whose rays get points, over all maps together.
 const TEXELS: usize = 96;
 
-/// Points of each light in space, and on meshes as many.
+/// Points in space per light, and as many on meshes.
 const POINTS: usize = 1024;
 
-/// Pixels of the camera that half of the points on meshes are seen by.
+/// Size in pixels of the picture through which half of the points on meshes are found.
 const PICTURE: [u32; 2] = [96, 64];
 
-/// By how much all casters move in a step, of the diagonal of their box, and how many steps there are.
+/// The length of a step of all casters, as a share of the diagonal of their box; and the number of steps.
 const STEP: f64 = 1e-3;
 const STEPS: usize = 3;
 
@@ -32,26 +32,26 @@ pub struct Subject<'a> {
     truth: Truth<'a>,
     casters: Casters<'a>,
     moved: OnceLock<Vec<Moved>>,
-    /// Truth on rays of maps, most of which are the same for several techniques.
+    /// Truth on the rays of maps, which several techniques share.
     maps: Cached<Vec<View>, OnRays>,
-    /// After so many steps, at the points in space.
+    /// Filtered truth at the points in space, by number of steps and views.
     filtered: Cached<(usize, Vec<View>), Vec<f64>>,
     boundaries: Cached<(usize, Vec<Resolution>), Vec<bool>>,
 }
 
-/// Points on the rays of texels, with each where rounding left it.
+/// Points on the rays of texels, each with its offset from the ray by rounding.
 pub(super) type OnRays = (Vec<Points>, Vec<Rounded>);
 
-/// The scene a little later, and its truth at the points in space.
+/// The scene after a step, and its truth at the points in space.
 pub(super) struct Moved {
     pub scene: Scene,
     pub visibility: Arc<Vec<f64>>,
 }
 
 impl<'a> Subject<'a> {
-    /// The subject of that scene.
+    /// The subject of a scene; most of its truth is computed when first needed.
     pub fn new(scene: &'a Scene) -> Self {
-        // Where there is nothing, somewhere.
+        // An empty scene is asked about an arbitrary box.
         let bounds = bounds(scene).unwrap_or([DVec3::NEG_ONE, DVec3::ONE]);
         let wanted = Wanted {
             extent: Extent::Sample,
@@ -71,19 +71,19 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Computes values that all techniques share, so that they count in no technique's time.
+    /// Computes the truth that all techniques share now, so that it does not count in any technique's time.
     pub(super) fn find_truth(&self) {
         self.space();
         self.surface();
         self.moved();
     }
 
-    /// Points in space, of each light.
+    /// Points in space, per light.
     pub(super) fn space(&self) -> &[Points] {
         self.truth.space()
     }
 
-    /// Points on meshes, of each light.
+    /// Points on meshes, per light.
     pub(super) fn surface(&self) -> &[Points] {
         self.truth.surface()
     }
@@ -93,8 +93,8 @@ impl<'a> Subject<'a> {
         self.truth.boundary(points, resolution)
     }
 
-    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth there:
-    /// at the very point, rounded as it is, so that no rounding of the point is counted against the technique.
+    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] per texel with rising depth, and the filtered truth
+    /// there. The truth is taken at the rounded point, so that its rounding does not count against the technique.
     pub(super) fn maps(&self, views: &[View]) -> Arc<OnRays> {
         self.maps.get(views.to_vec(), |views| self.on_rays(views))
     }
@@ -112,12 +112,12 @@ impl<'a> Subject<'a> {
         (covered.map(points).collect(), rounded)
     }
 
-    /// The scene after so many steps.
+    /// The scene after `step` steps.
     fn after(&self, step: usize) -> &Scene {
         step.checked_sub(1).and_then(|step| self.moved().get(step)).map_or(self.scene, |moved| &moved.scene)
     }
 
-    /// The filtered truth at all points in space, after so many steps.
+    /// The filtered truth at all points in space, after `step` steps.
     pub(super) fn filtered(&self, step: usize, views: &[View]) -> Arc<Vec<f64>> {
         self.filtered.get((step, views.to_vec()), |_| {
             let scene = self.after(step);
@@ -127,7 +127,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Whether each point in space is in the boundary of opaque shadows, after so many steps.
+    /// Whether each point in space is in the boundary of opaque shadows, after `step` steps.
     pub(super) fn boundary_after(&self, step: usize, resolution: &[Resolution]) -> Arc<Vec<bool>> {
         self.boundaries.get((step, resolution.to_vec()), |_| self.in_boundary(self.after(step), resolution))
     }
@@ -143,13 +143,13 @@ impl<'a> Subject<'a> {
         self.space().iter().flat_map(of).collect()
     }
 
-    /// The same casters in other orders; none where there are fewer than two.
+    /// The scene with its casters in other orders; nothing where there are fewer than two casters.
     pub(super) fn shuffled(&self) -> impl Iterator<Item = Scene> + '_ {
         let triangles = self.scene.meshes.iter().map(|mesh| mesh.triangles.len());
         let most = triangles.chain([self.scene.particles.len(), self.scene.strands.len()]).max();
         (0..if most > Some(1) { SHUFFLES } else { 0 }).map(|stream| {
             let (mut scene, mut random) = (self.scene.clone(), random(100 + stream as u64));
-            // Fisher and Yates.
+            // A Fisher–Yates shuffle.
             let mut swaps = |count: usize| -> Vec<[usize; 2]> {
                 let other = |i: usize, share: f64| ((share * (i + 1) as f64) as usize).min(i);
                 (1..count).rev().map(|i| [i, other(i, random.between(0.0, 1.0))]).collect()
@@ -163,7 +163,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// All casters a little farther on, step by step; none where there are none.
+    /// The scene after each step of its casters; empty where there are no casters.
     pub(super) fn moved(&self) -> &[Moved] {
         self.moved.get_or_init(|| {
             let Some([low, high]) = bounds(self.scene) else { return Vec::new() };
@@ -185,16 +185,16 @@ impl Moved {
     }
 }
 
-/// What floats lose of a place as it is projected, of its distance from the view's origin: half a step in the difference, and in a
-/// sum of three products three.
+/// Rounding error of a point's projection in floats, as a share of its distance from the view's origin: half a unit in the last place for
+/// the difference, and three for a sum of three products.
 const PROJECTED: f64 = 4.0 / (1 << 24) as f64;
 
 /// Where rounding left a point of a texel's ray.
 pub(super) struct Rounded {
-    /// How far off the ray, texels, across and up together, where it is and where floats project it to: what a bilinear look-up
-    /// may differ by from the ray's own.
+    /// Distance from the ray, texels, the sum of both axes, with the rounding of its projection. A bilinear look-up may differ by this much
+    /// from the value on the ray.
     pub off: f64,
-    /// Along the ray.
+    /// z of the point along the ray.
     pub z: f64,
 }
 
@@ -211,8 +211,8 @@ impl Rounded {
     }
 }
 
-/// What a bilinear look-up finds at points of a light if each texel has its exact curve: the truth for a technique that has
-/// such maps and loses nothing in them.
+/// The filtered truth at points of a light: the result of a bilinear look-up in a map whose texels hold their exact curves. It is the truth
+/// for a technique with maps, apart from its texels' size.
 fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, points: &[[f32; 3]]) -> Vec<f64> {
     let map = |p: &[f32; 3]| scene.first_map(light) + scene.lights[light].map_at(*p);
     let places: Vec<_> = points.iter().map(|p| Place::of(views, map(p), DVec3::from(p.map(f64::from)))).collect();
@@ -232,12 +232,12 @@ fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, poin
     points.par_iter().zip(&places).map(at).collect()
 }
 
-/// Where a point is looked up.
+/// The texels and the depth at which a point is looked up.
 struct Place {
     map: usize,
-    /// The first of the four texels about it; none before all casters.
+    /// The first of the four texels about the point; none in front of all casters.
     corner: Option<IVec2>,
-    /// How far on it is from that texel's centre.
+    /// The point's offset from that texel's centre, texels.
     rest: DVec2,
     depth: f64,
 }
@@ -246,13 +246,13 @@ impl Place {
     fn of(views: &[View], map: usize, position: DVec3) -> Self {
         let view = &views[map];
         let (at, z) = view.project(position);
-        // Far outside all texels are outside.
+        // Clamped, so that coordinates far outside the map fit into integers; no texel there is inside.
         let at = at.clamp(DVec2::splat(-2.0), DVec2::new(view.width.into(), view.height.into()) + 2.0) - 0.5;
         let corner = (z > f64::from(view.near)).then(|| at.floor().as_ivec2());
         Self { map, corner, rest: at - at.floor(), depth: view.depth(z) }
     }
 
-    /// The four about it, rows first; past a map's edge there is nothing to lose light to.
+    /// The four texels about the point, row by row; `None` past the map's edge, where nothing casts.
     fn texels(&self, views: &[View]) -> [Option<(usize, [u32; 2])>; 4] {
         let view = &views[self.map];
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(|offset| {
@@ -267,7 +267,7 @@ impl Place {
 mod tests {
     use super::*;
 
-    /// The truth that several techniques are compared with is computed once, for the maps that they share.
+    /// The truth for the maps that several techniques share is computed once.
     #[test]
     fn the_truth_of_maps_is_found_once() {
         let scene = (super::super::Case::named("few").expect("a case").scene)(2.0);

@@ -1,4 +1,4 @@
-//! The number that a sweep varies: one of a case's own scene, or of a scene that is given.
+//! Sweeps of a number: of a case, or of a change to a scene that the user gives.
 
 use super::changes::CHANGES;
 use super::{Case, cases};
@@ -7,20 +7,20 @@ use crate::scene::{BUILT_IN, Motion, Scene, known};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// A scene that is given, and moves by itself, is taken as it is at this time, seconds.
+/// The time at which a given scene that moves is taken, seconds.
 const TIME_S: f64 = 20.0;
 
 /// A number that is swept.
 pub struct Sweep {
     /// A case's name, or `scene/change` for a scene.
     pub name: String,
-    /// The scene that is given, as it was named; none of a case.
+    /// The name of the given scene; none for a case.
     pub given: Option<String>,
-    /// From where it is common to where it is not.
+    /// Values of the number, from common to extreme.
     pub values: &'static [f64],
     /// As [`Case::most_on_cpu`].
     most_on_cpu: f64,
-    /// Texels per side of maps, where these are swept.
+    /// Texels per side of maps at a value, where these are swept.
     pub texels: Option<fn(f64) -> u32>,
     scene: Box<dyn Fn(f64) -> Scene>,
 }
@@ -32,10 +32,10 @@ impl Sweep {
         Self { name: name.into(), given: None, values, most_on_cpu, texels, scene: Box::new(scene) }
     }
 
-    /// All that a name stands for: a case, or the changes of a scene.
+    /// All sweeps for a name: that of a case, or one per change of a scene.
     ///
     /// # Errors
-    /// [`Error::Input`] where it is neither, or the scene's file is none.
+    /// [`Error::Input`] where the name is neither a case nor a scene, or the scene's file is faulty.
     pub fn named(name: &str) -> Result<Vec<Self>> {
         if let Ok(case) = Case::named(name) {
             return Ok(vec![Self::of(case)]);
@@ -65,18 +65,18 @@ impl Sweep {
         Ok(changes.map(change).collect())
     }
 
-    /// The values that a device is asked.
+    /// The values to run on a device.
     pub fn values(&self, is_software: bool) -> impl Iterator<Item = f64> + '_ {
         self.values.iter().copied().filter(move |value| !is_software || *value <= self.most_on_cpu)
     }
 
-    /// At one of the values: the same each time.
+    /// The scene at one of the values: the same each time.
     pub fn scene(&self, value: f64) -> Scene {
         (self.scene)(value)
     }
 }
 
-/// What is in the scenes of a sweep, and which number is swept, by its name.
+/// A text about a sweep, by its name: the content of its scenes and the number that is swept.
 pub(crate) fn about(name: &str) -> Option<String> {
     let change = |name: &str| CHANGES.iter().find(|change| change.name == name);
     match name.rsplit_once('/') {

@@ -1,17 +1,17 @@
-//! How far a technique holds in a case: the promises that its answers must keep, and where they first break one.
+//! How far a technique keeps its promises in a case: the first value at which its answers break one.
 
 use super::results::{Figures, Outcome, Stressed};
 use crate::consume::parse;
 use crate::technique::Promises;
 use serde::{Deserialize, Serialize};
 
-/// The promises of a row's technique, if it has one.
+/// The promises of a row's technique; none where its spec is not valid.
 fn promises(row: &Stressed) -> Option<Promises> {
     let spec = parse(&row.technique).ok()?.pop()?;
     Some((spec.entry.promises)(&spec, &row.path))
 }
 
-/// The promise that broke.
+/// A promise that broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Broken {
@@ -19,13 +19,13 @@ pub enum Broken {
     NotFinite,
     /// Answers below 0 or above 1.
     Outside,
-    /// Light that rises along its ray.
+    /// Answers that rise with depth along a light ray.
     Rising,
-    /// The tail is not the product of all.
+    /// Behind all smoke, transmittance is not the product over all casters.
     Tail,
     /// Answers that depend on the casters' order.
     Order,
-    /// The validation layer said something.
+    /// The validation layer gave a message.
     Messages,
     /// A call failed, or the process died.
     Failed,
@@ -33,17 +33,17 @@ pub enum Broken {
     Error,
     /// Leaks or false shadows outside the boundary.
     Wrong,
-    /// Steps from frame to frame are above the threshold.
+    /// Answers change more from frame to frame than the threshold allows.
     Step,
 }
 
 impl Broken {
-    /// Whether nothing may do this, however extreme the scene: what a method's own limits cannot excuse.
+    /// Whether no technique may ever break this promise, however extreme the scene, since no limit of a method is an excuse.
     pub fn is_invariant(self) -> bool {
         !matches!(self, Self::Error | Self::Wrong | Self::Step)
     }
 
-    /// In few words, with the figure.
+    /// A short text with the figure.
     fn words(self, figures: &Figures) -> String {
         let most = |figure: Option<f64>| figure.unwrap_or_default();
         match self {
@@ -63,24 +63,24 @@ impl Broken {
     }
 }
 
-/// All that a row breaks.
+/// All promises that a row breaks.
 pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     let figures = match (row.outcome, &row.figures) {
-        // A technique that has not answered, in time or at all, has broken nothing.
+        // A technique that refused or ran out of time has broken no promise.
         (Outcome::Refused | Outcome::NoAnswer, _) => return Vec::new(),
         (Outcome::Failed, _) | (_, None) => return vec![Broken::Failed],
         (Outcome::Answered, Some(figures)) => figures,
     };
     match promises(row) {
         Some(promises) => broken_of(figures, &promises),
-        // Every technique is checked.
+        // A row whose technique is unknown counts as failed, so that none goes unchecked.
         None => vec![Broken::Failed],
     }
 }
 
-/// Which promises the figures break, those that hold for all techniques included.
+/// The promises that the figures break, including the invariants that hold for all techniques.
 fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
-    // A figure that is not a number is no small one.
+    // NaN counts as above the limit.
     let above =
         |figure: Option<f64>, most: Option<f64>| figure.zip(most).is_some_and(|(f, most)| f.is_nan() || f > most);
     let mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
@@ -100,7 +100,7 @@ fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
     .collect()
 }
 
-/// All that a row breaks that nothing may break, in words.
+/// The invariants ([`Broken::is_invariant`]) that a row breaks, as texts.
 pub(super) fn broken_invariants(row: &Stressed) -> Vec<String> {
     let figures = row.figures.clone().unwrap_or_default();
     broken(row).into_iter().filter(|broken| broken.is_invariant()).map(|broken| broken.words(&figures)).collect()
@@ -111,27 +111,27 @@ pub(super) fn broken_invariants(row: &Stressed) -> Vec<String> {
 pub struct Verdict {
     /// [`super::Case::name`].
     pub case: String,
-    /// Its spec, without defaults.
+    /// The technique's spec, without defaults.
     pub technique: String,
-    /// `holds`, `holds up to X`, `breaks at X` where that is the first; `refused: …` or `no answer within …`, behind what it holds
-    /// up to where that is known.
+    /// `holds`, `holds up to X`, or `breaks at X` if X is the first value; or `refused: …` or `no answer within …`, after `holds up to X`
+    /// where some value holds.
     pub verdict: String,
     /// The last value before the first at which something breaks; absent where it breaks at once or is refused.
     pub holds_up_to: Option<f64>,
     /// The first value at which something breaks.
     pub breaks_at: Option<f64>,
-    /// The promises that break there.
+    /// The promises that break at that value.
     pub broken: Vec<Broken>,
-    /// The same with its figures, or why there was no answer.
+    /// These promises as text with figures, or the reason why there was no answer.
     pub why: String,
-    /// Promises broken at any value that nothing may break.
+    /// Invariants ([`Broken::is_invariant`]) that break at any value.
     pub invariants: Vec<Broken>,
-    /// Figures at the last value at which it holds; where it holds at none, at the first.
+    /// Figures at the last value that holds; where none holds, at the first value.
     pub figures: Option<Figures>,
 }
 
 impl Verdict {
-    /// From the rows of a technique in a case, in the order of its values.
+    /// The verdict on the rows of a technique in a case, in the order of values.
     pub(super) fn of(rows: &[&Stressed]) -> Option<Self> {
         let first = rows.first()?;
         let found: Vec<_> = rows.iter().map(|row| broken(row)).collect();
@@ -177,13 +177,13 @@ impl Verdict {
     }
 }
 
-/// As it is written in the table of cases.
+/// A number as the table of cases shows it.
 pub(crate) fn number(value: f64) -> String {
     let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// One per case and technique, in the order of the rows.
+/// One verdict per case and technique, in the order of the rows.
 pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
     let mut pairs: Vec<(&str, &str)> = Vec::new();
     for row in rows {
@@ -237,7 +237,7 @@ mod tests {
         assert_eq!(verdicts(&rows[2..])[0].verdict, "breaks at 100");
     }
 
-    /// A NaN is no figure below a threshold, and what comes after the first break counts for the invariants.
+    /// NaN exceeds any threshold, and values after the first break count for invariants too.
     #[test]
     fn what_is_not_a_number_breaks() {
         let spread = |order_spread| Some(Figures { order_spread: Some(order_spread), ..Figures::default() });
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(verdicts(&rows)[0].invariants, [Broken::NotFinite]);
     }
 
-    /// A promise is broken by what is above it, and by nothing where none was given; what holds for all needs no promise.
+    /// A figure above a promise breaks it, and no figure breaks a promise that was not given. Invariants need no promise.
     #[test]
     fn each_promise_is_held_against_its_figure() {
         let error = PointError {
@@ -291,7 +291,7 @@ mod tests {
         assert_eq!(broken_of(&no_number, &none), [Broken::NotFinite, Broken::Outside, Broken::Messages]);
     }
 
-    /// The entry is asked with the path that ran; a name that is no technique's is no answer's.
+    /// Promises are those of the technique's entry for the path that ran. An unknown technique counts as failed.
     #[test]
     fn promises_are_those_of_the_entry() {
         let tail_off = Figures { tail: Some(5e-3), order_spread: Some(1e-6), ..Figures::default() };

@@ -1,4 +1,4 @@
-//! Runs the worker process: one that hangs is ended, one that dies becomes a row, and the run goes on with a new one.
+//! Runs a worker process. If it hangs, it is killed; if it hangs or dies, that gives a row, and the run goes on with a new process.
 
 use super::Sweep;
 use super::results::{Outcome, Stressed};
@@ -14,20 +14,20 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// The end that asks.
+/// The parent's side: starts the process, sends it jobs and reads its replies.
 pub struct Worker {
-    /// How it is started: the program and its arguments.
+    /// The program to start, with its arguments.
     command: Vec<OsString>,
-    /// How long a row may take.
+    /// Time limit per row.
     limit: Duration,
-    /// Its device, and whether that is a software one.
+    /// The process's device, and whether it is a software device.
     pub device: (DeviceFacts, bool),
-    /// How many processes there were: more than one where some hung or died.
+    /// Number of processes started so far; more than one where some hung or died.
     pub processes: u32,
     running: Running,
 }
 
-/// A process, what it says, and the last line that it complains in, once it has ended.
+/// A running process with its replies; `complaint` gives the last line of its stderr, once it has ended.
 struct Running {
     child: Child,
     jobs: ChildStdin,
@@ -35,7 +35,7 @@ struct Running {
     complaint: Option<JoinHandle<String>>,
 }
 
-/// How long a process may take to start and to find the truth of a scene: so many limits, or so long where that is short.
+/// Time limit for starting a process and for computing a scene's truth: a multiple of the limit per row, but at least this long.
 const PREPARING: (u32, Duration) = (4, Duration::from_secs(60));
 
 fn preparing(limit: Duration) -> Duration {
@@ -43,16 +43,16 @@ fn preparing(limit: Duration) -> Duration {
 }
 
 impl Worker {
-    /// Starts `command`, which is to run [`serve`](fn@super::serve); a row that takes longer than `limit` is none.
+    /// Starts `command`, which must run [`serve`](fn@super::serve). A row that takes longer than `limit` counts as not answered.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where it does not start or finds no device.
+    /// [`Error::Gpu`] where the process does not start or finds no device.
     pub fn start(command: Vec<OsString>, limit: Duration) -> Result<Self> {
         let (running, device) = Running::start(&command, limit)?;
         Ok(Self { command, limit, device, processes: 1, running })
     }
 
-    /// A row for each spec, in their order, each given to `each` as it comes.
+    /// Asks for a row per spec, in order, and passes each row to `each` as it arrives.
     ///
     /// # Errors
     /// Those of [`Worker::start`], where a new process is needed and does not start.
@@ -64,7 +64,7 @@ impl Worker {
             self.running.send(&Job::Value { sweep: name, given, value, techniques });
             let mut ended = match self.running.reply(preparing(self.limit)) {
                 Ok(_) => None,
-                // All of them would find the same.
+                // The scene or its truth failed, so all of these techniques would end the same way.
                 Err(ended) => Some((left.len(), ended)),
             };
             while ended.is_none() && !left.is_empty() {
@@ -88,7 +88,7 @@ impl Worker {
         Ok(())
     }
 
-    /// A round of a soak; of one that does not end only the failure, with the technique that was asked last.
+    /// Runs a round of a soak. If the process hangs or dies, the result has only that failure, with the technique that was asked last.
     ///
     /// # Errors
     /// Those of [`Worker::start`], where a new process is needed and does not start.
@@ -109,7 +109,8 @@ impl Worker {
         }
     }
 
-    /// Closes the device and opens it again. What the process held meanwhile, and what was said, leaks too, or how it ended.
+    /// Closes the device and opens it again. Returns the process's memory in between, in bytes, and the messages while it closed, such as
+    /// leaks; or how the process ended.
     ///
     /// # Errors
     /// As [`Worker::round`].
@@ -127,7 +128,7 @@ impl Worker {
         }
     }
 
-    /// What it holds on the device is wanted by the next, so that it ends first.
+    /// Ends the process before starting the next, which needs its device memory.
     fn restart(&mut self) -> Result<()> {
         let _ = self.running.child.kill().and_then(|()| self.running.child.wait());
         self.running = Running::start(&self.command, self.limit)?.0;
@@ -147,7 +148,7 @@ impl Running {
         let (program, arguments) = command.split_first().ok_or_else(|| fail("there is no program".into()))?;
         let mut child = Command::new(program)
             .args(arguments)
-            // For the C library: memory in several heaps grows for minutes, which would look like a leak.
+            // One heap in the C library: memory in several heaps grows for minutes, which would look like a leak.
             .env("MALLOC_ARENA_MAX", "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -179,14 +180,14 @@ impl Running {
         }
     }
 
-    /// Where it cannot be sent the process has ended, which shows as it is asked.
+    /// Sends a job. A failure means that the process has ended, which [`Running::reply`] then reports.
     fn send(&mut self, job: &Job) {
         if let Ok(text) = serde_json::to_string(job) {
             let _ = writeln!(self.jobs, "{text}").and_then(|()| self.jobs.flush());
         }
     }
 
-    /// The next thing that it says, or how it ended.
+    /// The process's next reply, or how it ended.
     fn reply(&mut self, limit: Duration) -> std::result::Result<Reply, (Outcome, String)> {
         match self.replies.recv_timeout(limit) {
             Ok(line) => serde_json::from_str(&line).map_err(|cause| (Outcome::Failed, format!("{cause}: {line}"))),
@@ -195,7 +196,7 @@ impl Running {
             }
             Err(RecvTimeoutError::Disconnected) => {
                 let status = self.child.wait().map_or_else(|cause| cause.to_string(), |status| status.to_string());
-                // All of it: the other thread ends where its pipe does.
+                // The thread that reads stderr ends with its pipe, so joining it gives the last line.
                 let last = self.complaint.take().and_then(|heard| heard.join().ok()).unwrap_or_default();
                 Err((Outcome::Failed, format!("the process ended ({status}) {last}").trim_end().to_owned()))
             }
@@ -204,7 +205,7 @@ impl Running {
 }
 
 impl Drop for Running {
-    /// A process that hangs in a driver reacts to nothing else.
+    /// Killed, since a process that hangs in a driver reacts to nothing else.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -216,7 +217,7 @@ mod tests {
     use super::*;
     use crate::consume::parse;
 
-    /// A process that does what a shell script says once it has named a device.
+    /// The rows from a process that runs a shell script, after it has named a device.
     fn rows(script: &str, specs: &str) -> Vec<Stressed> {
         let device = serde_json::to_string(&Reply::Device(DeviceFacts::default(), true)).expect("JSON");
         let script = format!("echo '{device}'; read job; echo '\"Ready\"'; {script}");
@@ -228,7 +229,7 @@ mod tests {
         rows
     }
 
-    /// Each technique has its row, however its process ends, and a new one is asked for the next.
+    /// Each technique gets its row, however its process ends, and a new process is asked about the next one.
     #[test]
     fn what_hangs_and_what_dies_are_rows() {
         let specs = "avsm:nodes=4|8|16";

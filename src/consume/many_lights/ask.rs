@@ -1,4 +1,4 @@
-//! How light is asked for: each pixel asks for its lights, or the next free thread takes the next job of a list.
+//! Two ways to ask for light: each pixel asks for all of its lights, or look-ups become jobs in a list that threads share evenly.
 
 use super::{ManyLights, ManyLightsPush, Targets};
 use crate::consume::{DitherKind, ShadowsKind, Tiled};
@@ -9,11 +9,10 @@ use crate::technique::Answer;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
-/// Bytes of jobs, at most: the size of buffers that every device can bind.
+/// Bytes of jobs, at most: Vulkan guarantees that a storage buffer of this size can be bound.
 const MOST_JOBS_BYTES: u64 = 128 << 20;
 
-/// Jobs that there is room for, a pixel, over all of the picture: look-ups that do not fit into the list are done at
-/// once.
+/// Room in the list, in jobs per pixel on average over the picture. Look-ups that do not fit are done at once, not queued.
 const JOBS_A_PIXEL: u64 = 32;
 
 /// Asks one technique.
@@ -61,7 +60,7 @@ impl Asking {
                 queue.spread(commands, push);
                 queue.queued(commands, answer, push);
             }
-            // Kernels of a list are made where there is one.
+            // Unreachable: queued kernels are made only where there is a list.
             (Self::Queued { .. }, None) => {}
         }
     }
@@ -75,25 +74,25 @@ fn enqueue(tiles: &ManyLights, commands: &mut Commands, kernel: &Kernel<ManyLigh
     commands.pass("many_lights.enqueue", |pass| pass.dispatch(kernel, push, tiles.blocks()));
 }
 
-/// How a list of jobs stands. Twin: Queue in glsl/consume/many_lights/queue.glsl.
+/// State of the list of jobs. Twin: Queue in glsl/consume/many_lights/queue.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct QueueData {
-    /// Workgroups that share the jobs, as an indirect dispatch reads them.
+    /// Workgroups in x that share the jobs: with the next two fields, the arguments of an indirect dispatch.
     pub groups_x: u32,
-    /// Likewise.
+    /// In y.
     pub groups_y: u32,
-    /// Likewise.
+    /// In z.
     pub groups_z: u32,
     /// Jobs in the list.
     pub jobs: u32,
-    /// Places that were asked for in this frame so far.
+    /// Jobs that pixels tried to append in this frame so far.
     pub demanded: u32,
-    /// The first of those for which there was no room.
+    /// The first of these jobs that did not fit; [`u32::MAX`] where all fit.
     pub end: u32,
 }
 
-/// Jobs, a pixel and a light each.
+/// The list of jobs; a job is one pixel and one light.
 pub(super) struct Queue {
     state: Buffer,
     jobs: Buffer,
@@ -104,7 +103,7 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// With `shadows=queued`; `sets` are those that stand before its own.
+    /// Makes the list with `shadows=queued`, else nothing. `sets` are descriptor sets 0 to 2; the list's own set is bound after them.
     pub(super) fn of(targets: &Targets, tiled: &Tiled, sets: &[&Bindings; 3]) -> Result<Option<Self>> {
         if tiled.shadows == ShadowsKind::Direct {
             return Ok(None);
@@ -138,7 +137,7 @@ impl Queue {
         self.state.bytes() + self.jobs.bytes()
     }
 
-    /// Bits of a job that are its light's, and jobs that there is room for.
+    /// How many low bits of a job hold its light, and how many jobs fit into the list.
     pub(super) fn push(&self) -> (u32, u32) {
         (self.light_bits, self.capacity)
     }

@@ -1,10 +1,11 @@
-//! The camera of a frame and of the one before, for passes that tell surfaces apart.
+//! A frame's camera in the form that passes need which decide whether two pixels see the same surface.
 
 use crate::scene::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
-/// How far a point may lie off a surface and belong to it, pixels at its distance: a step of as much is hardly seen.
+/// How far a point may lie off a surface and still belong to it, as a multiple of a pixel's size at that distance. A step of two pixels is
+/// hardly visible.
 const EDGE_PIXELS: f64 = 2.0;
 
 /// A camera, and the directions of its pixels' rays. Twin: Frame in glsl/consume/many_lights/frame.glsl.
@@ -13,13 +14,13 @@ const EDGE_PIXELS: f64 = 2.0;
 pub struct FrameData {
     /// The camera.
     pub camera: View,
-    /// The direction at the upper left corner of the picture, z along it being 1.
+    /// The direction at the upper left corner of the picture, with a length of 1 along z.
     pub corner: [f32; 3],
-    /// Its change per pixel to the right.
+    /// Change of that direction per pixel to the right.
     pub across: [f32; 3],
-    /// And a pixel down.
+    /// Change of that direction per pixel down.
     pub down: [f32; 3],
-    /// How far a point may lie off a surface and belong to it, world units for each of z.
+    /// How far a point may lie off a surface and still belong to it, in world units per unit of z.
     pub edge: f32,
 }
 

@@ -1,6 +1,6 @@
-//! Many lights, shaded in tiles: the lights that reach a tile are found once, each pixel asks the technique for those and keeps a
-//! bit per light, and one shader that knows no technique shades with all of them. Sources: Olsson and Assarsson 2011 (tiles);
-//! Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
+//! Many lights, shaded in tiles. First the lights that reach each tile are found. Then each pixel asks the technique for the tile's lights
+//! and stores one bit per light. Finally one shader, the same for all techniques, shades with all lights. Sources: Olsson and Assarsson
+//! 2011 (tiles); Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
 
 mod ask;
 mod frame;
@@ -25,7 +25,7 @@ pub const TILE: u32 = 16;
 /// Lights that a tile has room for. Twin: MOST_WORDS.
 pub const MOST_LIGHTS: u32 = 1024;
 
-/// Pixels per side of a workgroup that asks, or looks for where pixels were.
+/// Pixels per side of a workgroup, in passes that ask for light or reproject.
 const BLOCK: u32 = 8;
 
 /// Pixels that the blur reaches on each side.
@@ -57,7 +57,7 @@ pub(super) struct Targets<'a> {
     pub color_format: Format,
 }
 
-/// Buffers and passes for one renderer, some of which are kept from one frame to the next.
+/// Buffers and passes of one renderer; some buffers keep their contents for the next frame.
 pub(super) struct ManyLights {
     pub(super) tiled: Tiled,
     context: Context,
@@ -77,7 +77,7 @@ pub(super) struct ManyLights {
     kept: RefCell<Kept>,
 }
 
-/// With `history=on`: the surfaces and shadows of the frame before.
+/// With `history=on`: surfaces and shadows of the frame before.
 struct History {
     shadows: Buffer,
     geometry: Buffer,
@@ -85,24 +85,25 @@ struct History {
     reproject: Kernel<ManyLightsPush>,
 }
 
-/// From one frame to the next.
+/// State on the host that lasts from one frame to the next.
 #[derive(Default)]
 struct Kept {
     /// The camera of the frame before; none at first.
     before: Option<View>,
-    /// Its resources on the device.
+    /// The two frames that the device's buffer holds now; none until it is written.
     written: Option<[FrameData; 2]>,
     is_odd: bool,
-    /// Whose answers the bits are.
+    /// The technique and constants whose answers the history holds.
     asked: Option<(Folder, Constants)>,
 }
 
-/// Words of a pixel: a bit per light, one word at least.
+/// 32-bit words per pixel for one bit per light; at least one.
 pub fn words(lights: u32) -> u32 {
     lights.div_ceil(32).max(1)
 }
 
-/// Refuses a buffer that the device cannot have, with an error that names `what` and its `shading=`.
+/// Makes a buffer, or refuses where it is larger than the device can bind. The error quotes `what`, which names the purpose and the
+/// `shading=`.
 pub(super) fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Result<Buffer> {
     let limit = u64::from(context.features().max_storage_buffer_range);
     if bytes > limit {
@@ -144,7 +145,7 @@ impl ManyLights {
         };
         let frame = set::ManyLightsFrame { lights: targets.lights, frames: &frames, masks: &masks, shadows: &shadows };
         let frame = frame.bind(context, "many_lights.frame")?;
-        // Without a history the buffer in its place is not read.
+        // Without a history these bindings still need a buffer, so the masks stand in. They are never read there.
         let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
         let seen = set::ManyLightsSeen {
             geometry: &geometry,
@@ -193,7 +194,7 @@ impl ManyLights {
         buffers.map(Buffer::bytes).sum::<u64>() + self.queue.as_ref().map_or(0, Queue::bytes)
     }
 
-    /// Asks a technique. What was kept of another's answers is forgotten.
+    /// Makes the kernels that ask a technique. A history of another technique's answers is forgotten.
     pub(super) fn asking(&self, answer: &Answer) -> Result<Asking> {
         let asked = (answer.folder, answer.constants.clone());
         let mut kept = self.kept.borrow_mut();
@@ -233,7 +234,7 @@ impl ManyLights {
         })
     }
 
-    /// Records all passes behind that of the G-buffer.
+    /// Records all passes that follow the G-buffer's.
     pub(super) fn record(&self, commands: &mut Commands, asking: &Asking, push: &ManyLightsPush) {
         self.cull(commands, push);
         asking.record(self, commands, push);
@@ -246,7 +247,7 @@ impl ManyLights {
         }
     }
 
-    /// After the submission of a frame that was seen with `camera`.
+    /// To be called after a frame seen with `camera` was submitted: that frame becomes the frame before.
     pub(super) fn end(&self, camera: &View) {
         let mut kept = self.kept.borrow_mut();
         (kept.before, kept.is_odd) = (Some(*camera), !kept.is_odd);
@@ -265,7 +266,7 @@ impl ManyLights {
     }
 
     fn shade(&self, commands: &mut Commands, push: &ManyLightsPush) {
-        // Half a tile each.
+        // Each workgroup shades half a tile.
         let [across, _, _] = self.tiles();
         let halves = [across, self.size[1].div_ceil(TILE / 2), 1];
         commands.pass("many_lights.shade", |pass| pass.dispatch(&self.shade, push, halves));
@@ -277,7 +278,7 @@ impl History {
         commands.pass("many_lights.reproject", |pass| pass.dispatch(&self.reproject, push, blocks));
     }
 
-    /// For the next frame.
+    /// Copies shadows and surfaces for the next frame to read.
     fn keep(&self, commands: &mut Commands, now: &ManyLights) {
         commands.pass("many_lights.keep", |pass| {
             pass.copy(&now.shadows, &self.shadows, self.shadows.bytes());
@@ -288,15 +289,16 @@ impl History {
 
 /// The last frame's buffers, read back to compare with their twin.
 pub struct TilesSeen {
-    /// Words of lights that reach each tile, tiles row by row.
+    /// Per tile, words with one bit per light that reaches the tile; tiles row by row.
     pub masks: Vec<u32>,
-    /// Words of lights that are kept from each pixel: first words of all pixels, then the second ones.
+    /// Per pixel, words with one bit per light that is shadowed. The first words of all pixels come first, then all second words, and so
+    /// on.
     pub shadows: Vec<u32>,
     /// z, as bits, and packed normal of each pixel.
     pub geometry: Vec<[u32; 2]>,
-    /// Where each pixel's surface was in the frame before, or [`u32::MAX`]; empty without a history.
+    /// The pixel at which each pixel's surface was in the frame before, or [`u32::MAX`] where it was not visible; empty without a history.
     pub sources: Vec<u32>,
-    /// How the last frame and the one before it saw the world.
+    /// The cameras of the last frame and of the one before it.
     pub frames: [FrameData; 2],
 }
 

@@ -1,4 +1,4 @@
-//! A scene whose lights are virtual ones.
+//! Scenes that are lit by virtual lights alone.
 
 use crate::gpu::Context;
 use crate::lights::indirect::Vpls;
@@ -10,10 +10,10 @@ use std::ops::RangeInclusive;
 /// How many virtual lights there may be.
 pub const VPLS: RangeInclusive<u32> = 64..=4096;
 
-/// Whether there may be so many.
+/// Checks a number of virtual lights.
 ///
 /// # Errors
-/// [`Error::Input`] says how many there may be.
+/// [`Error::Input`], with the range that is allowed.
 pub fn check_count(count: u32) -> Result<()> {
     if VPLS.contains(&count) {
         return Ok(());
@@ -22,10 +22,10 @@ pub fn check_count(count: u32) -> Result<()> {
     Err(Error::input(format!("{count} virtual lights"), cause, "choose another number"))
 }
 
-/// Whether the scene has anything that sends light back.
+/// Checks that the scene has a mesh, which can reflect light.
 ///
 /// # Errors
-/// [`Error::Input`] names the scene.
+/// [`Error::Input`] where it has none.
 pub fn check_meshes(scene: &Scene) -> Result<()> {
     check_has_meshes(scene.has_triangles(), &scene.name)
 }
@@ -37,9 +37,9 @@ pub(super) fn check_has_meshes(has_meshes: bool, name: &str) -> Result<()> {
     Err(Error::input(name, "it has no mesh that sends light back", "use a scene with meshes"))
 }
 
-/// The scene lit by the light that its meshes reflect, and by nothing else: `count` virtual lights in the place of its lights, made on the
-/// device. They move with the scene's lights only if they are made anew: of itself nothing moves in it. Smoke and hair neither take light
-/// on its way to the meshes nor send it back. Its name says so: `cornell-1024-vpls`.
+/// A copy of the scene in which `count` virtual lights, made on the device, replace the lights: it shows only light that meshes reflect.
+/// The copy stands still; to follow moving lights, make it again. Smoke and hair do not dim the light on its way to the meshes, and reflect
+/// none. The copy's name ends in the count: `cornell-1024-vpls`.
 ///
 /// # Errors
 /// [`Error::Input`] where the count is out of range, the scene has no meshes or no light reaches them; else as [`Vpls::new`].

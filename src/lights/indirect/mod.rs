@@ -1,6 +1,6 @@
-//! Virtual point lights, made on the device from a world and its lights: a reflective shadow map of each light's view, and lights
-//! drawn from all of them by flux. Sources: Keller 1997, *Instant radiosity*; Dachsbacher and Stamminger 2005, *Reflective
-//! shadow maps*. Twin: reference::twin::indirect.
+//! Virtual point lights, made on the device from a world and its lights. Each light's view gets a reflective shadow map; texels of all maps
+//! become virtual lights, with a probability in proportion to their flux. Sources: Keller 1997, *Instant radiosity*; Dachsbacher and
+//! Stamminger 2005, *Reflective shadow maps*. Twin: reference::twin::indirect.
 
 mod lit;
 mod passes;
@@ -17,17 +17,17 @@ use glam::DVec3;
 use lit::check_has_meshes;
 use passes::Kernels;
 
-/// Texels per side of a map, at most: 64 for each of 1,024 lights where there is one map.
+/// Texels per side of a map, at most, as a power of 2. With one map and 1,024 virtual lights, this is 64 texels per virtual light.
 const MOST_SIDE_BITS: u32 = 8;
 
-/// And at least so many: for the 6,144 maps of 1,024 point lights.
+/// Texels per side of a map, at least, as a power of 2: the size in the worst case, 6,144 maps of 1,024 point lights.
 const LEAST_SIDE_BITS: u32 = 4;
 
-/// At most so many texels in all maps together, as far as the least side allows: 64 maps may have the largest size. With more texels,
-/// lights would move by no more than a part of its own patch.
+/// Texels in all maps together, at most, unless [`LEAST_SIDE_BITS`] demands more: 64 maps may have the largest size. More texels would move
+/// each virtual light only within the surface patch that it stands for.
 const MOST_TEXELS: u64 = 1 << 22;
 
-/// Texels per side of each of so many maps, as a power of 2.
+/// Texels per side of a map where there are `maps` of them, as a power of 2.
 fn side_bits(maps: u32) -> u32 {
     let fits = |bits: &u32| u64::from(maps) << (2 * bits) <= MOST_TEXELS;
     (LEAST_SIDE_BITS..=MOST_SIDE_BITS).rev().find(fits).unwrap_or(LEAST_SIDE_BITS)
@@ -50,11 +50,11 @@ pub struct Vpls {
 }
 
 impl Vpls {
-    /// Room for `count` virtual lights of the lights of `world`.
+    /// Makes buffers and maps for `count` virtual lights, which the lights of `world` cause.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the count is out of range or nothing sends light back; [`crate::Error::Refused`] where the device has no
-    /// room for the maps of all lights; [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] where the count is out of range or there is no mesh; [`crate::Error::Refused`] where the device has no room
+    /// for the maps of all lights; [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, count: u32) -> Result<Self> {
         check_count(count)?;
         check_has_meshes(world.triangle_capacity() > 0, world.name())?;
@@ -87,10 +87,10 @@ impl Vpls {
         Ok(Self { context, count, side_bits, maps, seen, fluxes, greatest, sums, starts, picks, lights, kernels })
     }
 
-    /// Records all passes: they build the world as it is now, and nothing is read back between them.
+    /// Records all passes, which make the virtual lights of the world as it is now. Nothing is read back between them.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the world has other lights than at first.
+    /// [`crate::Error::Input`] where the world's lights are no longer those that [`Vpls::new`] saw.
     pub fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.fit(commands, world)?;
         self.map(commands, world);
@@ -102,7 +102,7 @@ impl Vpls {
         Ok(())
     }
 
-    /// Makes them of the world as it is now, and waits. The time of each pass.
+    /// Makes the virtual lights of the world as it is now, and waits. Returns the time of each pass.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
@@ -117,7 +117,7 @@ impl Vpls {
         Ok(times)
     }
 
-    /// After frame `frame`, which is over: the host has the views that its maps were fitted to.
+    /// To be called when frame `frame` is over: brings to the host the views that the frame's maps were fitted to.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read.
@@ -125,12 +125,13 @@ impl Vpls {
         self.maps.settle(frame, false).map(|_| ())
     }
 
-    /// The virtual lights: [`LightData`] of kind 3, as many as were asked for. Where no light reaches a mesh all are black.
+    /// The virtual lights on the device, as many as [`Vpls::new`] was given: [`LightData`] of kind 3. Where no light reaches a mesh, all
+    /// are black.
     pub fn lights(&self) -> &Buffer {
         &self.lights
     }
 
-    /// The same on the host.
+    /// The virtual lights, read back to the host.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read.
@@ -152,31 +153,31 @@ pub fn light_of(data: &LightData) -> Light {
 
 /// The passes' buffers, read back to compare with their twin.
 pub struct VplsSeen {
-    /// As the lights' views were fitted.
+    /// The maps, with the views that were fitted to the scene.
     pub maps: Vec<Map>,
     /// Texels per side of a map, as a power of 2.
     pub side_bits: u32,
-    /// Per texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
+    /// Per texel, the number of the triangle that the light sees, plus 1; 0 where it sees none. One map after the other, each row by row.
     pub triangles: Vec<u32>,
-    /// Luminance of the flux of each of them.
+    /// Per texel, the luminance of its flux.
     pub fluxes: Vec<f32>,
-    /// The greatest of them, as bits.
+    /// The greatest of these fluxes, as the bits of a float.
     pub greatest: u32,
-    /// Units of each row.
+    /// Flux of each row of texels, in the integer units of the drawing passes.
     pub sums: Vec<u32>,
-    /// Units before each row and of all, the lower word first.
+    /// Units of flux in all rows before each row, then the total; each a 64-bit number, lower word first.
     pub starts: Vec<[u32; 2]>,
-    /// Per light, its texel; [`u32::MAX`] where there is no flux.
+    /// Per virtual light, the texel that it stands for; [`u32::MAX`] where there is no flux.
     pub picks: Vec<u32>,
-    /// The lights.
+    /// The virtual lights.
     pub lights: Vec<LightData>,
 }
 
 impl Vpls {
-    /// See [`VplsSeen`].
+    /// Reads the buffers back, see [`VplsSeen`].
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where it cannot be read.
+    /// [`crate::Error::Gpu`] where they cannot be read.
     pub fn seen(&self) -> Result<VplsSeen> {
         let words = |buffer: &Buffer| buffer.read::<u32>(buffer.bytes() as usize / 4);
         let side = 1u32 << self.side_bits;
@@ -199,13 +200,13 @@ impl Vpls {
         })
     }
 
-    /// Draws lights of other fluxes than the maps', to compare the drawing with its twin: as many as there are texels.
+    /// Chooses texels by the given fluxes instead of the maps' own, one per texel, so that a test can compare the choice with its twin.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn draw_from(&self, fluxes: &[f32]) -> Result<()> {
         self.fluxes.write(fluxes)?;
-        // The greatest flux, as the pass before finds it: none is negative.
+        // The flux pass would write the greatest flux as bits. For floats that are not negative, bits compare like their values.
         self.greatest.write(&[fluxes.iter().map(|f| f.to_bits()).max().unwrap_or(0)])?;
         self.context.submit(|commands| {
             self.sums(commands);

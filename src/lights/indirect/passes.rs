@@ -1,4 +1,4 @@
-//! The passes, each named like its shader.
+//! The passes that make virtual lights, each named like its shader.
 
 use crate::Result;
 use crate::gpu::{
@@ -13,7 +13,7 @@ push_struct! {
     /// Twin: SeenPush in glsl/lights/indirect/map.vert.
     pub(super) struct SeenPush {
         map: u32,
-        /// Where it stands.
+        /// The map's corner in the image of all maps, texels.
         corner: [u32; 2],
     }
 }
@@ -36,7 +36,7 @@ push_struct! {
     }
 }
 
-/// Threads of a workgroup of a pass over texels or lights.
+/// Threads per workgroup, in passes over texels or lights.
 const THREADS: u32 = 64;
 
 pub(super) struct Kernels {
@@ -73,7 +73,7 @@ impl Vpls {
         self.maps.count() << (2 * self.side_bits)
     }
 
-    /// Rows of all maps.
+    /// Rows of texels in all maps together.
     fn rows(&self) -> u32 {
         self.maps.count() << self.side_bits
     }
@@ -85,7 +85,7 @@ impl Vpls {
     /// Draws which triangle each light sees through each texel.
     pub(super) fn map(&self, commands: &mut Commands, world: &World) {
         commands.pass("indirect.map", |pass| {
-            // For the next pass, which finds it.
+            // The flux pass raises this number to the greatest flux.
             pass.fill(&self.greatest, 0);
             let target = |image, clear: f32| Target { image, clear: Some([clear; 4]) };
             let depth = target(self.maps.opaque_image(), 1.0);
@@ -100,7 +100,7 @@ impl Vpls {
         });
     }
 
-    /// The flux of each texel, and the greatest.
+    /// The flux of each texel, and the greatest of all.
     pub(super) fn flux(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(self.texels() / THREADS));
         let push = FluxPush { texel_count: self.texels() };
@@ -114,19 +114,19 @@ impl Vpls {
         commands.pass("indirect.sums", |pass| pass.dispatch(&self.kernels.sums, &push, [x, y, 1]));
     }
 
-    /// Units before each row.
+    /// Prefix sums: units of flux before each row.
     pub(super) fn scan(&self, commands: &mut Commands) {
         let push = SumsPush { row_count: self.rows() };
         commands.pass("indirect.scan", |pass| pass.dispatch(&self.kernels.scan, &push, [1, 1, 1]));
     }
 
-    /// The texel of each virtual light.
+    /// Chooses the texel of each virtual light.
     pub(super) fn draw(&self, commands: &mut Commands) {
         let groups = [self.count.div_ceil(THREADS), 1, 1];
         commands.pass("indirect.draw", |pass| pass.dispatch(&self.kernels.draw, &self.draw_push(), groups));
     }
 
-    /// The virtual lights of these texels.
+    /// Writes the virtual lights of the chosen texels.
     pub(super) fn virtual_lights(&self, commands: &mut Commands) {
         let groups = [self.count.div_ceil(THREADS), 1, 1];
         commands.pass("indirect.lights", |pass| pass.dispatch(&self.kernels.lights, &self.draw_push(), groups));

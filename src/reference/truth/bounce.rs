@@ -1,8 +1,8 @@
-//! Indirect light of one bounce, path traced in f64: surfaces that the lights reach light others. It is what virtual point
-//! lights stand for, in the same units: the mean, over directions by the cosine law, of the radiance that is met.
+//! Indirect light of one bounce, path traced in f64: lit surfaces light other surfaces. Virtual point lights approximate this. Units are
+//! the same: the mean of the arriving radiance, over directions weighted by the cosine.
 //!
-//! A surface is lit from either side, as in [`picture`](super::picture); it sends light back on the side that the light came to,
-//! as a virtual light does. Meshes alone take part: what is between two of them is free air.
+//! A surface is lit from either side, as in [`picture`](super::picture), and reflects light on the side that the light comes to, as a
+//! virtual light does. Only meshes take part: smoke and hair between them are ignored.
 
 use super::casters::Casters;
 use super::meshes::Hit;
@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// A picture in indirect light alone.
+/// A picture in indirect light alone, with its noise.
 pub struct Bounce {
     /// The picture from all directions.
     pub picture: Picture,
@@ -21,8 +21,8 @@ pub struct Bounce {
     pub halves: [Picture; 2],
 }
 
-/// The picture of the meshes from `camera`, lit by a bounce of the scene's lights, by `samples` directions on each side of the surface that
-/// a pixel sees, an even number. The same for the same scene.
+/// The picture of the meshes from `camera`, lit by one bounce of the scene's lights. Each pixel's surface takes `samples` directions, an
+/// even number, on each of its sides. The result is the same in every run.
 pub fn bounce(casters: &Casters, scene: &Scene, camera: &View, samples: u32) -> Bounce {
     let half = samples.div_ceil(2).max(1);
     let pixel = |i: u32| {
@@ -49,9 +49,9 @@ pub fn bounce(casters: &Casters, scene: &Scene, camera: &View, samples: u32) -> 
     Bounce { picture: picture(&mean), halves: [0, 1].map(|batch| picture(&|both| both[batch])) }
 }
 
-/// What arrives on the side of `normal` by a bounce, as [`light`] has it. `random` chooses the directions: a low-discrepancy
-/// sequence (Roberts 2018, R2) that begins anywhere (Cranley and Patterson 1976), by the cosine law as Malley has it (Pharr,
-/// Jakob and Humphreys, *Physically based rendering*, section 13.6.3).
+/// Indirect light that arrives on the side of `normal`, in the units of [`light`]. `random` seeds the directions: a low-discrepancy
+/// sequence (Roberts 2018, R2) with a random offset (Cranley and Patterson 1976), mapped to the cosine law by Malley's method (Pharr, Jakob
+/// and Humphreys, *Physically based rendering*, section 13.6.3).
 fn from_side(casters: &Casters, scene: &Scene, position: DVec3, normal: DVec3, random: u64, samples: u32) -> DVec3 {
     const ROOT: f64 = 1.324_717_957_244_746;
     let steps = [1.0 / ROOT, 1.0 / (ROOT * ROOT)];
@@ -74,7 +74,7 @@ fn leaving(casters: &Casters, scene: &Scene, position: DVec3, direction: DVec3, 
     DVec3::from(hit.albedo.map(f64::from)) * light
 }
 
-/// From 0 to 1, as if at random (Steele, Lea and Flood 2014, SplitMix64).
+/// A pseudo-random number from 0 to 1 (Steele, Lea and Flood 2014, SplitMix64).
 fn share(number: u64) -> f64 {
     let mixed = (number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -108,8 +108,8 @@ mod tests {
         scene
     }
 
-    /// The form factor of a rectangle as seen from `height` above the origin, facing it: Howell, Siegel and Mengüç, *Thermal
-    /// radiation heat transfer*, configuration B-3, which is of a corner.
+    /// The form factor of a rectangle as seen from `height` above the origin, facing it: Howell, Siegel and Mengüç, *Thermal radiation heat
+    /// transfer*, configuration B-3, which gives a rectangle with a corner below the point.
     fn rectangle(low: [f64; 2], high: [f64; 2], height: f64) -> f64 {
         let part = |x: f64, y: f64| x / (1.0 + x * x).sqrt() * (y / (1.0 + x * x).sqrt()).atan();
         let corner = |x: f64, y: f64| (part(x / height, y / height) + part(y / height, x / height)) / TAU;
@@ -121,8 +121,8 @@ mod tests {
         assert!((found - expected).abs().max_element() < 1e-3, "{found}, not {expected}");
     }
 
-    /// Above a lit square its light is its form factor's share, all of it on the side that faces it; in the shadow of a plate that
-    /// of the rest. Below, where it is dark, there is none.
+    /// Above a lit square, light arrives in proportion to the square's form factor, and only on the side that faces it. Where a plate
+    /// shadows part of the square, the rest of it counts. Below, on the square's dark side, no light arrives.
     #[test]
     fn a_lit_square_has_its_closed_form() {
         let mut scene = square();
@@ -138,7 +138,7 @@ mod tests {
         near(at(&scene, position, DVec3::NEG_Z), ALBEDO * RADIANCE * lit);
     }
 
-    /// A patch for each cell of a parallelogram, as virtual lights: what the sun makes of it is what leaves it.
+    /// One virtual light per cell of a parallelogram, as strong as the light that the cell reflects from the sun.
     fn patches(casters: &Casters, scene: &Scene, origin: DVec3, sides: [DVec3; 2], cells: [u32; 2]) -> Vec<Light> {
         let normal = sides[0].cross(sides[1]).normalize();
         let area = sides[0].cross(sides[1]).length() / f64::from(cells[0] * cells[1]);
@@ -154,7 +154,7 @@ mod tests {
         (0..cells[0] * cells[1]).map(cell).filter(|light| light.radiance[0] > 0.0).collect()
     }
 
-    /// Virtual lights all over the lit square give the same light as its closed form, and so the same as path tracing.
+    /// Virtual lights all over the lit square give its closed form too, and so the same light as path tracing.
     #[test]
     fn virtual_lights_are_of_the_same_units() {
         let mut scene = square();
@@ -183,8 +183,8 @@ mod tests {
         (squares.sum::<f64>() / a.pixels.len() as f64 / 3.0).sqrt()
     }
 
-    /// Where surfaces light and shadow each other, the picture under thousands of virtual lights is the bounce's, except near
-    /// them; and what fewer directions are wrong by is the noise that they state.
+    /// Where surfaces light and shadow each other, thousands of virtual lights give nearly the path traced picture. With fewer directions,
+    /// the picture's error is as large as the noise that its halves state.
     #[test]
     fn virtual_lights_converge_to_the_bounce() {
         let scene = corner();
@@ -208,7 +208,7 @@ mod tests {
         let apart = sum(|(a, b)| (a[1] - b[1]).abs());
         println!("sums {by_bounce:.4}, {by_patches:.4}, apart {apart:.4}");
         assert!((by_bounce / by_patches - 1.0).abs() < 0.02 && apart < 0.04 * by_bounce);
-        // In the shade of the plate it is not dark, which without a bounce it is.
+        // Indirect light reaches the plate's shadow too.
         assert!(both().all(|(p, _)| p[1] > 1e-3));
 
         let noise = |b: &Bounce| 0.5 * rms(&b.halves[0], &b.halves[1]);

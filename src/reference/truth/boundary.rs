@@ -7,20 +7,20 @@ use super::tube::Tube;
 use crate::scene::{LightKind, Moved, Projection, Resolution};
 use glam::DVec3;
 
-/// The nearest that a point is tried across the rays, texels, so that what is thinner than a texel is met.
+/// Half side of the smallest square of places to try around a point, texels: smaller than a texel, to find what is thinner than one.
 const NEAREST: f64 = 0.5;
 
-/// Places on a square about the point are no farther apart than this, texels.
+/// Places on such a square are no farther apart than this, texels.
 const APART: f64 = 2.0625;
 
-/// Cosine between a surface and the light's rays below which a texel covers so much of the surface that nothing with
-/// texels has the answer.
+/// Cosine between a surface's normal and the light's rays below which a texel covers so much of the surface that no map can answer
+/// correctly.
 const GRAZING: f64 = 0.02;
 
 impl Casters<'_> {
-    /// Whether a point lies in the boundary of an opaque shadow of light `light`. It does if a point nearer to it than the
-    /// technique resolves, across the light's rays or along them, is blocked and it is not, or the other way round; and if it
-    /// lies inside something closed, where the technique may answer anything.
+    /// Whether a point lies in the boundary of an opaque shadow of light `light`. It does if some other point, closer than the technique
+    /// resolves across the light's rays or along them, is blocked where this point is not, or the other way round. It also does inside a
+    /// closed mesh, if the technique may answer anything there.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution, position, None);
@@ -29,12 +29,12 @@ impl Casters<'_> {
         if resolution.snap_texels > 0.0 {
             return self.is_misjudged(resolution, position, blocked, None);
         }
-        // In space a paraboloid's distances are compared as they are.
+        // For points in space a paraboloid's distances are compared without a bias, so the full depth counts.
         self.differs_about(resolution, position, depth(resolution), blocked)
     }
 
-    /// The same of a point on a surface with that normal. Where look-ups move it off the surface, it is asked about where they
-    /// are.
+    /// Like [`Casters::in_boundary`], for a point on a surface with normal `normal`. Where look-ups move the point off the surface, the
+    /// moved point counts.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution, position, Some(normal));
@@ -49,7 +49,7 @@ impl Casters<'_> {
         let blocked = !self.unblocked(light, position);
         let at = resolution.looked_up(position, normal);
         if resolution.snap_texels > 0.0 {
-            // What looks away is in its own way.
+            // A surface that faces away from the light blocks its own light.
             return facing < 0.0 && self.is_misjudged(resolution, at, blocked, Some(normal));
         }
         if resolution.moved != Moved::default() {
@@ -66,24 +66,24 @@ impl Casters<'_> {
             || self.is_missed(resolution, position, near, blocked)
     }
 
-    /// Whether a texel may say of a point that it is lit where it is `blocked`, or the other way round, by the depths that are
-    /// compared with its surface's plane.
+    /// Whether a texel may show a `blocked` point as lit, or a lit point as blocked, because the depth in the texel is compared with the
+    /// plane of the point's surface.
     fn is_missed(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
         let (view, reach) = (resolution.view_about(position), resolution.pushed_texels);
         let texel = Neighbourhood { view: &view, position, reach, depth };
         reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
     }
 
-    /// Whether a texel of a depth map may call a place lit that is `blocked`, or the other way round. On a surface, whose normal is given,
-    /// only meshes above its plane count.
+    /// Whether a texel of a depth map may call a place lit that is `blocked`, or the other way round. Where a surface's `normal` is given,
+    /// only meshes above that surface's plane count.
     fn is_misjudged(&self, resolution: &Resolution, at: DVec3, blocked: bool, normal: Option<DVec3>) -> bool {
         let view = &resolution.view;
         let near = Neighbourhood { view, position: at, reach: resolution.reach_texels, depth: depth(resolution) };
         near.is_behind() || near.differs_stored(&self.meshes, blocked, normal, resolution.snap_texels)
     }
 
-    /// Whether not all is `blocked` that is as near to a point as the technique resolves across the rays, and `depth` along
-    /// them; or some of it may be inside something closed.
+    /// Whether the light's state differs from `blocked` anywhere in a box about a point: the technique's reach across the rays, and `depth`
+    /// along them. Also true where part of the box may be inside a closed mesh.
     fn differs_about(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
         let view = resolution.view_about(position);
         let near = Neighbourhood { view: &view, position, reach: resolution.reach_texels, depth };
@@ -92,11 +92,11 @@ impl Casters<'_> {
             || near.differs(&self.meshes, blocked)
     }
 
-    /// Whether a ray through a grid may find another answer than the true one at a point, on a surface with that normal or in space. For
-    /// a lit point: where a surface meets a voxel that the ray may pass. For a dark one: where the ray is free; or, for rounded rays, one
-    /// so far beside it. What looks away from the light is not moved, but where triangles are asked.
+    /// Whether a ray through a grid may give a wrong answer at a point, on a surface with `normal` or in space. A lit point may look dark
+    /// if a surface meets a voxel that the ray may pass. A dark point may look lit if its moved ray is free; for rounded rays, if a ray
+    /// within the rounding is free. Points whose surface faces away from the light are not moved, except for rays against triangles.
     fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: Option<DVec3>) -> bool {
-        // A virtual light stands on a surface, and is asked for off it as receivers are.
+        // A virtual light stands on a surface, so the ray's end is moved off that surface as a receiver is.
         let end = match self.scene.lights[light].kind {
             LightKind::Virtual { position, normal, .. } => Some(resolution.looked_up(position, normal)),
             _ => None,
@@ -113,13 +113,13 @@ impl Casters<'_> {
             if !resolution.rounded {
                 return self.meshes.free(at, direction, distance);
             }
-            // A ray against triangles begins where the point is.
+            // A ray against triangles begins at the point itself.
             let (direction, distance) = to_light(position);
             let free = |offset: DVec3| self.meshes.free(position + resolution.voxel * offset, direction, distance);
             let corner = |i: u32| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }));
             return free(DVec3::ZERO) || (0..8).map(corner).any(free);
         }
-        // All meshes are nearer than this.
+        // Towards a light at infinity: a length that no mesh is beyond.
         let way = if distance.is_finite() {
             direction * distance
         } else {
@@ -129,24 +129,24 @@ impl Casters<'_> {
     }
 }
 
-/// How far along a ray, in lengths of its direction.
+/// The depth that a technique resolves along a ray, in lengths of the ray's direction.
 fn depth(resolution: &Resolution) -> f64 {
     resolution.depth * range(resolution)
 }
 
-/// How long a view's rays are.
+/// The length of a view's range.
 fn range(resolution: &Resolution) -> f64 {
     f64::from(resolution.view.far - resolution.view.near)
 }
 
-/// Where a point is tried besides itself, texels: on squares about it, the outermost at `reach`, the others at each whole
-/// texel between and at the nearest.
+/// Offsets at which to try around a point, texels. They lie on squares about it: one of half side `reach`, one of [`NEAREST`], and one per
+/// whole texel between.
 fn offsets(reach: f64) -> impl Iterator<Item = [f64; 2]> {
     let between = (1..).map(f64::from).take_while(move |texels| texels + 1.0 <= reach);
     [reach, NEAREST.min(reach)].into_iter().chain(between).flat_map(square)
 }
 
-/// Corners and sides of a square of that reach.
+/// Places along the sides of a square of half side `reach`.
 fn square(reach: f64) -> impl Iterator<Item = [f64; 2]> {
     let parts = (2.0 * reach / APART).ceil().max(2.0) as u32;
     let place = move |i: u32| reach * (2.0 * f64::from(i) / f64::from(parts) - 1.0);
@@ -180,8 +180,8 @@ mod tests {
         (Resolution { view, reach_texels, depth, ..Resolution::exact(view) }, 2.0 / (f64::from(view.scale_x) * 64.0))
     }
 
-    /// Along the edge of the plate's shadow two texels to either side, and nothing else: not the middle of the shadow, not the
-    /// light beside it, not above the plate.
+    /// The boundary is two texels to either side of the edge of the plate's shadow. The middle of the shadow, the light beside it and the
+    /// space above the plate are outside.
     #[test]
     fn two_texels_about_the_edge() {
         let scene = plate();
@@ -202,7 +202,7 @@ mod tests {
         assert!(near(-1e-6) && !near(-1e-3));
     }
 
-    /// Along the edge of the plate's shadow what rounding moves a ray by, to either side, and not the plate's own surface.
+    /// The boundary is as wide as rounding may move a ray, to either side of the shadow's edge. The plate's own surface is outside.
     #[test]
     fn rays_that_are_rounded() {
         let scene = plate();
@@ -216,13 +216,13 @@ mod tests {
         }
     }
 
-    /// The same of a map of depths.
+    /// The resolution of a map of depths.
     fn of_depths(scene: &Scene, reach_texels: f64, depth: f64) -> Resolution {
         let moved = Moved { across: 0.25, least_world: 1e-6, ..Moved::default() };
         Resolution { snap_texels: 0.0625, moved, ..resolution(scene, reach_texels, depth).0 }
     }
 
-    /// A plate's own surface is no boundary, but for its rim.
+    /// A plate's own surface is not in the boundary, except where the light grazes it.
     #[test]
     fn a_surface_is_no_boundary_of_itself() {
         let scene = plate();
@@ -233,7 +233,7 @@ mod tests {
         assert!(casters.in_surface_boundary(0, &resolution, DVec3::ZERO, DVec3::X), "along the rays");
     }
 
-    /// With a wide reach a caster of two texels is met however far off it stands within it, and none farther off.
+    /// With a wide reach, a caster two texels wide is found anywhere within the reach, and not beyond it.
     #[test]
     fn a_wide_reach_has_no_gaps() {
         let mut scene = plate();
@@ -249,7 +249,7 @@ mod tests {
         }
     }
 
-    /// A surface behind another that is nearer than the depth that is resolved, and no other.
+    /// A surface is in the boundary if another lies before it by less than the resolved depth; else it is not.
     #[test]
     fn surfaces_that_touch_along_the_rays() {
         let mut scene = plate();
@@ -268,7 +268,7 @@ mod tests {
         assert!(!near(0.0, 0.09) && !near(0.0, 0.11));
     }
 
-    /// A needle and a slit are met however thin they are, and a plate of many triangles has no slits.
+    /// A needle and a slit are found however thin they are; a plate of many triangles counts as having no slits.
     #[test]
     fn nothing_is_too_thin() {
         let mut scene = plate();
@@ -300,7 +300,7 @@ mod tests {
         }
     }
 
-    /// The same under a lamp as under the sun: across the plate's rim and along the rays.
+    /// Under a lamp as under the sun: two texels to either side of the shadow's edge, at any depth.
     #[test]
     fn rays_that_spread() {
         let mut scene = plate();
@@ -310,7 +310,7 @@ mod tests {
         let views = View::opaques(&scene, 64);
         let down = views.into_iter().find(|v| v.forward[2] < -0.9).expect("a face looks down");
         let resolution = Resolution { reach_texels: 2.0, depth: 1e-5, ..Resolution::exact(down) };
-        // In texels the shadow is as wide at any depth.
+        // Measured in texels, the shadow's edge is at the same place at any depth.
         let at = |texel: DVec2, z: f64| down.ray(texel).at(z);
         let (rim, _) = down.project(DVec3::new(1.0, 0.1, 0.0));
         for z in [2.5, 4.0] {
@@ -322,9 +322,8 @@ mod tests {
         }
     }
 
-    /// Under a virtual light, in texels of its own map: a point behind the plate is within where the plate's rim is less than the reach
-    /// away from it in the map, by the map's formula (glsl/technique/ism/visibility.glsl), and nowhere else; points off a surface are where
-    /// the look-up is.
+    /// Under a virtual light the map is a paraboloid. A point behind the plate is in the boundary exactly where, in the map, the plate's
+    /// rim is nearer than the reach. Places in the map follow the formula of glsl/technique/ism/visibility.glsl.
     #[test]
     fn in_texels_of_a_paraboloid() {
         let mut scene = plate();
@@ -359,7 +358,7 @@ mod tests {
                 }
                 let away = |p: DVec3| rim.iter().map(|r| (*r - texel(p)).abs().max_element()).fold(f64::MAX, f64::min);
                 let check = |is_near: bool, at: DVec3| {
-                    // What is straight to the light is bent a little in the map.
+                    // The paraboloid bends straight edges a little.
                     let away = away(at);
                     assert!(
                         (away - 1.5).abs() < 0.1 || is_near == (away < 1.5),
@@ -380,7 +379,8 @@ mod tests {
         }
     }
 
-    /// What a texel with its centre at `texel` says of a place on a surface: whether nothing stands before it and above its plane.
+    /// The answer of a texel with its centre at `texel` for a place on a surface: lit if nothing stands before the place and above its
+    /// plane.
     fn texel_is_lit(scene: &Scene, view: &View, texel: DVec2, place: DVec3, normal: DVec3) -> bool {
         let corners = |mesh: &Mesh| {
             let corner = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
@@ -396,8 +396,8 @@ mod tests {
         })
     }
 
-    /// Outside the boundary no texel is wrong, wherever its centre stands within reach: on a box over a ground and under a plate close
-    /// above another, lit at a slant by the sun and by a lamp. Within it some are, by which the boundary is needed.
+    /// Outside the boundary no texel is wrong, wherever its centre is within reach. Inside some are, so the boundary is needed. The scene
+    /// has a box over a ground, and two plates close together, lit at a slant by the sun or a lamp.
     #[test]
     fn outside_no_texel_is_wrong() {
         let square = |z: f32, half: f32| {

@@ -12,25 +12,27 @@ use glam::DVec3;
 /// Cells per side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
 const CELLS: u32 = 192;
 
-/// Casters in all cells of a grid: where more would be, there are fewer cells. Large casters are in all of them.
+/// Entries in all cells of a grid together, at most: a grid that would have more gets fewer cells. A large caster has an entry in every
+/// cell.
 const MOST_MEMBERS: usize = 1 << 24;
 
-/// The map size whose point lights' faces are the widest: a grid over it has the rays of every map size.
+/// The map size at which the faces of a point light are widest: a grid over these faces contains the rays of every map size.
 const WIDEST: u32 = 4;
 
-/// All casters of a scene, with a grid over each map's view so that a look-up meets only those near its ray.
+/// All casters of a scene, with a grid over each map's view, so that a query tries only casters near its ray.
 pub struct Casters<'a> {
     pub(super) scene: &'a Scene,
-    /// Spheres, then strands, then Gaussians, then the cells of volumes, which a picture shows and no truth of light asks for.
+    /// Spheres, then strands, then Gaussians, then the cells of volumes. Cells serve pictures alone: optical depth comes from the volumes'
+    /// densities.
     pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
-    /// Per map of each light; none where there is nothing to find.
+    /// View and grid of each map of each light; empty where the scene has no casters.
     maps: Vec<(View, Grid)>,
 }
 
 impl<'a> Casters<'a> {
-    /// Sorts the casters of `scene` for its lights.
+    /// Sorts the casters of `scene` into grids, one per map of each light.
     pub fn new(scene: &'a Scene) -> Self {
         let all = scene.casters();
         let asked = all.len() - scene.cell_count();
@@ -59,13 +61,13 @@ impl<'a> Casters<'a> {
         if view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { grid.at(texel) }
     }
 
-    /// Optical depth of the casters between light `light` and `position`; a strand counts at that very depth too.
+    /// Optical depth of the casters between light `light` and `position`. A strand exactly at `position` counts.
     pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let Some((view, _)) = self.maps.get(map) else { return 0.0 };
         let ray = view.ray_through(position);
         let (_, z) = view.project(position);
-        // z from which the light shines: its own place, or from infinitely far.
+        // The z at which the light's rays begin: 0 at a light with a place, −∞ for a directional light.
         let nearest = match view.projection() {
             Projection::Parallel => f64::NEG_INFINITY,
             Projection::Perspective => 0.0,
@@ -84,7 +86,7 @@ impl<'a> Casters<'a> {
         volumes + near.sum::<f64>()
     }
 
-    /// Casters that [`Casters::visibility`] tries; of boxes and triangles of meshes two take as long as one.
+    /// How many casters [`Casters::visibility`] tries. A box or triangle of a mesh counts half, since it takes half as long.
     pub(super) fn tries(&self, light: usize, position: DVec3) -> usize {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let (direction, distance) = self.to_light(light, position);
@@ -92,7 +94,7 @@ impl<'a> Casters<'a> {
         volumes + self.near(map, position).len() + self.meshes.tries(position, direction, distance) / 2
     }
 
-    /// From `position` to light `light`, and how many times that far the light is.
+    /// A direction from `position` towards light `light`, and the light's distance in lengths of that direction.
     pub(super) fn to_light(&self, light: usize, position: DVec3) -> (DVec3, f64) {
         let light = &self.scene.lights[light];
         light.position().map_or_else(|| (light.towards(position), f64::INFINITY), |at| (at - position, 1.0))
@@ -104,8 +106,9 @@ impl<'a> Casters<'a> {
         self.meshes.free(position, direction, distance)
     }
 
-    /// How far the nearest mesh on the way is from light `light` and from `position`, parts of the diagonal of the box about all
-    /// meshes: infinite where none is on the way, and from a light that is infinitely far.
+    /// Between light `light` and `position`: the distance from the light to the first mesh after it, and from `position` to the first mesh
+    /// before it. Both are shares of the diagonal of the box about all meshes. Infinite where no mesh is between them; the first also for a
+    /// light at infinity.
     pub fn caster_distances(&self, light: usize, position: DVec3) -> [f64; 2] {
         let (direction, distance) = self.to_light(light, position);
         let Some(first) = self.meshes.hit(position, direction).map(|hit| hit.distance).filter(|at| *at < distance)
@@ -114,22 +117,22 @@ impl<'a> Casters<'a> {
         };
         let length = direction.length() / self.meshes.diagonal;
         let from_light = self.scene.lights[light].position().map_or(f64::INFINITY, |place| {
-            // Where the way back meets something later, what is on it touches the light.
+            // A hit beyond `first` means that the first mesh touches the light: distance 0.
             let back = self.meshes.hit(place, -direction).map_or(0.0, |hit| hit.distance);
             if back + first <= 1.0 + 1e-9 { back * length } else { 0.0 }
         });
         [from_light, first * length]
     }
 
-    /// Whether `position` is inside a closed or solid mesh, and light `light` is not: light is not asked for there.
+    /// Whether `position` is inside a closed or solid mesh and light `light` is outside it. Techniques are not asked about such points.
     pub fn inside(&self, light: usize, position: DVec3) -> bool {
         let (direction, distance) = self.to_light(light, position);
         self.meshes.inside(position, direction, distance)
     }
 
-    /// The same of a point on a mesh, of all others.
+    /// Like [`Casters::inside`], for a point on a mesh: whether it is inside another mesh.
     pub fn surface_inside(&self, light: usize, point: &SurfacePoint) -> bool {
-        // Out of its own thing, which it is on the surface of.
+        // Moved out of its own mesh, on whose surface the point lies.
         self.inside(light, point.position + 2.0 * self.meshes.epsilon * point.normal)
     }
 
@@ -138,8 +141,8 @@ impl<'a> Casters<'a> {
         if self.unblocked(light, position) { (-self.optical_depth(light, position)).exp() } else { 0.0 }
     }
 
-    /// The same of red, green and blue light, each of which loses a multiple of the optical depth ([`Scene::extinction_ratio`]). Twin:
-    /// glsl/world/colors.glsl.
+    /// Like [`Casters::visibility`], for red, green and blue light: each channel multiplies the optical depth by its own factor
+    /// ([`Scene::extinction_ratio`]). Twin: glsl/world/colors.glsl.
     pub fn colors(&self, light: usize, position: DVec3) -> DVec3 {
         if !self.unblocked(light, position) {
             return DVec3::ZERO;
@@ -151,20 +154,20 @@ impl<'a> Casters<'a> {
         DVec3::from(self.scene.extinction_ratio.map(f64::from))
     }
 
-    /// [`Casters::colors`], with what distance leaves of light `light`, and nothing outside the cone of a spot light.
+    /// [`Casters::colors`] times the falloff of light `light` with distance; 0 outside the cone of a spot light.
     pub fn arriving_colors(&self, light: usize, position: DVec3) -> DVec3 {
         let shining = &self.scene.lights[light];
         if shining.shines_on(position) { self.colors(light, position) * shining.falloff(position) } else { DVec3::ZERO }
     }
 
-    /// [`Casters::visibility`], with what distance leaves of light `light`, and nothing outside the cone of a spot light.
+    /// [`Casters::visibility`] times the falloff of light `light` with distance; 0 outside the cone of a spot light.
     pub fn arriving(&self, light: usize, position: DVec3) -> f64 {
         let shining = &self.scene.lights[light];
         if shining.shines_on(position) { self.visibility(light, position) * shining.falloff(position) } else { 0.0 }
     }
 
-    /// The exact curve along `ray` of map `map` (of all lights' maps), over depth in the range of the map's `view`, and
-    /// how many casters made it.
+    /// The exact curve along `ray` of map `map` (counted over all lights' maps), over depth in the range of the map's `view`; and how many
+    /// casters the ray meets.
     pub fn true_curve(&self, map: usize, view: &View, ray: &Ray) -> (TrueCurve, u32) {
         let (hard, soft): (Vec<&Caster>, Vec<&Caster>) = self
             .near(map, ray.at(view.z(0.5)))
@@ -197,7 +200,7 @@ impl<'a> Casters<'a> {
                     before: gaussian::share((nearest - along.middle) / along.deviation),
                     whole: along.whole(ray, caster),
                 });
-                // Others have nothing of it farther off.
+                // Counted only within `REACH`: techniques cut splats off there.
                 met += usize::from(along.within(REACH).is_some_and(|(_, exit)| exit > nearest));
             }
         }
@@ -213,7 +216,7 @@ impl<'a> Casters<'a> {
 /// Squared sine of the angle between ray and axis below which a strand is edge on and missed. Twin: EDGE_ON.
 const EDGE_ON: f64 = 1e-10;
 
-/// Where the ray is inside the caster, z from and to; nothing where it misses. A strand's step has no length.
+/// The range of z in which the ray is inside the caster; none where it misses. For a strand, both ends are equal.
 pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
@@ -242,7 +245,7 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     (half_square > 0.0).then(|| (middle - half_square.sqrt(), middle + half_square.sqrt()))
 }
 
-/// Where the ray is inside a cell, which is a box.
+/// The range of z in which the ray is inside a cell, which is a box; none where it misses.
 fn cell_overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let shape = Shape::of_cell(caster);
     let offset = caster.start() - ray.origin;
@@ -260,7 +263,7 @@ fn cell_overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     (high > low).then_some((low, high))
 }
 
-/// Optical depth of a Gaussian from z `from` to `to`; 0 where the ray stays out of reach.
+/// Optical depth of a Gaussian from z `from` to `to`; none where the ray stays out of its reach.
 fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
     if gaussian::missed(ray, caster) {
         return None;
@@ -285,7 +288,7 @@ mod tests {
     use crate::scene::LightKind;
     use crate::scene::tests::{mesh, on_the_axis};
 
-    /// Spheres that are each in all cells: these are fewer, and a diameter is what it is.
+    /// Many spheres that each fill all cells: the grid has fewer cells, and the optical depth stays exact.
     #[test]
     fn many_large_casters_have_few_cells() {
         let count = 2000;
@@ -304,7 +307,7 @@ mod tests {
         }
     }
 
-    /// Under a lamp at 4 with plates at 3 and at 1 above a ground, seen from the ground and from between.
+    /// Under a lamp at height 4, with plates at 3 and 1 above a ground: distances for points on the ground and between the plates.
     #[test]
     fn casters_are_where_the_plates_are() {
         let plate = |z: f32, half: f32| {

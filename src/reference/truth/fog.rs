@@ -1,4 +1,4 @@
-//! Fog before a picture, marched in f64. Twin: glsl/consume/fog.frag.
+//! Fog laid over a picture, marched in f64. Twin: glsl/consume/fog.frag.
 
 use super::casters::Casters;
 use crate::scene::{Fog, Picture, View};
@@ -9,8 +9,8 @@ use std::ops::Mul;
 /// Twin: PHASE.
 const PHASE: f64 = 0.25;
 
-/// Lays fog over `picture`, which `camera` has taken. `arriving`: how much of a light there is at a point, 0 to 1, or
-/// how much of each color; [`Casters::arriving_colors`] is the truth.
+/// Lays fog over `picture`, as `camera` sees it. `arriving` says how much of a light arrives at a point, 0 to 1, as one number or per
+/// color; [`Casters::arriving_colors`] is the truth.
 pub fn fog<L>(
     casters: &Casters,
     camera: &View,
@@ -36,13 +36,13 @@ where
     Picture { pixels: picture.pixels.par_iter().enumerate().map(pixel).collect(), ..*picture }
 }
 
-/// What is scattered, over what is behind.
+/// Blends the scattered light over the color behind the fog.
 fn over(scattered: DVec3, transmittance: DVec3, behind: [f32; 3]) -> [f32; 3] {
     (PHASE * scattered + transmittance * DVec3::from(behind.map(f64::from))).as_vec3().into()
 }
 
-/// What a way of that length through the fog scatters towards its beginning, and what it lets through; `light` is what arrives
-/// at a share of the way, asked for at `place` (0 to 1) of each step.
+/// Marches a ray of the given length through the fog. Returns the light that is scattered back to the ray's begin, and the transmittance.
+/// `light` gives the light that arrives at a share of the ray; it is asked for at `place` (0 to 1) within each step.
 fn march(fog: &Fog, length: f64, place: f64, light: impl Fn(f64) -> DVec3) -> [DVec3; 2] {
     let steps = f64::from(fog.steps);
     let (mut scattered, mut transmittance) = (DVec3::ZERO, 1.0);
@@ -66,7 +66,7 @@ mod tests {
     use crate::scene::tests::{cube, on_the_axis};
     use crate::scene::{Camera, Scene};
 
-    /// A box under a light that goes down, seen from the side: below it stands a column of shadow.
+    /// A box under a light that shines straight down, seen from the side: there is a column of shadow below the box.
     fn column() -> Scene {
         let mut scene = on_the_axis(&[]);
         scene.meshes = vec![cube([-0.5, -0.5, 1.0], 1.0), cube([-0.2, 4.0, -3.0], 0.4)];
@@ -76,16 +76,16 @@ mod tests {
         scene
     }
 
-    /// z from and to which a ray is over a square about the axis, and below a height.
+    /// The range of z in which a ray is inside an upright square column about the axis, below a height.
     fn in_column(origin: DVec3, direction: DVec3, half: f64, top: f64) -> [f64; 2] {
         let (low, high) = (DVec3::new(-half, -half, -1e3), DVec3::new(half, half, top));
         let (a, b) = ((low - origin) / direction, (high - origin) / direction);
         [a.min(b).max_element(), a.max(b).min_element()]
     }
 
-    /// Along a ray that is in the shadow from a to b and ends at d, fog scatters 1 − e^(−σa) + e^(−σb) − e^(−σd) of the light, a
-    /// quarter of it towards the camera. A march is wrong in the two steps in which the shadow begins and ends, at most by what
-    /// they scatter.
+    /// Along a ray that is in the shadow from a to b and ends at d, fog scatters 1 − e^(−σa) + e^(−σb) − e^(−σd) of the light, a quarter of
+    /// it towards the camera. A march errs only in the two steps in which the shadow begins and ends, by at most the light that those
+    /// scatter.
     #[test]
     fn a_shaft_has_its_closed_form() {
         let scene = column();
@@ -102,7 +102,7 @@ mod tests {
                 let end = hit.map_or(f64::from(camera.far), |h| h.distance.min(camera.far.into()));
                 let left = |z: f64| (-f64::from(extinction) * z.clamp(0.0, end) * ray.direction.length()).exp();
                 let [from, to] = in_column(ray.origin, ray.direction, 0.5, 2.0);
-                // Below the little box, which stands behind, there is another shadow.
+                // Rays that pass the shadow of the little box behind are left out.
                 let behind = in_column(ray.origin - DVec3::Y * 4.2, ray.direction, 0.2, -2.6);
                 if behind[0] < behind[1].min(end) {
                     continue;
@@ -122,7 +122,7 @@ mod tests {
         }
     }
 
-    /// Places of neighbours are far apart, and all are met alike.
+    /// Places of neighbouring pixels are far apart, and all places are equally frequent.
     #[test]
     fn places_are_spread() {
         let places: Vec<_> = (0..64 * 64).map(|i| place_in_step([i % 64, i / 64])).collect();

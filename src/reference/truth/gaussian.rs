@@ -1,24 +1,24 @@
-//! Optical depth of an anisotropic Gaussian along a ray, in f64, with all of its tails: up to a place it is an error function, since along
-//! a line the Gaussian is one-dimensional again.
+//! Optical depth of an anisotropic Gaussian along a ray, in f64, tails included. Along a line a Gaussian is one-dimensional, so its optical
+//! depth up to a place is an error function.
 
 use crate::scene::{Caster, REACH, Ray, Shape};
 use std::f64::consts::PI;
 
-/// Farther off, in deviations, it takes less than exp(−12.5) of its greatest optical depth: 4e-6.
+/// Standard deviations beyond which a Gaussian is ignored: there it has less than exp(−12.5) = 4e-6 of its greatest optical depth.
 pub(super) const TRUE_REACH: f64 = 5.0;
 
-/// One along a ray.
+/// A Gaussian along a ray, which is a one-dimensional Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Along {
-    /// z of the point that is least far from its middle, in deviations.
+    /// z of the ray's point nearest to the middle, as measured in deviations.
     pub middle: f64,
     /// Deviation along the ray, lengths of its direction.
     pub deviation: f64,
-    /// Square of how far that point is from the middle, deviations.
+    /// Squared distance of that point from the middle, deviations.
     pub square: f64,
 }
 
-/// Whether a ray stays farther than [`TRUE_REACH`] deviations from the middle in any case, by the bounding sphere.
+/// Whether the bounding sphere alone shows that a ray stays more than [`TRUE_REACH`] deviations from the middle.
 pub(super) fn missed(ray: &Ray, caster: &Caster) -> bool {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
@@ -35,14 +35,13 @@ pub(crate) fn along(ray: &Ray, caster: &Caster) -> Along {
 }
 
 impl Along {
-    /// z at which a ray enters and leaves the ellipsoid of so many deviations about the middle; none where the ray
-    /// misses it.
+    /// The z at which the ray enters and leaves the ellipsoid of `reach` deviations about the middle; none where the ray misses it.
     pub fn within(&self, reach: f64) -> Option<(f64, f64)> {
         let half = (reach * reach - self.square).max(0.0).sqrt() * self.deviation;
         (half > 0.0).then_some((self.middle - half, self.middle + half))
     }
 
-    /// From z to z.
+    /// Optical depth from z `from` to z `to`.
     pub fn optical_depth(&self, ray: &Ray, caster: &Caster, from: f64, to: f64) -> f64 {
         let place = |z: f64| share((z - self.middle) / self.deviation);
         self.whole(ray, caster) * (place(to) - place(from)).max(0.0)
@@ -57,7 +56,7 @@ impl Along {
 
 /// Share of a Gaussian of deviation 1 that is below x, to some 1e-15: a series about 0, farther off Lentz's continued fraction.
 pub(crate) fn share(x: f64) -> f64 {
-    // What is left out is below a double's rounding of 1.
+    // Farther off, the tail is below a double's rounding of 1.
     if x.abs() > 9.0 {
         return if x > 0.0 { 1.0 } else { 0.0 };
     }
@@ -85,7 +84,7 @@ mod tests {
     use glam::DVec3;
     use proptest::prelude::*;
 
-    /// As tables have it (Abramowitz and Stegun, table 26.1), and by libm's `erfc` at 2.98.
+    /// Expected values are from Abramowitz and Stegun, table 26.1; the one at 2.98 is from libm's `erfc`.
     #[test]
     fn shares_are_those_of_tables() {
         for (x, expected) in [
@@ -103,7 +102,7 @@ mod tests {
     }
 
     proptest! {
-        /// By adding up extinction along the ray in small steps.
+        /// Compares with extinction added up along the ray in small steps.
         #[test]
         fn is_the_integral(
             origin in prop::array::uniform3(-3.0f64..3.0),

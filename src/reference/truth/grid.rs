@@ -5,7 +5,7 @@ use crate::scene::{Caster, Projection, REACH, View};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// One cell per texel of the view it was made for.
+/// Lists of casters, one per cell; a cell is a texel of the view that the grid was made for.
 pub(super) struct Grid {
     width: u32,
     height: u32,
@@ -42,7 +42,7 @@ impl Grid {
         Self { width: view.width, height: view.height, starts, members }
     }
 
-    /// How many there would be in all cells.
+    /// How many entries a grid over `view` would have in all cells together.
     pub fn members(view: &View, casters: &[Caster]) -> usize {
         casters.iter().map(|caster| cells(view, caster).iter().map(Range::len).product::<usize>()).sum()
     }
@@ -58,7 +58,7 @@ impl Grid {
     }
 }
 
-/// The cells that a caster may touch, columns and rows; one more on each side against rounding.
+/// Columns and rows of the cells that a caster may touch, with one more on each side against rounding.
 fn cells(view: &View, caster: &Caster) -> [Range<usize>; 2] {
     let ends = [caster.start(), caster.end()];
     let more = if caster.is_gaussian() { TRUE_REACH / REACH } else { 1.0 };
@@ -77,7 +77,7 @@ fn cells(view: &View, caster: &Caster) -> [Range<usize>; 2] {
                 Projection::Parallel => (across - radius, across + radius),
                 Projection::Perspective if z <= radius => (f64::NEG_INFINITY, f64::INFINITY),
                 Projection::Perspective => {
-                    // The tangents of the angles at which the circle is seen.
+                    // In this plane the sphere is a circle; its edges are seen at these two angles.
                     let angle = across.atan2(z);
                     let half = (radius / across.hypot(z)).asin();
                     ((angle - half).tan(), (angle + half).tan())

@@ -6,15 +6,15 @@ use super::true_curve::TrueCurve;
 use crate::scene::View;
 use rayon::prelude::*;
 
-/// Texels that the limit is taken over: an even sample of the covered ones of all maps.
+/// The greatest number of texels over which the limit is averaged: an even sample of the covered texels of all maps.
 pub const LIMIT_TEXELS: usize = 93;
 
-/// Depths that an error is summed over, evenly through the light's range: four times the map points, so that no curve
-/// gets by between them.
+/// Depths at which errors are summed, evenly spread over the light's range: four times as dense as the map points, so that errors between
+/// those count too.
 const DEPTHS: usize = 253;
 
-/// The mean over a fixed sample of covered texels, for each of `nodes`. Interpolation is of optical depth, as the true
-/// curve's own, between vertices chosen from the true curve's by dynamic programming.
+/// The limit for each number of nodes in `nodes`: the mean over a fixed sample of covered texels. Nodes are chosen among the true curve's
+/// vertices by dynamic programming; between nodes, optical depth is interpolated linearly, as in the true curve.
 pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], nodes: &[usize]) -> Vec<f64> {
     let mut texels: Vec<_> = truths.iter().flat_map(|t| t.texels.iter().map(|texel| (t.map, *texel))).collect();
     texels.sort_unstable();
@@ -31,14 +31,14 @@ pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], no
     (0..nodes.len()).map(|k| per_texel.iter().map(|t: &Vec<f64>| t[k]).sum::<f64>() / count.max(1) as f64).collect()
 }
 
-/// Steps that [`limit_mean_abs`] would take for a texel of that many segments: spans between vertices, each over samples.
+/// Steps that [`limit_mean_abs`] takes for a texel with that many segments: pairs of vertices, times the samples between them.
 pub fn limit_steps(segments: u64) -> f64 {
-    // Two vertices per segment, and a third of the samples between two of them.
+    // Two vertices per segment; on average a third of the samples lies between two vertices.
     let vertices = 2.0 * segments as f64;
     vertices * vertices / 2.0 * (DEPTHS as f64 / 3.0)
 }
 
-/// Element k: the lowest mean absolute error of k nodes, k = 0 to `most`.
+/// Element k is the lowest mean absolute error with k nodes, for k = 0 to `most`.
 fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
     let vertices = curve.depths.len();
     let sample = |k: usize| k as f64 / (DEPTHS - 1) as f64;
@@ -52,7 +52,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
     // First sample at or behind each vertex.
     let behind: Vec<usize> =
         curve.depths.iter().map(|d| (0..DEPTHS).find(|&k| sample(k) >= *d).unwrap_or(DEPTHS)).collect();
-    // Error of the samples from vertex i up to vertex j when both are nodes and none between.
+    // Summed error of the samples from vertex i up to vertex j, where both are nodes and none between them is.
     let span = |i: usize, j: usize| {
         let (d0, d1) = (curve.depths[i], curve.depths[j]);
         let (t0, t1) = (curve.optical_depths[i], curve.optical_depths[j]);
@@ -60,7 +60,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
             return 0.0;
         }
         let slope = (t1 - t0) / (d1 - d0);
-        // Even samples of an exponential: each is the last times a constant.
+        // The samples are evenly spaced on an exponential, so each is the one before times a constant.
         let mut transmittance = (-(t0 + slope * (sample(behind[i]) - d0))).exp();
         let ratio = (-slope * sample(1)).exp();
         let mut error = 0.0;
@@ -98,8 +98,8 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Three segments have six vertices, steps among them or not: six nodes are exact, and brute force over all triples
-    /// finds nothing better than the program.
+    /// Three segments have six vertices, also where some are steps, so six nodes are exact. For three nodes, brute force over all triples
+    /// finds the same limit.
     #[test]
     fn finds_the_best_of_all_subsets() {
         for segments in [

@@ -11,15 +11,15 @@ use std::cell::Cell;
 /// Where a ray meets a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// In lengths of the ray's direction.
+    /// Distance along the ray, in lengths of its direction.
     pub distance: f64,
-    /// Unit length; outwards where it belongs to a closed thing, else either side.
+    /// Unit length; outwards on a closed surface, else on either side.
     pub normal: DVec3,
-    /// Whether it belongs to a closed thing.
+    /// Whether the triangle belongs to a closed surface.
     pub closed: bool,
     /// The mesh's albedo.
     pub albedo: [f32; 3],
-    /// The number of its triangle, in the order of the meshes.
+    /// The number of the triangle that is hit, counted over all meshes in order.
     pub triangle: usize,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    /// As [`Hit::normal`].
+    /// The triangle's normal, as in [`Hit::normal`].
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -46,8 +46,8 @@ impl Bounded<f64, 3> for Triangle {
     fn aabb(&self) -> Aabb<f64, 3> {
         let [a, b, c] = self.corners;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        // Against rounding, and so that a ray along an axis never lies in the face of a box, which the hierarchy would not
-        // count as a hit.
+        // The margin guards against rounding. It also keeps rays along an axis out of the faces of boxes, where the hierarchy would miss
+        // them.
         let margin = DVec3::splat(1e-12 * low.abs().max(high.abs()).max_element());
         Aabb::with_bounds(point(low - margin), point(high + margin))
     }
@@ -70,11 +70,11 @@ fn point(v: DVec3) -> Point3<f64> {
 pub struct Meshes {
     pub(super) triangles: Vec<Triangle>,
     tree: Bvh<f64, 3>,
-    /// Whether any of them belongs to a closed thing.
+    /// Whether any triangle belongs to a closed surface.
     closed: bool,
     /// The largest coordinate, either sign, world units.
     pub(super) extent: f64,
-    /// The diagonal of the box about all of them, world units.
+    /// The diagonal of the box about all meshes, world units.
     pub(super) diagonal: f64,
     /// Nearest distance that counts as a hit, world units: a surface does not shadow itself.
     pub epsilon: f64,
@@ -120,8 +120,8 @@ impl Meshes {
         nearest
     }
 
-    /// The normal at a point of a triangle, mixed from these normals of its corners, on the side of [`Hit::normal`]; the latter where
-    /// corners have none. Twin: glsl/consume/smooth.comp.
+    /// The normal at a point of a triangle, interpolated from the normals of its corners, on the side of [`Hit::normal`]. Where the
+    /// corners' normals cancel out, it is [`Hit::normal`]. Twin: glsl/consume/smooth.comp.
     pub fn smooth_normal(&self, position: DVec3, hit: &Hit, corners: &[[f32; 3]; 3]) -> DVec3 {
         let to = self.triangles[hit.triangle].corners.map(|corner| corner - position);
         let across = (to[1] - to[0]).cross(to[2] - to[0]);
@@ -147,8 +147,8 @@ impl Meshes {
         triangles + way.boxes.get()
     }
 
-    /// Whether a ray leaves more closed things than it enters before `distance` (in lengths of `direction`): whether it begins
-    /// inside of one, and does not end there too.
+    /// Whether a ray leaves more closed meshes than it enters before `distance` (in lengths of `direction`). That is, it begins inside a
+    /// closed mesh and does not end inside the same one.
     pub fn inside(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
         if !self.closed {
             return false;
@@ -166,7 +166,7 @@ impl Meshes {
         left > 0
     }
 
-    /// The triangles that may meet something, in no order.
+    /// The triangles whose boxes in the hierarchy `what` meets, in no order.
     pub(super) fn meeting<'a>(&'a self, what: &'a impl IntersectsAabb<f64, 3>) -> impl Iterator<Item = &'a Triangle> {
         let some = !self.triangles.is_empty();
         some.then(|| self.tree.traverse_iterator(what, &self.triangles)).into_iter().flatten()
@@ -181,12 +181,12 @@ impl Meshes {
     }
 }
 
-/// A ray as far as it is asked about.
+/// A ray with an end.
 struct Way {
     origin: DVec3,
     direction: DVec3,
     inverse: DVec3,
-    /// In lengths of the direction. A search that has found a hit may move it nearer.
+    /// The end, in lengths of the direction. A search that has found a hit moves the end there.
     end: Cell<f64>,
 }
 
@@ -197,7 +197,7 @@ impl Way {
 }
 
 impl IntersectsAabb<f64, 3> for Way {
-    /// Never false where they meet, but for what lies in the very face of a box (Kay and Kajiya 1986; of rounding, Ize 2013,
+    /// Never false where ray and box meet, except for a ray exactly in a face of the box (slabs: Kay and Kajiya 1986; rounding: Ize 2013,
     /// Robust BVH ray traversal, section 3).
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         const ROUNDING: f64 = 1.0 + 8.0 * f64::EPSILON;
@@ -211,7 +211,7 @@ impl IntersectsAabb<f64, 3> for Way {
     }
 }
 
-/// With how many boxes were tried.
+/// A ray that counts the boxes that it is tried against.
 struct Counted {
     way: Way,
     boxes: Cell<usize>,
@@ -224,7 +224,7 @@ impl IntersectsAabb<f64, 3> for Counted {
     }
 }
 
-/// Möller and Trumbore, both sides.
+/// Where a ray meets a triangle from either side, in lengths of its direction (Möller and Trumbore).
 fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
@@ -240,9 +240,9 @@ fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(distance)
 }
 
-/// Where the ray's line crosses the triangle, and whether it comes out of its back: the normal looks along the ray. Where
-/// several triangles meet in an edge or a corner on the line, it crosses the ones that a line beside it would, always the
-/// same.
+/// Where the ray's line crosses the triangle, and whether it comes out of the triangle's back, so that the normal looks along the ray.
+/// Where the line passes exactly through an edge or corner, it counts as if moved slightly, always in the same direction. So closed meshes
+/// never count a crossing twice or miss it.
 ///
 /// Woop et al. 2013, Watertight ray/triangle intersection, section 3, with ties as Edelsbrunner and Mücke 1990, Simulation of
 /// simplicity.
@@ -258,7 +258,7 @@ fn crossing(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<(f64
     let areas = edges.map(|[from, to]| from.x * to.y - from.y * to.x);
     let left = |i: usize| {
         let [from, to] = edges[i];
-        // The line as it would be a bit further along x, and much less along y.
+        // On a tie, the line counts as moved a little along x, and by much less along y.
         [areas[i], from.y - to.y, to.x - from.x].into_iter().find(|value| *value != 0.0).map(|value| value > 0.0)
     };
     let turn = left(0)?;
@@ -292,8 +292,8 @@ mod tests {
         assert!((hit.distance - 1.0).abs() < 1e-12 && hit.normal.abs() == DVec3::Z);
     }
 
-    /// Whether points (x, y, z) are inside, by rays of many directions: along axes, through edges and corners of the unit cube
-    /// from its middle, and at a slant.
+    /// Checks whether points (x, y, z) are inside, by rays in many directions: along axes, through edges and corners of the unit cube, and
+    /// at a slant.
     #[track_caller]
     fn check(meshes: &[Mesh], points: &[([f64; 3], bool)]) {
         let meshes = Meshes::new(meshes);
@@ -308,14 +308,14 @@ mod tests {
         }
     }
 
-    /// The hierarchy leaves out no triangle that a ray meets: hits are those of all triangles one after the other, along axes and
-    /// in the planes of faces too, however far the way goes.
+    /// The hierarchy leaves out no triangle that a ray meets: hits are the same as with all triangles tried one by one. Rays along axes and
+    /// in the planes of boxes' faces are among them, with ends near and far.
     #[test]
     fn boxes_hide_nothing() {
         use rand::Rng;
         let mut random = rand_pcg::Pcg32::new(5, 7);
         let mut whole = |count: u32| f64::from(random.next_u32() % count);
-        // On whole coordinates, where boxes of neighbours and rays meet in planes.
+        // Whole coordinates make many boxes and rays share planes.
         let corners: Vec<[f32; 3]> = (0..600).map(|_| [0; 3].map(|_| whole(17) as f32 - 8.0)).collect();
         let cubes = (0..6).map(|i| cube([2.0 * i as f32 - 6.0, 0.0, 0.0], 1.0));
         let scattered = mesh(corners, (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
@@ -345,7 +345,7 @@ mod tests {
         assert!(met > 3000 && free > 3000, "{met} {free}");
     }
 
-    /// Each triangle as four: more edges and corners to look through, and boxes with faces in the middle.
+    /// Cuts each triangle into four, for more edges and corners that rays may pass through.
     fn divided(mesh: &Mesh) -> Mesh {
         let corners = mesh.triangles.iter().map(|t| t.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from))));
         let positions: Vec<[f32; 3]> = corners
@@ -370,21 +370,21 @@ mod tests {
         check(&[cube([0.0; 3], 1.0)], &all(&near_its_sides, &around));
         check(&[inside_out(cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
         check(&[divided(&cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
-        // One in the other's corner; and the same as one mesh, and one of them inside out.
+        // Two overlapping cubes; the same as one mesh; and the same with one cube inside out.
         let two = [cube([0.0; 3], 1.0), cube([0.5; 3], 1.0)];
         let inside = [middle, [0.25; 3], [0.75; 3], [1.25; 3]];
         let outside = [[0.25, 0.25, 1.25], [1.75; 3], [1.25, 1.25, 0.25]];
         check(&two, &all(&inside, &outside));
         check(&[both(two[0].clone(), two[1].clone())], &all(&inside, &outside));
         check(&[both(two[0].clone(), inside_out(two[1].clone()))], &all(&inside, &outside));
-        // What has a hole has no inside, whatever stands in it.
+        // A mesh with a hole has no inside, even around a closed mesh.
         let mut holed = cube([0.0; 3], 1.0);
         holed.triangles.pop();
         check(&[holed.clone()], &all(&[], &[middle, around[0]]));
         check(&[holed, cube([0.25; 3], 0.5)], &all(&[middle], &[[0.125; 3], around[0]]));
     }
 
-    /// A solid ground has one side; in front of its border there is nothing to be inside of.
+    /// Points under a solid ground are inside, for rays that leave through the ground's front and end above it.
     #[test]
     fn under_a_solid_ground() {
         let corners = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];

@@ -1,4 +1,4 @@
-//! The truth: how much of each light reaches each point, in f64, and what techniques are measured against.
+//! The truth, against which techniques are measured: how much of each light reaches each point, in f64.
 
 mod backdrop;
 mod bounce;

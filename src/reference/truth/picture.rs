@@ -21,14 +21,14 @@ const STRAND_ALBEDO: DVec3 = DVec3::new(0.70, 0.42, 0.20);
 /// Twin: AMBIENT.
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
 
-/// Pixels per side of a grid cell, which only finds candidates.
+/// Pixels per side of a cell of the grid, which is only used to find candidates.
 const CELL_PIXELS: u32 = 8;
 
 /// The transmittance below which a picture's march through a volume ends.
 const HIDDEN: f64 = 1e-9;
 
-/// Renders `scene` as `camera` sees it. Casters and volumes are blended from far to near by the z of their middles, as the
-/// device draws them; a volume is marched, and lit in two steps in each cell of its field.
+/// Renders `scene` as `camera` sees it. Casters and volumes are blended from far to near by the z of their middles, as on the device. A
+/// volume is marched, with two steps in each cell of its field.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     let pixels = picture_rows(casters, scene, camera, 0..camera.height);
     Picture { width: camera.width, height: camera.height, pixels }
@@ -42,7 +42,7 @@ pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range
     camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
-/// As [`picture`], with what a person is shown: smooth normals, and a sky into which the ground fades. Twin:
+/// As [`picture`], with the additions of pictures for people: smooth normals, and a sky into which the ground fades. Twin:
 /// consume::Renderer::show.
 pub fn shown_picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     let pixels = shown_rows(casters, scene, camera, 0..camera.height);
@@ -66,10 +66,10 @@ pub fn shown_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u
     camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
-/// How many casters [`picture`] would try against rays to the lights, meshes included, by a coarse picture of the same view and
-/// some of many lights: what it costs.
+/// The cost of [`picture`]: how many casters, meshes included, it would try against rays to the lights. Estimated from a coarse picture of
+/// the same view and a sample of the lights.
 pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
-    /// Lights that are asked for.
+    /// About as many lights are sampled.
     const SOME: usize = 64;
     let small = View { width: 32, height: 18, ..*camera };
     let step = scene.lights.len().div_ceil(SOME).max(1);
@@ -84,9 +84,9 @@ pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
-/// A ray per pixel through casters and volumes in this order. Light that arrives at a caster is `light` of the pixel, the caster's index
-/// and the middle of the ray's stretch in it; in a volume, which has no index, of the middle of a step. A mesh looks as `surface` says for
-/// the place where the ray meets it.
+/// Renders with one ray per pixel, through casters and volumes in the given order. `light` gives the light that arrives at a caster, from
+/// the pixel, the caster's index and the middle of the ray's part inside it. In a volume the index is `None` and the place is the middle of
+/// a step. `surface` gives the color of a mesh where the ray meets it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,
@@ -100,7 +100,7 @@ pub(in crate::reference) fn camera_rays(
     Picture { width: camera.width, height: camera.height, pixels }
 }
 
-/// Some rows of it, with a sky, by the direction of the ray that sees it.
+/// Some rows of [`camera_rays`]; `sky` gives the color of the sky in a ray's direction.
 #[expect(clippy::too_many_arguments, reason = "what a ray meets, and how each looks")]
 fn camera_rows(
     casters: &Casters,
@@ -130,7 +130,7 @@ fn camera_rows(
         .collect()
 }
 
-/// What a ray sees behind all casters, and how far away.
+/// The color that a ray sees behind all casters, of a mesh or the sky, and the distance there.
 fn meshes(
     casters: &Casters,
     camera: &View,
@@ -145,10 +145,10 @@ fn meshes(
     }
 }
 
-/// Where volumes are among the casters of an order.
+/// The places of casters and volumes in a blending order.
 struct Places<'a> {
     volumes: &'a [(u32, u32)],
-    /// The place of each caster; none where there are no volumes.
+    /// The place of each caster in the order; empty where there are no volumes.
     casters: Vec<u32>,
 }
 
@@ -202,7 +202,7 @@ fn pixel(
     volumes.fold(color, |color, (_, volume)| through(*volume, color))
 }
 
-/// A volume before what is behind it, lit at the middle of each step. Twin: glsl/consume/volume.frag.
+/// A volume blended over the color behind it, lit at the middle of each step. Twin: glsl/consume/volume.frag.
 fn through(
     volume: &Volume,
     ratio: DVec3,
@@ -222,7 +222,7 @@ fn through(
     DVec3::from(volume.placed().color.map(f64::from)) * scattered + behind * transmittance
 }
 
-/// How far towards a light it is asked for: at a caster's index, or in a volume.
+/// How far a point is moved towards a light before visibility is asked for, on the caster with the given index or in a volume (`None`).
 fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64 + 'a {
     let caster = index.map(|index| &casters.all[index as usize]);
     move |towards| caster.map_or(0.0, |caster| lift(caster, towards))
@@ -239,7 +239,7 @@ fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     }
 }
 
-/// The colour of the volume that a cell is of, by the cell's index among all casters.
+/// The colour of a cell's volume, from the cell's index among all casters.
 fn cell_color(scene: &Scene, index: usize) -> DVec3 {
     let mut first = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
     let its = scene.volumes.iter().find(|volume| {
@@ -249,7 +249,7 @@ fn cell_color(scene: &Scene, index: usize) -> DVec3 {
     its.map_or(PARTICLE_ALBEDO, |volume| DVec3::from(volume.placed().color.map(f64::from)))
 }
 
-/// How a mesh looks where a ray meets it.
+/// The color of a mesh where a ray meets it.
 pub(in crate::reference) fn lit_surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec3 {
     let light = light(casters, scene, position, |_| 0.0, |towards| hit.normal.dot(towards).abs());
     DVec3::from(hit.albedo.map(f64::from)) * (ambient(scene) + light)
@@ -263,7 +263,8 @@ fn ambient(scene: &Scene) -> DVec3 {
     }
 }
 
-/// How far towards a light in that direction, of length 1, a caster asks for it.
+/// How far a point on a caster is moved towards a light before visibility is asked for, so that a strand or splat does not shadow itself.
+/// `towards` has length 1.
 pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
     if caster.is_gaussian() {
         return (REACH / Shape::of(caster).whitened(towards).length()).max(f64::from(caster.radius) / REACH);
@@ -271,8 +272,8 @@ pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
 }
 
-/// What arrives from all lights, each times `turn` of the direction towards it and asked for `lift` towards it (twin:
-/// lit_side).
+/// Light that arrives from all lights. Each is weighted by `turn` of the direction towards it. Visibility is asked for at a place moved by
+/// `lift` towards the light. Twin: lit_side.
 pub(in crate::reference) fn light(
     casters: &Casters,
     scene: &Scene,
@@ -298,8 +299,7 @@ mod tests {
     use crate::scene::Camera;
     use crate::scene::tests::{mesh, on_the_axis};
 
-    /// What a picture of a plate costs grows with its pixels and with the lights, also with more than are asked for; the sky costs
-    /// nothing.
+    /// The cost of a picture of a plate grows with pixels and lights, also with more lights than are sampled; the sky costs nothing.
     #[test]
     fn meshes_cost_something() {
         let mut scene = on_the_axis(&[]);

@@ -1,4 +1,4 @@
-//! Where the techniques are measured, and the truth there.
+//! The points at which techniques are measured, and the truth there.
 
 use super::casters::Casters;
 use super::true_curve::TrueCurve;
@@ -6,37 +6,37 @@ use crate::scene::{Caster, Light, Ray, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Depths a covered texel is measured at: evenly through the light's range, as far as the light reaches, both ends included.
+/// Depths at which a covered texel is measured: evenly spread over the light's range, as far as the light reaches, both ends included.
 pub const MAP_DEPTHS: u32 = 64;
 
 /// The truth at the map points of one map.
 pub struct MapTruth {
     /// The light whose map it is.
     pub light: usize,
-    /// Which of all lights' maps.
+    /// The map's number, counted over all lights.
     pub map: usize,
     /// Texels that some caster covers, as index y · width + x.
     pub texels: Vec<u32>,
     /// World positions, [`MAP_DEPTHS`] a texel, depth rising.
     pub points: Vec<[f32; 3]>,
-    /// How much of the light reaches each.
+    /// How much of the light reaches each point.
     pub visibility: Vec<f64>,
     /// Segments over all these texels.
     pub segments: u64,
 }
 
-/// The truth in every map of every light, at the centres of all covered texels; `views` are those of all maps, the first
-/// light's first. Where a scene has only meshes, every texel counts as covered. Left out are the texels of a point light's
-/// face that another face is asked for.
+/// The truth in every map of every light, at the centres of all covered texels. `views` are those of all maps, in the order of the lights.
+/// Where a scene has only meshes, every texel counts as covered. A texel of a point light's face is left out where look-ups use another
+/// face.
 pub fn map_truths(casters: &Casters, scene: &Scene, views: &[View]) -> Vec<MapTruth> {
     sample_maps(casters, scene, views, usize::MAX).0
 }
 
-/// As [`map_truths`], but of at most `most` covered texels of all maps together, and the share of all texels that were
-/// looked at for them: 1 where all were. The same for the same views.
+/// As [`map_truths`], but with at most `most` covered texels in all maps together. Also returns the share of all texels that were visited
+/// to find them. The result is the same in every run.
 ///
-/// Texels are visited in the order of a lattice: every so many-th, by the golden ratio, so that any number of them is
-/// spread evenly, and none comes twice.
+/// Texels are visited in steps of about a golden section of their number, wrapping around. So any number of visited texels is spread
+/// evenly, and none comes twice.
 pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize) -> (Vec<MapTruth>, f64) {
     /// Texels that are visited at once.
     const CHUNK: usize = 2048;
@@ -84,7 +84,7 @@ pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize
     (truths, if seen == total { 1.0 } else { seen as f64 / total as f64 })
 }
 
-/// About a golden section of `total`, and without a divisor in common with it: its multiples visit every place once.
+/// A step of about a golden section of `total` that has no divisor in common with it, so that its multiples visit every place once.
 fn lattice_step(total: usize) -> usize {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let divides = |mut a: usize, mut b: usize| {
@@ -108,8 +108,8 @@ struct TexelTruth {
     segments: u64,
 }
 
-/// The truth at a texel's centre × [`MAP_DEPTHS`] depths, as far as the light reaches; none where nothing covers it, or another
-/// face is asked for it, or the light ends before the range begins.
+/// The truth at a texel's centre, at [`MAP_DEPTHS`] depths as far as the light reaches. None where no caster covers the texel, where
+/// look-ups use another face, or where the light ends before the range begins.
 fn texel_truth(
     casters: &Casters,
     scene: &Scene,
@@ -117,7 +117,7 @@ fn texel_truth(
     view: &View,
     texel: u32,
 ) -> Option<TexelTruth> {
-    // At the light itself any face answers.
+    // At the light's own position any face may answer.
     let asked_for = |p: &[f32; 3]| *p == view.origin || scene.lights[light].map_at(*p) == face;
     let (x, y) = (texel % view.width, texel / view.width);
     let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
@@ -143,9 +143,9 @@ fn texel_truth(
     Some(truth)
 }
 
-/// The depth along a ray of a view of the light at which the light ends; 1 where it does not before the range's end.
+/// The depth along a ray at which the light ends; 1 where it does not end within the view's range.
 fn end_depth(light: &Light, view: &View, ray: &Ray) -> f64 {
-    // A float's rounding before its radius, where nothing of it is left.
+    // Ends slightly before the radius, by about a float's rounding, since the light is 0 at the radius.
     let reach = light.position().map_or(f64::INFINITY, |_| light.radius * (1.0 - 1e-6));
     view.depth(reach / ray.direction.length()).min(1.0)
 }
@@ -156,7 +156,7 @@ pub(super) fn texel_curve(casters: &Casters, map: usize, view: &View, texel: u32
     casters.true_curve(map, view, &view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).0
 }
 
-/// Low and high corner of all casters (of the meshes where there is nothing else); none in an empty scene.
+/// Low and high corner of the box about all casters, or about the meshes in a scene with meshes alone; none in an empty scene.
 pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut include = |p: [f32; 3], radius: f64| {
@@ -178,27 +178,28 @@ pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     (low.x <= high.x).then_some([low, high])
 }
 
-/// The first `count` points of a low-discrepancy sequence in the bounds of the casters (of the meshes where there is
-/// nothing else) that light `light` shines on. The same for the same scene.
+/// The first `count` points of a low-discrepancy sequence within [`bounds`] on which light `light` shines. The result is the same in every
+/// run.
 pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> {
     bounds(scene).map_or_else(Vec::new, |bounds| points_within(bounds, &scene.lights[light], count))
 }
 
-/// The same within other bounds.
+/// Like [`space_points`], within the given bounds.
 pub fn points_within(bounds: [DVec3; 2], light: &Light, count: usize) -> Vec<[f32; 3]> {
     points_where(about(bounds, light), count, |position| light.shines_on(position))
 }
 
-/// The same, but none inside a closed mesh, as [`Casters::inside`].
+/// Like [`points_within`], without points inside a closed mesh ([`Casters::inside`]).
 pub fn points_outside(casters: &Casters, bounds: [DVec3; 2], light: usize, count: usize) -> Vec<[f32; 3]> {
     let shines_on = |position| casters.scene.lights[light].shines_on(position);
-    // Rounded as the point will be.
+    // Tested at the position rounded to f32, as the point will be.
     let outside = |position: DVec3| !casters.inside(light, position.as_vec3().as_dvec3());
     let bounds = about(bounds, &casters.scene.lights[light]);
     points_where(bounds, count, |position| shines_on(position) && outside(position))
 }
 
-/// What the bounds have in common with the box about a light that ends; all of them where that is nothing.
+/// The intersection of the bounds with the box about a light that ends; the bounds themselves where that is empty or the light has no
+/// place.
 fn about([low, high]: [DVec3; 2], light: &Light) -> [DVec3; 2] {
     let Some(position) = light.position() else { return [low, high] };
     let (from, to) = (low.max(position - light.radius), high.min(position + light.radius));
@@ -212,14 +213,14 @@ fn points_where([low, high]: [DVec3; 2], count: usize, wanted: impl Fn(DVec3) ->
     })
 }
 
-/// Roberts' R3: multiples of the powers of the inverse of the real root of x⁴ = x + 1.
+/// Element i of Roberts' low-discrepancy sequence R3, from multiples of the powers of 1/x, where x is the positive root of x⁴ = x + 1.
 pub(super) fn r3(i: usize) -> [f64; 3] {
     const ROOT: f64 = 1.220_744_084_605_759_5;
     [1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT)].map(|step| (0.5 + step * (i as f64)).fract())
 }
 
-/// The first `count` that a sequence has, in its order; fewer where hardly any place of it has one, since it would go on for
-/// ever where none has.
+/// The first `count` values that `place` yields for 0, 1, 2, …, in order. It gives up after 64 times as many tries, and then returns fewer:
+/// `place` may yield nothing at all.
 pub(super) fn first<T: Send>(count: usize, place: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
     let mut found = Vec::with_capacity(count);
     let (mut next, end) = (0, count.saturating_mul(64));
@@ -238,7 +239,7 @@ mod tests {
     use crate::scene::tests::{cube, inside_out, on_the_axis};
     use crate::scene::{LightKind, Mesh};
 
-    /// Points of a light that goes down, in a box of side 2 whose lower half is a cube and a ground beside it.
+    /// A light shines straight down on points in a box of side 2, which contains a cube, and later a solid ground.
     #[test]
     fn nobody_asks_inside() {
         let bounds = [DVec3::ZERO, DVec3::splat(2.0)];
@@ -249,16 +250,16 @@ mod tests {
         let inside = |p: &[f32; 3]| p.iter().all(|c| *c < 1.0);
         for cube in [cube([0.0; 3], 1.0), inside_out(cube([0.0; 3], 1.0))] {
             scene.meshes = vec![cube];
-            // As many as before, and those of the same sequence that are not inside.
+            // As many points as before: those of the same sequence that are not inside.
             let more = points_within(bounds, &scene.lights[0], 8000);
             let expected: Vec<_> = more.into_iter().filter(|p| !inside(p)).take(4000).collect();
             assert_eq!(all(&scene, 4000), expected);
             assert_ne!(expected, plain);
         }
-        // A light in the room shines on all of it, and on nothing around.
+        // With the lamp inside the cube too, no point counts as inside.
         scene.lights[0].kind = LightKind::Point { position: DVec3::splat(0.5) };
         assert_eq!(all(&scene, 4000), plain);
-        // Where there is nowhere else none are asked.
+        // Where everything is inside, there are no points.
         scene.meshes = vec![cube([-1.0; 3], 4.0)];
         scene.lights[0].kind = LightKind::Directional { direction: DVec3::NEG_Z };
         assert_eq!(all(&scene, 100), [[0.0; 3]; 0]);
@@ -274,8 +275,8 @@ mod tests {
         assert!(above.len() == 4000 && above.iter().all(|p| p[2] >= 1.0));
     }
 
-    /// A lamp that ends: points in space are in reach and as many as are wanted, however little of the bounds that is; a map's
-    /// points go from where its range begins as far as the lamp reaches, and there are none where it ends before.
+    /// A lamp that ends: points in space are within its reach, and as many as are wanted, even if its reach is a small part of the bounds.
+    /// A map's points go from the begin of its range to the lamp's reach; there are none where the lamp ends before.
     #[test]
     fn nobody_asks_beyond_a_light() {
         let mut scene = on_the_axis(&[]);
@@ -288,7 +289,7 @@ mod tests {
         assert!(within.len() == 4000 && within.iter().all(|p| far(p) < 0.5 + 1e-6));
         assert_eq!(points_within([DVec3::splat(5.0), DVec3::splat(9.0)], &scene.lights[0], 4000), [[0.0; 3]; 0]);
 
-        // A ground below the lamp, a quarter and three quarters of the radius away.
+        // A ground below the lamp: within the lamp's radius of 0.5, and beyond it.
         for (below, reached) in [(0.125, true), (0.75, false)] {
             scene.meshes = vec![cube([0.0, -5.0, 1.0 - below - 6.0], 6.0)];
             let casters = Casters::new(&scene);
@@ -313,7 +314,7 @@ mod tests {
         }
     }
 
-    /// A sample is a part of all, and the first texels of a larger sample.
+    /// A sample's texels are some of all texels, and the first texels of any larger sample.
     #[test]
     fn samples_are_parts_of_the_whole() {
         let scene = crate::scene::tests::on_the_axis(&[(0.0, 0.5, 1.0), (1.0, 0.25, 2.0)]);
@@ -334,7 +335,7 @@ mod tests {
             assert_eq!(large.points[i * depths..][..depths], all.points[place * depths..][..depths]);
             assert_eq!(large.visibility[i * depths..][..depths], all.visibility[place * depths..][..depths]);
         }
-        // Half of the sphere's texels lie on either side: evenly spread, so do half of the sample's, but for a few.
+        // Half of the sphere's texels lie on each side. The sample is evenly spread, so about half of its texels do too.
         let left = large.texels.iter().filter(|t| **t % 32 < 16).count();
         assert!((40..=60).contains(&left), "{left} of 100");
     }

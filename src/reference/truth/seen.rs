@@ -8,13 +8,13 @@ use glam::{DVec2, DVec3};
 /// Smoke that takes a smaller share of the light behind it is too thin to be seen.
 const LEAST: f64 = 1e-3;
 
-/// Halvings: a place among floats.
+/// Steps of bisection, enough for the precision of a double.
 const HALVINGS: u32 = 60;
 
 impl Casters<'_> {
-    /// The place that `camera` sees at a point given in pixels, on meshes or in smoke, hair and splats: the depth up to which half of the
-    /// arriving light has come. That is on a mesh where more than half comes from it, else in front of it where half is left behind. Where
-    /// there is no mesh, it is where casters have taken half of all that they take. None where nothing is seen.
+    /// The place that `camera` sees at a point given in pixels, on a mesh or in smoke, hair and splats. It is on the mesh where more than
+    /// half of the arriving light comes from there. Else it is where casters have taken half of the light. Where there is no mesh, it is
+    /// where casters have taken half of all that they take. None where nothing is seen.
     pub fn seen(&self, camera: &View, pixel: DVec2) -> Option<DVec3> {
         let (ray, near) = (camera.ray(pixel), f64::from(camera.near));
         let surface = self.meshes.hit(ray.origin, ray.direction).map(|hit| hit.distance);
@@ -38,7 +38,7 @@ impl Casters<'_> {
         Some(ray.at(reached))
     }
 
-    /// Casters that a ray meets, and from where to where.
+    /// The casters that a ray meets, with the z at which it enters and leaves each.
     fn met(&self, ray: &Ray) -> Vec<(usize, f64, f64)> {
         let asked = self.all.len() - self.scene.cell_count();
         let meets = |(i, caster)| overlap(ray, caster).map(|(entry, exit)| (i, entry, exit));
@@ -61,7 +61,8 @@ mod tests {
     use crate::scene::Camera;
     use crate::scene::tests::{mesh, on_the_axis};
 
-    /// From 10 above, down along the axis: a sphere from 1 to −1 over a plate at −3, whose optical depth is `depth`.
+    /// Looks down along the axis from z = 10, at a sphere of optical depth `depth` from z = 1 to −1, over a plate at −3. Returns the z that
+    /// is seen.
     fn seen(depth: f32, plate: bool) -> Option<f64> {
         let mut scene = on_the_axis(&[(0.0, 1.0, depth / 2.0)]);
         if plate {
@@ -74,7 +75,7 @@ mod tests {
         Casters::new(&scene).seen(&camera, DVec2::splat(32.0)).map(|place| place.z)
     }
 
-    /// By hand: the optical depth rises by depth / 2 per unit, and half is left of the light after ln 2 of it.
+    /// Expected places by hand: optical depth rises by depth / 2 per unit, and half of the light is left at an optical depth of ln 2.
     #[test]
     fn it_is_where_half_has_come_from() {
         let half = |depth: f64| 1.0 - 2.0 * std::f64::consts::LN_2 / depth;
@@ -82,7 +83,7 @@ mod tests {
             assert!(found.is_some_and(|z| (z - expected).abs() < 1e-5), "{found:?}, not {expected}");
         };
         near(seen(4.0, true), half(4.0));
-        // Too thin: the plate behind it.
+        // The smoke is too thin, so the plate behind it is seen.
         near(seen(0.5, true), -3.0);
         // Without a mesh, half of all that the smoke takes: 1 − (1 − exp(−τ)) / 2.
         let wanted = -(1.0 - 0.5 * (1.0 - (-0.5f64).exp())).ln();

@@ -1,26 +1,26 @@
-//! The rays from a light to all of a small box: whether meshes block all of them, or none.
+//! All rays from a light to the points of a small box: whether meshes block some of them, none or all.
 
 use super::meshes::{Meshes, Triangle};
 use crate::scene::{Projection, View};
 use bvh::aabb::{Aabb, IntersectsAabb};
 use glam::{DVec2, DVec3};
 
-/// What is left of a square counts as nothing below this, texels²: edges that triangles share leave so much by rounding. A corner
-/// is rounded to 2⁻⁵² of its distance from the view's origin, which is 10⁻¹¹ texels in a view of 65,536 texels per side; and a square
-/// is some texels wide.
+/// Areas below this count as nothing, texels². Edges that triangles share leave such slivers by rounding: a corner is rounded to 2⁻⁵² of
+/// its distance from the view's origin. That is 10⁻¹¹ texels in a view of 65,536 texels per side, and a square is some texels wide.
 const NOTHING: f64 = 1e-9;
 
-/// Times that a square is cut, beyond which it is taken to be partly lit.
+/// Cuts after which a square is taken to be partly lit, to bound the time.
 const MOST_CUTS: usize = 1 << 16;
 
-/// On one side of a plane: where `normal · p <= most`, from the view's origin, so that what lies far off is no rounder.
+/// A half space: where `normal · p <= most`. Positions are relative to the view's origin, to lose less to rounding in scenes far from the
+/// world's.
 #[derive(Clone, Copy)]
 struct Half {
     normal: DVec3,
     most: f64,
 }
 
-/// What is on the inner side of all of these.
+/// The intersection of half spaces.
 pub(super) struct Shaft {
     /// The origin of the view, world units.
     origin: DVec3,
@@ -28,7 +28,7 @@ pub(super) struct Shaft {
 }
 
 impl Shaft {
-    /// The part of a triangle that is in it, from the view's origin.
+    /// The part of a triangle inside the shaft, relative to the view's origin.
     fn part(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
         let corners = corners.map(|corner| corner - self.origin);
         self.halves.iter().fold(corners.to_vec(), |polygon, half| clip(polygon, *half))
@@ -36,7 +36,7 @@ impl Shaft {
 }
 
 impl IntersectsAabb<f64, 3> for Shaft {
-    /// Never false where they meet.
+    /// Never false where shaft and box meet.
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         self.halves.iter().all(|half| {
             let corner = |i: usize| if half.normal[i] > 0.0 { aabb.min[i] } else { aabb.max[i] };
@@ -45,12 +45,12 @@ impl IntersectsAabb<f64, 3> for Shaft {
     }
 }
 
-/// A box about a point, in the directions of a light's view: so many texels to either side, and so far along z.
+/// A box about a point, along the axes of a light's view: its width is in texels, its length along z in world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Neighbourhood<'a> {
     /// The light's view.
     pub view: &'a View,
-    /// Its middle.
+    /// The middle of the box.
     pub position: DVec3,
     /// Half its width, texels.
     pub reach: f64,
@@ -59,16 +59,16 @@ pub(super) struct Neighbourhood<'a> {
 }
 
 impl Neighbourhood<'_> {
-    /// Whether any of it is blocked from the light where its middle is not (`blocked`), or the other way round.
+    /// Whether any part of the box is free where its middle is `blocked`, or blocked where its middle is not.
     pub fn differs(&self, meshes: &Meshes, blocked: bool) -> bool {
         let z = self.range();
-        // What is met within the box blocks only what is behind it.
+        // A triangle within the box blocks only the part of the box behind it.
         let most = if blocked { z.x } else { z.y };
         self.is_other(meshes, blocked, self.before(z.y), |_, part| clip(part, self.before(most)))
     }
 
-    /// The same of its middle's depth alone, where every triangle is pushed away from the light by what its plane changes over so
-    /// many texels, and is cut off at the view's near plane. Surfaces that the middle lies on are none.
+    /// Like [`Neighbourhood::differs`], but at the depth of the middle alone. Every triangle is pushed away from the light by the change of
+    /// its plane's depth over `texels`, and cut off at the near plane. Surfaces on which the middle lies do not count.
     pub fn differs_pushed(&self, meshes: &Meshes, blocked: bool, texels: f64) -> bool {
         let view = self.view;
         let z = self.range();
@@ -90,13 +90,13 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), pushed)
     }
 
-    /// The same by the depth of its middle alone, and for maps, which hold nothing before the view's near plane. On a surface with a normal
-    /// only casters above the plane through the middle count; a texel's depth may come from a place `snap` texels beside it.
+    /// Like [`Neighbourhood::differs`], for maps of depths: at the depth of the middle alone, and without anything before the near plane.
+    /// Where the surface's `normal` is given, only casters above the plane through the middle count. A texel's depth may come from a place
+    /// `snap` texels beside it.
     pub fn differs_stored(&self, meshes: &Meshes, blocked: bool, normal: Option<DVec3>, snap: f64) -> bool {
         let z = self.range();
         let [right, up] = self.view.texel_at(self.position);
         let along = self.view.ray_through(self.position).direction;
-        // What may end a texel's light, and what does.
         let (middle, behind) = ((z.x + z.y) / 2.0, self.behind(self.view.near.into()));
         let above = |normal: DVec3| {
             let beside = snap * (normal.dot(right).abs() + normal.dot(up).abs());
@@ -109,8 +109,8 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), stored)
     }
 
-    /// Whether part of the square is free where `blocked`, else whether part is not: by the parts of triangles within its rays up to `end`,
-    /// as `cut` leaves them.
+    /// Whether part of the box's cross-section, a square, is free (where `blocked`) or blocked (where not). Triangles count up to `end`,
+    /// with the parts that `cut` leaves.
     fn is_other(
         &self,
         meshes: &Meshes,
@@ -126,7 +126,7 @@ impl Neighbourhood<'_> {
             if !blocked && !met.is_empty() {
                 return true;
             }
-            // About the middle: an area about a corner of the view would be a difference of numbers as large as the view.
+            // Relative to the middle: far from it, areas would be small differences of large numbers.
             blockers.push(Flat::new(met.iter().map(|p| self.view.project_offset(*p).0 - middle).collect()));
         }
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -134,40 +134,40 @@ impl Neighbourhood<'_> {
         blocked && is_left(square, blockers)
     }
 
-    /// Whether it is not in front of an eye.
+    /// Whether the middle is not in front of a perspective view.
     pub fn is_behind(&self) -> bool {
         self.view.projection() == Projection::Perspective && self.view.project(self.position).1 <= 0.0
     }
 
-    /// Whether the surface of something closed passes through it.
+    /// Whether a closed surface passes through the box.
     pub fn meets_closed(&self, meshes: &Meshes) -> bool {
         let z = self.range();
         let shaft = self.shaft(&[self.before(z.y), self.behind(z.x)]);
         meshes.meeting(&shaft).any(|triangle| triangle.side != 0 && !shaft.part(triangle.corners).is_empty())
     }
 
-    /// Its least and greatest z.
+    /// The box's least and greatest z.
     fn range(&self) -> DVec2 {
         let z = self.view.project(self.position).1;
         DVec2::new(z - self.depth, z + self.depth)
     }
 
-    /// Up to a z.
+    /// The half space up to a z.
     fn before(&self, z: f64) -> Half {
         Half { normal: vec(self.view.forward), most: z }
     }
 
-    /// From a z on.
+    /// The half space from a z on.
     fn behind(&self, z: f64) -> Half {
         Half { normal: -vec(self.view.forward), most: -z }
     }
 
-    /// What is within its sides and these.
+    /// The rays through the box, within these half spaces as well.
     fn shaft(&self, halves: &[Half]) -> Shaft {
         Shaft { origin: vec(self.view.origin), halves: [&self.sides()[..], halves].concat() }
     }
 
-    /// Between its outermost texels, and in front of an eye.
+    /// The half spaces between the box's outermost texels, and in front of a perspective view's eye.
     fn sides(&self) -> [Half; 5] {
         let view = self.view;
         let forward = vec(view.forward);
@@ -182,7 +182,7 @@ impl Neighbourhood<'_> {
             let normal = sign * (across + along);
             Half { normal, most: if perspective { 0.0 } else { sign * (at - middle) } }
         };
-        // Nothing at the eye itself, where texels mean nothing.
+        // The eye itself is left out: texels mean nothing there.
         let (ahead, eye) = if perspective { (forward, 1e-6 * f64::from(view.far)) } else { (DVec3::ZERO, 0.0) };
         let ahead = Half { normal: -ahead, most: -eye };
         [
@@ -195,7 +195,7 @@ impl Neighbourhood<'_> {
     }
 }
 
-/// The part of a convex polygon that is on the inner side; nothing where that is a line.
+/// The part of a convex polygon inside a half space; empty where that part is a line or point.
 fn clip(polygon: Vec<DVec3>, half: Half) -> Vec<DVec3> {
     let beyond = |p: &DVec3| half.normal.dot(*p) - half.most;
     if polygon.iter().all(|p| beyond(p) <= 0.0) {
@@ -224,7 +224,7 @@ fn cut<P: Copy>(polygon: &[P], beyond: impl Fn(&P) -> f64, between: impl Fn(P, P
 /// A convex polygon.
 struct Flat {
     corners: Vec<DVec2>,
-    /// As [`area`] has it.
+    /// Signed, see [`area`].
     area: f64,
     low: DVec2,
     high: DVec2,
@@ -237,12 +237,12 @@ impl Flat {
         Self { area: area(&corners), corners, low, high }
     }
 
-    /// Whether no line along an axis is between them, and neither is a line itself.
+    /// Whether the bounding boxes overlap and `other` has an area.
     fn meets(&self, other: &Self) -> bool {
         other.area.is_normal() && self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
     }
 
-    /// It less another polygon: convex pieces.
+    /// This polygon without another one, as convex pieces.
     fn without(self, other: &Self) -> Vec<Self> {
         let (mut inside, mut pieces) = (self.corners.clone(), Vec::new());
         for (i, from) in other.corners.iter().enumerate() {
@@ -256,17 +256,17 @@ impl Flat {
             }
             inside = cut(&inside, out, between);
         }
-        // What the other misses stays in one piece.
+        // Where the polygons do not overlap, this one stays in one piece.
         if area(&inside).abs() > NOTHING { pieces } else { vec![self] }
     }
 }
 
-/// Whether anything of a polygon is in none of the others. One piece of it is followed through all of them before the next is
-/// looked at: the first that is left is the answer.
+/// Whether part of a polygon is outside all others. Depth first: one piece is cut by all others before the next, and the first piece that
+/// is left over is the answer.
 fn is_left(polygon: Flat, mut others: Vec<Flat>) -> bool {
     // The largest first, so that little is left for the others.
     others.sort_by(|a, b| b.area.abs().total_cmp(&a.area.abs()));
-    // Each with how many of the others it is outside of.
+    // Each piece, with the number of others that it is known to be outside of.
     let (mut pieces, mut cuts) = (vec![(polygon, 0)], 0);
     while let Some((piece, outside)) = pieces.pop() {
         let met = others[outside..].iter().position(|other| piece.meets(other));
@@ -278,7 +278,7 @@ fn is_left(polygon: Flat, mut others: Vec<Flat>) -> bool {
     false
 }
 
-/// Positive where the corners turn counter-clockwise.
+/// Signed area: positive where the corners turn counter-clockwise.
 fn area(polygon: &[DVec2]) -> f64 {
     (0..polygon.len()).map(|i| polygon[i].perp_dot(polygon[(i + 1) % polygon.len()])).sum::<f64>() / 2.0
 }

@@ -1,16 +1,16 @@
-//! The picture that people are shown, from one of many samples per pixel: their mean in linear light, then a filmic
-//! curve. Twin: glsl/consume/develop.comp.
+//! The finished picture for people, made from a picture with many samples per pixel: their mean in linear light, then a filmic curve. Twin:
+//! glsl/consume/develop.comp.
 
 use crate::scene::{Picture, Show};
 use glam::DVec3;
 
-/// Linear, 0 to 1. Source: Narkowicz 2016, ACES filmic tone mapping curve.
+/// The filmic tone curve: from linear light to a linear value from 0 to 1. Source: Narkowicz 2016, ACES filmic tone mapping curve.
 pub fn filmic(light: f64) -> f64 {
     let x = light.clamp(0.0, 1e6);
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0)
 }
 
-/// The picture that is shown of one of all samples.
+/// Makes the finished picture from one that has a pixel per sample.
 pub fn developed(samples: &Picture, show: &Show) -> Picture {
     let [columns, rows] = show.grid;
     let (width, height) = (samples.width / columns, samples.height / rows);
@@ -39,7 +39,7 @@ mod tests {
         assert_eq!(filmic(f64::INFINITY), 1.0);
     }
 
-    /// Half black and half white is the curve of the mean, not the mean of the curve.
+    /// Half black and half white samples give the curve of their mean, not the mean of their curves.
     #[test]
     fn samples_are_averaged_in_linear_light() {
         let pixels = vec![[0.0; 3], [1.0; 3], [1.0; 3], [0.0; 3]];

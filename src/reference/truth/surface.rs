@@ -1,4 +1,4 @@
-//! Points on meshes: half of them where the camera looks, half all over, by area.
+//! Points on meshes: half of them where the camera looks, half spread over all meshes by area.
 
 use super::casters::Casters;
 use super::meshes::Meshes;
@@ -12,9 +12,9 @@ use rayon::prelude::*;
 pub struct SurfacePoint {
     /// World units.
     pub position: DVec3,
-    /// Unit length; outwards where it belongs to a closed thing, else either side.
+    /// Unit length; outwards on a closed surface, else on either side.
     pub normal: DVec3,
-    /// Whether it belongs to a closed thing.
+    /// Whether the point is on a closed surface.
     pub closed: bool,
 }
 
@@ -24,23 +24,23 @@ impl SurfacePoint {
         if self.closed || self.normal.dot(towards) >= 0.0 { self.normal } else { -self.normal }
     }
 
-    /// Whether it is in its own shadow, whatever else there is: the outside of something closed looks away from a light that is infinitely
-    /// far away. (A light with a place may stand inside.) Twin: looks_away in glsl/consume/receiver.glsl.
+    /// Whether the point is surely in its own mesh's shadow: the surface is closed, and its outside faces away from a directional light.
+    /// (A light with a place may be inside the mesh.) Twin: looks_away in glsl/consume/receiver.glsl.
     pub fn looks_away(&self, light: &Light) -> bool {
         let LightKind::Directional { direction } = light.kind else { return false };
         self.closed && self.normal.dot(direction) > 0.0
     }
 
-    /// What a technique is asked with: [`SurfacePoint::facing`], or 0 where it looks away.
+    /// The normal that a technique is given: [`SurfacePoint::facing`], or 0 where [`SurfacePoint::looks_away`].
     pub fn asked(&self, light: &Light) -> [f32; 3] {
         let normal = if self.looks_away(light) { DVec3::ZERO } else { self.facing(light.towards(self.position)) };
         normal.as_vec3().into()
     }
 }
 
-/// `count` low-discrepancy points or fewer that light `light` shines on: half of them through the picture's pixels, as far as they
-/// show a mesh; the others on all meshes, by area. For a light that ends, as many pixels are tried as it takes. None inside a
-/// closed mesh, as [`Casters::inside`]. The same for the same scene. None without meshes.
+/// At most `count` low-discrepancy points on meshes on which light `light` shines. Half are seen through pixels of the picture, where these
+/// show a mesh; the others are spread over all meshes by area. For a light that ends, more pixels are tried, to find as many points. No
+/// point is inside a closed mesh ([`Casters::inside`]). The result is the same in every run, and empty without meshes.
 pub fn surface_points(
     casters: &Casters,
     scene: &Scene,
@@ -126,7 +126,7 @@ mod tests {
             low.iter().all(|p| p.position.z.abs() < 1e-12) && high.iter().all(|p| (p.position.z - 5.0).abs() < 1e-12)
         );
         assert!(points.iter().all(|p| p.normal.z.abs() == 1.0));
-        // The centroid of the large one.
+        // The mean of the points on the large triangle is its centroid.
         let mean = low.iter().map(|p| p.position).sum::<DVec3>() / low.len() as f64;
         assert!((mean - DVec3::new(1.0, 1.0 / 3.0, 0.0)).length() < 0.02, "{mean}");
     }
@@ -149,8 +149,8 @@ mod tests {
         assert!(points.iter().all(|p| (p.position - position).length() < 2.0));
     }
 
-    /// What looks away from a sun is in the shadow of its own thing, by rays; the outside of a thing looks away from a lamp within it that
-    /// lights it; what is open looks away from nothing.
+    /// Points that look away from a sun are blocked by their own mesh, as rays show. No point of an open mesh looks away, and none looks
+    /// away from a lamp, even one inside the cube.
     #[test]
     fn what_looks_away_is_blocked() {
         let mut scene = on_the_axis(&[]);
@@ -171,8 +171,8 @@ mod tests {
         assert!(points.iter().all(|p| !p.looks_away(&lamp) && p.asked(&lamp) != [0.0; 3]));
     }
 
-    /// Two cubes, one of them inside out, stand in each other and in solid ground: all sides have points, whether they see
-    /// the light or not; but none lies in the other cube or under the ground, nor on the ground in a cube.
+    /// Two cubes, one of them inside out, overlap each other and a solid ground. All sides have points, also those that face away from the
+    /// light. No point lies in the other cube, under the ground, or on the ground inside a cube.
     #[test]
     fn none_are_inside_another() {
         let mut scene = on_the_axis(&[]);
@@ -191,7 +191,7 @@ mod tests {
         for p in points.iter().map(|p| p.position) {
             assert!(p.z > -1e-9 && !within(p, first) && !within(p, second), "{p}");
         }
-        // Six sides, less the two undersides, of either cube, and the ground.
+        // Points lie on five sides of either cube and on the ground, and none on the cubes' undersides.
         let on = |normal: DVec3, low: f64| {
             let of_side = |p: &&SurfacePoint| p.normal == normal && (p.position.dot(normal.abs()) - low).abs() < 1e-9;
             points.iter().filter(of_side).count()

@@ -1,5 +1,5 @@
-//! The exact optical depth along one light ray: piecewise linear, since extinction is constant within a sphere,
-//! with steps where it meets strands, an error function for each splat, and a quartic for each cell of a volume.
+//! The exact optical depth along one light ray. Spheres make it piecewise linear, since their extinction is constant. A strand adds a step,
+//! a splat an error function, and a cell of a volume a quartic.
 
 use super::gaussian::share;
 use super::volume::Cubic;
@@ -7,34 +7,33 @@ use super::volume::Cubic;
 /// Optical depth over depth in the light's range, from the segments of one ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrueCurve {
-    /// Where the slope changes, rising; empty where the ray meets nothing.
+    /// Depths at which the slope changes, rising; empty where the ray meets nothing.
     pub depths: Vec<f64>,
-    /// Optical depth there; 0 first, the total last.
+    /// Optical depth at each of these depths; 0 first, the total of spheres and strands last.
     pub optical_depths: Vec<f64>,
-    /// What is smooth, on top of it.
+    /// Splats along the ray, whose optical depth is added.
     pub smooth: Vec<Smooth>,
-    /// Per volume, its cells along the ray.
+    /// Per volume, its cells along the ray, whose optical depth is added.
     pub volumes: Vec<Vec<Cubic>>,
 }
 
 /// A Gaussian along the ray, as depths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth {
-    /// Where there is most of it.
+    /// Depth of the greatest density.
     pub middle: f64,
-    /// In depth.
+    /// Standard deviation, in depth.
     pub deviation: f64,
-    /// Share of it before the light.
+    /// The share of the Gaussian that lies before the begin of the light's rays.
     pub before: f64,
-    /// Its whole optical depth.
+    /// Optical depth of the whole Gaussian.
     pub whole: f64,
 }
 
 impl TrueCurve {
-    /// From segments (entry, exit, optical depth) in any order. A segment of no length is a step: two vertices at the
-    /// same depth.
+    /// A curve from segments (entry, exit, optical depth) in any order. A segment of no length is a step: two vertices at the same depth.
     pub fn new(segments: &[(f64, f64, f64)]) -> Self {
-        // Each end of a segment changes the slope; steps add at once.
+        // An event is a depth, a change of slope there, and a step there.
         let mut events: Vec<(f64, f64, f64)> = Vec::with_capacity(2 * segments.len());
         for &(entry, exit, optical_depth) in segments {
             if exit > entry {
@@ -61,7 +60,7 @@ impl TrueCurve {
                 open |= events[i].1 > 0.0;
                 i += 1;
             }
-            // Sums of slopes that came and went leave rounding behind.
+            // With no segment open, the slope is 0 but for rounding.
             if !open && slope < 1e-12 * total.max(1e-300) {
                 slope = f64::max(slope, 0.0);
             }
@@ -79,7 +78,7 @@ impl TrueCurve {
         self.optical_depths.push(optical_depth);
     }
 
-    /// Optical depth from the light to `depth`; behind a step at that very depth.
+    /// Optical depth from the light to `depth`; a step exactly at `depth` counts.
     pub fn optical_depth(&self, depth: f64) -> f64 {
         let upto = |s: &Smooth| s.whole * (share((depth - s.middle) / s.deviation) - s.before).max(0.0);
         let volumes = self.volumes.iter().map(|cells| of_cells(cells, depth));
@@ -104,7 +103,7 @@ impl TrueCurve {
     }
 }
 
-/// For cells one behind the other.
+/// Optical depth of a volume's cells, which are in the order of the ray, up to `depth`.
 fn of_cells(cells: &[Cubic], depth: f64) -> f64 {
     let entered = cells.partition_point(|cell| cell.entry <= depth);
     cells[..entered].last().map_or(0.0, |cell| cell.optical_depth(depth))
@@ -115,13 +114,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Half of them coarse, so that steps stand at the same depth and are asked for there.
+    /// Half of the depths are multiples of 1/8, so that steps coincide with each other and with the depths asked for.
     fn depths() -> impl Strategy<Value = f64> {
         prop_oneof![0.0..1.0f64, (0u8..8).prop_map(|i| f64::from(i) / 8.0)]
     }
 
     proptest! {
-        /// Against the definition: the sum over segments of optical depth × share passed.
+        /// Compares with the definition: the sum over all segments of optical depth × the share that is passed.
         #[test]
         fn equals_the_sum_of_overlaps(
             segments in prop::collection::vec(

@@ -4,7 +4,7 @@ use super::meshes::Meshes;
 use bvh::aabb::{Aabb, IntersectsAabb};
 use glam::DVec3;
 
-/// A box that is drawn along a line: all that is at most one voxel away from the line along each axis.
+/// A cube swept along a line: all points at most one voxel away from some point of the line, along each axis.
 pub(super) struct Tube {
     middle: DVec3,
     /// From the middle to the ends of the line.
@@ -13,23 +13,23 @@ pub(super) struct Tube {
 }
 
 impl Tube {
-    /// Along a line from `start` by `way`.
+    /// A tube along the line from `start` to `start + way`.
     pub fn new(start: DVec3, way: DVec3, voxel: f64) -> Self {
         Self { middle: start + way / 2.0, half: way / 2.0, voxel }
     }
 
-    /// Whether a triangle meets it.
+    /// Whether any triangle meets the tube.
     pub fn is_met(&self, meshes: &Meshes) -> bool {
         meshes.meeting(self).any(|triangle| self.meets(triangle.corners))
     }
 
-    /// How far it reaches from its middle along `axis`.
+    /// How far the tube reaches from its middle along `axis`.
     fn reach(&self, axis: DVec3) -> f64 {
         self.voxel * axis.abs().element_sum() + self.half.dot(axis).abs()
     }
 
-    /// Two convex things do not meet where, seen along some cross product of an edge of each or along a face's normal of either,
-    /// they lie apart. Source: Gottschalk 1996, separating axes.
+    /// Whether a triangle meets the tube. Two convex shapes are apart if they are apart along some face's normal of either, or along the
+    /// cross product of an edge of each. Source: Gottschalk 1996, separating axes.
     fn meets(&self, corners: [DVec3; 3]) -> bool {
         let [a, b, c] = corners.map(|corner| corner - self.middle);
         let apart = |axis: DVec3| {
@@ -47,7 +47,7 @@ impl Tube {
 }
 
 impl IntersectsAabb<f64, 3> for Tube {
-    /// Never false where they meet.
+    /// Never false where tube and box meet.
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         let vec = |p: &[f64]| DVec3::from_slice(p);
         let (low, high) = (vec(aabb.min.coords.as_slice()), vec(aabb.max.coords.as_slice()));

@@ -4,27 +4,27 @@
 use crate::scene::{Field, Placed, Ray, SIDE, Volume, trilinear};
 use glam::DVec3;
 
-/// A ray as a field sees it: places in samples.
+/// A ray in a field's coordinates, in which samples are 1 apart.
 struct Way {
     origin: DVec3,
     direction: DVec3,
 }
 
-/// A cell on a ray, as depths.
+/// A cell of a volume along a ray, over depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cubic {
-    /// Where the ray enters it.
+    /// Depth at which the ray enters the cell.
     pub entry: f64,
-    /// Where it leaves it.
+    /// Depth at which the ray leaves the cell.
     pub exit: f64,
-    /// Optical depth before it.
+    /// Optical depth of all cells before this one.
     pub before: f64,
-    /// Its extinction times its length, over the share of its length, by powers of it.
+    /// Coefficients of a cubic in u, the share of the cell's length that is passed: extinction at u times the whole length.
     pub powers: [f64; 4],
 }
 
 impl Cubic {
-    /// Up to a depth that is not before it, and of all that is before.
+    /// Optical depth up to `depth`, with all cells before this one. `depth` is not before the cell's entry.
     pub fn optical_depth(&self, depth: f64) -> f64 {
         let u = ((depth - self.entry) / (self.exit - self.entry)).clamp(0.0, 1.0);
         let [a, b, c, d] = self.powers;
@@ -34,7 +34,7 @@ impl Cubic {
 
 impl Way {
     fn of(ray: &Ray, placed: &Placed) -> Self {
-        // The steps are at right angles.
+        // A projection on each axis is enough: the axes are at right angles.
         let place = |v: DVec3| DVec3::from_array(placed.steps.map(|step| v.dot(step) / step.length_squared()));
         Self { origin: place(ray.origin - placed.origin), direction: place(ray.direction) }
     }
@@ -43,7 +43,7 @@ impl Way {
         self.origin + z * self.direction
     }
 
-    /// z from which and to which it is within a box; nothing where it misses it.
+    /// The range of z from `from` to `to` in which the ray is in a box; none where it misses the box.
     fn clipped(&self, low: DVec3, high: DVec3, from: f64, to: f64) -> Option<(f64, f64)> {
         let (mut from, mut to) = (from, to);
         for axis in 0..3 {
@@ -60,7 +60,8 @@ impl Way {
         (to > from).then_some((from, to))
     }
 
-    /// Cubes of `side` samples per side, one behind the other, and z where each begins and ends. Source: Amanatides and Woo 1987.
+    /// Visits the cubes of `side` samples per side along the ray, in order, each with the z at which the ray enters and leaves it. Source:
+    /// Amanatides and Woo 1987.
     fn walk(&self, side: f64, from: f64, to: f64, mut visit: impl FnMut([i32; 3], f64, f64)) {
         let mut cube = (self.at(from) / side).to_array().map(|at| at.floor() as i32);
         let mut z = from;
@@ -81,14 +82,15 @@ impl Way {
         }
     }
 
-    /// All cells in which there is anything from z to z: their corners, lowest sample, and z where each begins and ends.
+    /// Visits all cells that are not empty from z `from` to `to`, each with its corners' densities, its lowest sample, and the z at which
+    /// the ray enters and leaves it.
     fn cells(&self, field: &Field, from: f64, to: f64, mut visit: impl FnMut(&[f32; 8], [i32; 3], f64, f64)) {
         let [low, high] = field.range().map(|end| DVec3::from_array(end.map(f64::from)));
         let Some((from, to)) = self.clipped(low, high, from, to) else { return };
         self.walk(SIDE as f64, from, to, |number, from, to| {
             let Some(block) = field.block(number) else { return };
             self.walk(1.0, from, to, |cell, from, to| {
-                // Rounding may see a neighbour of the block, where it begins or ends.
+                // At the block's ends, rounding may give a cell of the neighbouring block.
                 let place = [0, 1, 2].map(|axis| (cell[axis] - block.at[axis]).clamp(0, SIDE as i32 - 1) as usize);
                 let corners = block.corners(place);
                 if corners.iter().any(|corner| *corner > 0.0) {
@@ -103,20 +105,20 @@ impl Way {
     }
 }
 
-/// Optical depth from z to z.
+/// Optical depth of a volume from z `from` to z `to`.
 pub(super) fn optical_depth(volume: &Volume, ray: &Ray, from: f64, to: f64) -> f64 {
     let way = Way::of(ray, volume.placed());
     let mut sum = 0.0;
     way.cells(volume.field(), from, to, |corners, cell, from, to| {
         let (middle, reach) = (0.5 * (from + to), 0.5 * (to - from));
-        // Gauss and Legendre's two points: exact of polynomials of the third degree.
+        // Gauss and Legendre's two points: exact for polynomials of the third degree.
         let beside = reach / 3f64.sqrt();
         sum += reach * (way.density(corners, cell, middle - beside) + way.density(corners, cell, middle + beside));
     });
     sum * volume.placed().extinction * ray.direction.length()
 }
 
-/// Its cells along a ray from `from` on, over what `depth` makes of z.
+/// A volume's cells along a ray from z `from` on, in depths; `depth` converts z to depth.
 pub(super) fn curve(volume: &Volume, ray: &Ray, from: f64, depth: impl Fn(f64) -> f64) -> Vec<Cubic> {
     let way = Way::of(ray, volume.placed());
     let scale = volume.placed().extinction * ray.direction.length();
@@ -138,10 +140,11 @@ pub(super) fn curve(volume: &Volume, ray: &Ray, from: f64, depth: impl Fn(f64) -
     cubics
 }
 
-/// Steps of a cell in a picture. Twin: STEPS in glsl/consume/volume.frag.
+/// Steps per cell in a picture. Twin: STEPS in glsl/consume/volume.frag.
 const STEPS: u32 = 2;
 
-/// The steps in which a picture sees a volume from z to z, front to back: the middle of each, and its optical depth, which is exact.
+/// Visits the steps of a picture's march through a volume from z `from` to `to`, front to back: the z of each step's middle, and the step's
+/// exact optical depth.
 pub(super) fn steps(volume: &Volume, ray: &Ray, from: f64, to: f64, visit: impl FnMut(f64, f64)) {
     so_many_steps(STEPS, volume, ray, from, to, visit);
 }
@@ -159,7 +162,7 @@ fn so_many_steps(count: u32, volume: &Volume, ray: &Ray, from: f64, to: f64, mut
     });
 }
 
-/// Cells that a ray meets at most, about.
+/// About how many cells a ray meets, at most.
 pub(super) fn tries(volume: &Volume) -> usize {
     let [low, high] = volume.field().range();
     (0..3).map(|axis| (high[axis] - low[axis]) as usize).max().unwrap_or(0)
@@ -193,7 +196,7 @@ mod tests {
         }
     }
 
-    /// In the middle of samples that are all 2 a way of 4 samples takes 2 · 4 · ½ · 3, whichever way it goes.
+    /// Among samples that are all 2, a path across 4 samples has the optical depth 2 · 4 · ½ · 3, in any direction.
     #[test]
     fn constant_density() {
         let volume = volume(cube(20, |_| 2.0), straight());
@@ -209,7 +212,8 @@ mod tests {
         assert_eq!(optical_depth(&volume, &Ray { origin: 100.0 * DVec3::X, direction: DVec3::Y }, -1e3, 1e3), 0.0);
     }
 
-    /// Density x along any way from x₀ to x₁ has the mean (x₀ + x₁)/2; and a product xyz along the diagonal the integral of a cubic.
+    /// A density of x has the mean (x₀ + x₁)/2 along any path from x₀ to x₁. A density of xyz is a cubic along the diagonal, with a known
+    /// integral.
     #[test]
     fn ramps() {
         let ramp = volume(cube(24, |[x, ..]| x as f32), straight());
@@ -228,8 +232,8 @@ mod tests {
         assert!((found - expected).abs() < 1e-10 * expected, "{found}, not {expected}");
     }
 
-    /// Under light that rises evenly along a ray, a picture's error is at most the change of light over half a step, times the scattered
-    /// share; and by far less, since a step's middle is near the middle of its scattering.
+    /// Where light rises evenly along a ray, a picture's error is at most the change of light over half a step. With more steps it falls
+    /// fast, since a step's middle is near the centre of its scattering.
     #[test]
     fn steps_of_a_picture() {
         let volume = volume(cube(20, |_| 0.25), straight());
@@ -262,8 +266,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against a sum of small steps through the field itself, which knows no cells, blocks or ways; the curve over depth is the same
-        /// integral.
+        /// Compares with a sum of small steps that reads the field without cells or blocks. The curve over depth gives the same integral.
         #[test]
         fn is_the_integral(
             samples in scattered(),
@@ -278,7 +281,7 @@ mod tests {
             let placed = Placed { origin: DVec3::new(0.3, 0.1, -0.2), steps, extinction: 0.7, color: [1.0; 3], side: 1 };
             let volume = volume(samples, placed);
             let mut to = to;
-            // Half of the ways go along axes, from cell to cell, on whole places too.
+            // Half of the rays go along an axis, at whole coordinates.
             let mut from = from;
             if straight_on < 3 {
                 from = from.map(f64::floor);

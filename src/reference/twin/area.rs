@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment of a caster that lets as much light through as the mean of all rays through a
-//! texel, and the optical depths of a texel's casters, one after the other.
+//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment that stands for a caster in a whole texel, since it lets through the mean
+//! light of all rays of the texel; and the optical depths of a texel's casters, one behind the other.
 
 use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};
@@ -21,7 +21,7 @@ fn share_taken(optical_depth: f32) -> f32 {
     }
 }
 
-/// The optical depth of a share that has been taken, `most` at most.
+/// The optical depth that takes this share of the light, `most` at most.
 fn optical_depth_of(taken: f32, most: f32) -> f32 {
     let optical_depth = if taken < 1e-3 { taken + 0.5 * taken * taken } else { -(1.0 - taken).ln() };
     if taken < 0.999_999 { optical_depth.min(most) } else { most }
@@ -34,7 +34,7 @@ fn sides(view: &View, z: f32) -> Vec2 {
     if view.projection() == Projection::Parallel { sides } else { sides * z }
 }
 
-/// A ribbon as the lines across a texel see it. Twin: Lines.
+/// Lines across a texel, and where each meets the ribbon that a strand is on the map. Twin: Lines.
 struct Lines {
     z: f32,
     middle: f32,
@@ -48,7 +48,7 @@ struct Lines {
 }
 
 impl Lines {
-    /// None where the ribbon is seen edge on. Twin: strand_lines, which leaves out what none of the lines meets.
+    /// None where the ribbon is seen edge on. Twin: strand_lines, which also drops ribbons that none of the lines meets.
     fn new(view: &View, texel: [u32; 2], strand: &Caster) -> Option<Self> {
         let ray = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
         let (start, axis, along) = strand_along(ray, strand);
@@ -80,7 +80,7 @@ impl Lines {
     }
 }
 
-/// z and the share of the texel that the ribbon covers. Twin: strand_share.
+/// The ribbon's z, and the share of the texel that the ribbon covers. Twin: strand_share.
 fn strand_share(view: &View, texel: [u32; 2], strand: &Caster) -> Option<(f32, f32)> {
     let lines = Lines::new(view, texel, strand)?;
     let part = |i: usize| {
@@ -107,7 +107,7 @@ fn strand_cells(view: &View, texel: [u32; 2], strand: &Caster) -> [f32; AREA_CEL
     shares
 }
 
-/// As segment_cut has it where nothing is left behind an optical depth of `dark`.
+/// Cuts a segment off where its optical depth reaches `dark`, behind which no light counts. Twin: segment_cut.
 fn cut(segment: Segment, dark: f32) -> Segment {
     let Segment { entry, exit, optical_depth } = segment;
     if optical_depth <= dark {
@@ -116,8 +116,8 @@ fn cut(segment: Segment, dark: f32) -> Segment {
     Segment { entry, exit: entry + (exit - entry) * (dark / optical_depth), optical_depth: dark }
 }
 
-/// The segments of rays through the middles of a texel's cells, where the caster is a sphere that they see differently. Twin: is_thin
-/// and sphere_part.
+/// The segments of rays through the middles of a texel's cells. None where the caster is so wide that all of these rays are nearly alike.
+/// Twin: is_thin and sphere_part.
 fn thin_parts(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<[Option<Segment>; AREA_CELLS]> {
     let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
     let z = Vec3::from(caster.position).dot(view.forward.into());
@@ -149,10 +149,11 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
     (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, dark) })
 }
 
-/// What a caster takes of each cell of a texel, and its optical depth where that is most; none where it takes of all alike.
+/// The share of light that a caster takes in each cell of a texel, and its greatest optical depth in a cell. None where all cells are
+/// alike.
 pub type Taken = Option<([f32; AREA_CELLS], f32)>;
 
-/// The values that area_seen has for one caster.
+/// The share of light that one caster takes in each cell, as area_seen reads it.
 pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Taken {
     let (view, caster) = about_origin(view, caster);
     if caster.is_strand() {
@@ -168,13 +169,13 @@ pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> 
 pub struct CellLight([f32; AREA_CELLS]);
 
 impl CellLight {
-    /// All of it. Twin: area_clear.
+    /// All of the light in every cell. Twin: area_clear.
     pub fn whole() -> Self {
         Self([1.0; AREA_CELLS])
     }
 
-    /// By what optical depth the mean falls behind a caster that takes this; `optical_depth` where it takes of all cells alike. Twin:
-    /// area_seen.
+    /// Passes a caster that takes `taken`: returns the optical depth by which the cells' mean light falls. Where all cells are alike, that
+    /// is `optical_depth`. Twin: area_seen.
     pub fn seen(&mut self, taken: &Taken, optical_depth: f32) -> f32 {
         let Some((taken, deepest)) = taken else { return optical_depth };
         let (mut light, mut lost) = (0.0, 0.0);
@@ -196,7 +197,7 @@ mod tests {
 
     const SIZE: u32 = 12;
 
-    /// Down the z axis; in a parallel view, texels are a unit wide, in perspective too where z is 10.
+    /// A view down the z axis. Texels are a unit wide: everywhere in a parallel view, at z = 10 in perspective.
     fn view(projection: Projection, size: u32) -> View {
         let half = 0.5 * SIZE as f32;
         let scale = if projection == Projection::Parallel { 1.0 / half } else { 10.0 / half };
@@ -234,26 +235,26 @@ mod tests {
         segment.map_or(0.0, |s| 1.0 - f64::from(-s.optical_depth).exp())
     }
 
-    /// Rays along a side of a texel, of which the means are taken.
+    /// Rays per side of a texel from which a mean is taken.
     const FINE: u32 = 64;
 
-    /// What a texel's rays take in the mean: those of a map FINE times as fine.
+    /// The mean share of light that a texel's rays lose, by the rays of a map FINE times as fine.
     fn mean(projection: Projection, [x, y]: [u32; 2], caster: &Caster) -> f64 {
         let view = view(projection, SIZE * FINE);
         let one = |i: u32| taken(texel_segment(&view, [x * FINE + i % FINE, y * FINE + i / FINE], caster));
         (0..FINE * FINE).map(one).sum::<f64>() / f64::from(FINE * FINE)
     }
 
-    /// The strand's length in the map.
+    /// The strand's length in the map, texels.
     fn length_in_texels(projection: Projection, strand: &Caster) -> f32 {
         let at = |place: Vec3| place.truncate() * if projection == Projection::Parallel { 1.0 } else { 10.0 / place.z };
         let start = Vec3::from(strand.position);
         at(start).distance(at(start + Vec3::from(strand.axis)))
     }
 
-    /// By how much the length of a strand that a ray sees may differ between the middle of a texel and its corners, as a share of
-    /// it. The length goes with the sine of the angle between strand and ray, and rays of a texel stand up to half its diagonal
-    /// apart: it matters where a strand points along the rays. Parallel rays see one length.
+    /// How much a strand's apparent length may differ between a texel's middle and its corners, as a share of that length. It is in
+    /// proportion to the sine of the angle between strand and ray, and corners are half a diagonal away: this matters where a strand points
+    /// along the rays. Parallel rays all see the same length.
     fn foreshortening(projection: Projection, [x, y]: [u32; 2], strand: &Caster) -> f64 {
         if projection == Projection::Parallel {
             return 0.0;
@@ -268,8 +269,8 @@ mod tests {
         (0..SIZE * SIZE).map(|i| [i % SIZE, i / SIZE])
     }
 
-    /// Eight lines of a texel against 4096 rays of it. All texels together take what all rays do: no light is lost between
-    /// them.
+    /// Compares eight lines of a texel with 4096 rays of it. All texels together take as much light as all rays: none is lost between
+    /// texels.
     fn strand_takes_the_mean_of_all_rays(caster: Caster, projection: Projection) -> Result<(), TestCaseError> {
         let view = view(projection, SIZE);
         let (mut sum, mut wanted) = (0.0, 0.0);
@@ -281,8 +282,8 @@ mod tests {
             sum += own;
             wanted += all;
         }
-        // A strand along which rays stand in line is known to the space between two of them, and its ends to the space
-        // between two lines. (Where another goes on, as in hair, what one is missed in the other has.)
+        // Rays in a row along a strand know its length to the distance between two rays; lines know its ends to the distance between two
+        // lines. (In hair, where the next piece begins, these errors cancel.)
         let side = length_in_texels(projection, &caster) / FINE as f32;
         let end = 2.0 * caster.radius / COLUMNS as f32;
         let most = 0.02 * wanted + 0.02 + f64::from((side + end) * share_taken(caster.density));
@@ -298,8 +299,8 @@ mod tests {
             strand_takes_the_mean_of_all_rays(caster, projection)?;
         }
 
-        /// 16 rays of a texel against 4096 of it: on each of four lines each of two edges is off by half the space between
-        /// rays at most.
+        /// Compares 16 rays of a texel with 4096. On each of four lines, each of two edges is off by at most half the distance between
+        /// rays.
         #[test]
         fn a_small_sphere_takes_the_mean_of_all_rays(caster in caster(false), projection in projection()) {
             let view = view(projection, SIZE);
@@ -311,7 +312,7 @@ mod tests {
         }
     }
 
-    /// Along a ray, in perspective: what one sees of its length changes by half within a texel.
+    /// A strand that points along a ray, in perspective: its apparent length changes by half within a texel.
     #[test]
     fn a_strand_along_a_ray_takes_about_the_mean() {
         let (position, axis) = ([-2.0431788, 0.0, 8.0], [-0.44344693, -0.16859736, 1.8485361]);
@@ -319,7 +320,7 @@ mod tests {
         strand_takes_the_mean_of_all_rays(strand, Projection::Perspective).expect("about the mean");
     }
 
-    /// Where a ribbon is aligned, its share of a texel is the overlap of two intervals.
+    /// Where a ribbon is aligned with the axes, its share of a texel is the overlap of two intervals.
     #[test]
     fn shares_are_areas() {
         let view = view(Projection::Parallel, SIZE);
@@ -334,14 +335,14 @@ mod tests {
         close(share([-9.0, -0.2, 9.0], [18.0, 0.0, 0.0], 0.1), 0.0);
         close(share([0.5, -9.0, 9.0], [0.0, 18.0, 0.0], 3.0), 1.0);
         close(share([0.25, 0.5, 9.0], [0.5, 0.0, 0.0], 0.1), 0.1);
-        // Half a diagonal's strip: the square less two triangles, whose slopes the lines meet in their middles.
+        // A strip along the diagonal: it covers the square less two triangles.
         let half = 0.1;
         let side = 1.0 - half * std::f32::consts::SQRT_2;
         let error = (share([-9.0, -9.0, 9.0], [18.0, 18.0, 0.0], half) - (1.0 - side * side)).abs();
         assert!(error < 0.5 / (COLUMNS * COLUMNS) as f32, "{error}");
     }
 
-    /// What is left of the light behind casters that a texel meets in this order, by its cells and by chance.
+    /// The light left behind casters that a texel meets in this order: by its cells, and as if the casters covered the texel by chance.
     fn left(view: &View, texel: [u32; 2], casters: &[Caster]) -> [f64; 2] {
         let mut light = CellLight::whole();
         let (mut by_cells, mut by_chance) = (0.0, 0.0);
@@ -354,14 +355,14 @@ mod tests {
         [by_cells, by_chance].map(|optical_depth| (-optical_depth).exp())
     }
 
-    /// A ribbon across the unit square at the origin, which is texel 6, 6: along x, from y to y + width, so far away.
+    /// A ribbon along x across the unit square at the origin, which is texel (6, 6): from `low` to `low + width` in y, at depth `z`.
     fn ribbon(low: f32, width: f32, z: f32, opacity: f32) -> Caster {
         let density = -(1.0 - opacity).ln();
         Caster { position: [-9.0, low + 0.5 * width, z], radius: 0.5 * width, axis: [18.0, 0.0, 0.0], density }
     }
 
-    /// A lattice of ribbons whose edges are edges of cells, in layers: one behind the other, or one beside the other, or across. What
-    /// is left behind each layer has a closed form, to which chance does not come.
+    /// Layers of ribbons whose edges are edges of cells: each layer right behind the one before, beside it, or across it. The light left
+    /// has a closed form, which cells meet exactly; covering by chance does not.
     #[test]
     fn lattices_have_closed_forms() {
         let view = view(Projection::Parallel, SIZE);
@@ -426,7 +427,7 @@ mod tests {
         })
     }
 
-    /// What is left along all rays of the texel in the mean.
+    /// The mean light left along all rays of the texel.
     fn left_of_rays([x, y]: [u32; 2], casters: &[Caster]) -> f64 {
         let view = view(Projection::Parallel, SIZE * FINE);
         let ray = |i: u32| {
@@ -439,7 +440,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(256))]
 
-        /// Whatever comes first, as much light is left; each takes as much as it may at most.
+        /// The light left does not depend on the order of casters, and no caster takes more than its own optical depth.
         #[test]
         fn what_is_left_is_bounded_and_has_no_order(casters in bundle()) {
             let view = view(Projection::Parallel, SIZE);
@@ -456,7 +457,8 @@ mod tests {
         }
     }
 
-    /// Strands one behind the other, edge to edge, crossing, at random; thin and wide: nearer to the mean of all rays than chance.
+    /// For strands behind each other, edge to edge, crossing or at random, cells come nearer to the mean of all rays than covering by
+    /// chance.
     #[test]
     fn cells_know_more_than_chance() {
         use proptest::strategy::ValueTree;

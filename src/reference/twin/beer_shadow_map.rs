@@ -24,7 +24,7 @@ impl Texel {
         }
     }
 
-    /// Twin: beer_optical_depth, and what is left there.
+    /// The light left at `depth`. Twin: beer_optical_depth.
     pub fn transmittance(&self, depth: f32) -> f32 {
         let front = 1.0 - self.one_minus_front;
         let share = if depth >= self.back {
@@ -38,15 +38,14 @@ impl Texel {
     }
 }
 
-/// A texel of casters that are drawn and blended, before the storage rounds. Twin: blend.frag, and what is blended from
-/// it.
+/// A texel whose casters are drawn and blended, before storage rounds it. Twin: blend.frag and its blending.
 pub fn blend(view: &View, texel: [u32; 2], casters: &[Caster]) -> Texel {
     let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
     segments.fold(Texel::default(), |texel, s| texel.with(s, s.optical_depth))
 }
 
-/// A texel of a tile's casters, with a sum of whole numbers; `bound` is [`super::sums::bound`] of the casters of the
-/// texel's tile. Twin: collect.comp.
+/// A texel made from its tile's casters, with optical depth summed in whole numbers; `bound` is [`super::sums::bound`] of the casters of
+/// the texel's tile. Twin: collect.comp.
 pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let (scale, mut units, mut kept) = (scale(bound), 0u32, Texel::default());
     for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {
@@ -58,7 +57,8 @@ pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> 
     Texel { optical_depth: units as f32 / scale, ..kept }
 }
 
-/// The same, but the medium begins at the casters' mean depth. Twin: WEIGHTED_FRONT of collect.comp.
+/// Like [`collect`], but the medium begins at the mean depth of the casters, weighted by the light that they take. Twin: WEIGHTED_FRONT of
+/// collect.comp.
 pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let plain = collect(view, texel, casters, bound);
     let (front, scale) = (1.0 - plain.one_minus_front, scale(bound));
@@ -79,16 +79,16 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     Texel { one_minus_front: plain.one_minus_front - deeper, back: plain.back + deeper, ..plain }
 }
 
-/// The optical depth that stands for no light, in levels of detail.
+/// The optical depth that is stored where no light is left, in coarser levels of detail.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Mean transmittance along an even medium of that optical depth. Twin: even_mean.
+/// Mean transmittance along an even medium of optical depth `t`. Twin: even_mean.
 fn even_mean(t: f32) -> f32 {
     if t < 0.01 { 1.0 - t * (0.5 - t / 6.0) } else { (1.0 - (-t).exp()) / t }
 }
 
-/// A texel of a level of detail: as much light behind the farthest back as the four below leave in the mean, and as much of it in all from
-/// the nearest front to there. Those past the map's edge are as if nothing cast. Twin: levels.comp.
+/// A texel in a coarser level of detail. Behind the farthest back it leaves the mean light of the four texels below. From the nearest front
+/// to there, the area under its transmittance is their mean too. Texels past the map's edge count as empty. Twin: levels.comp.
 pub fn merged(below: [Texel; 4]) -> Texel {
     let below = below.map(|t| Texel { optical_depth: t.optical_depth.min(65504.0), ..t });
     let casts = below.iter().filter(|texel| texel.optical_depth > 0.0);
@@ -124,7 +124,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Behind all, and in the mean over the depths from the nearest front to the farthest back, a texel of a level is the mean of the four.
+        /// The merged texel's transmittance is the mean of the four below: behind all casters, and on average over the depths from the
+        /// nearest front to the farthest back.
         #[test]
         fn levels_are_means(all in prop::collection::vec((0.0..0.9f32, 0.0..0.5f32, prop_oneof![Just(0.0f32), 0.01..4.0f32, Just(200.0)]), 4)) {
             let texel = |i: usize| {
@@ -149,7 +150,7 @@ mod tests {
             }
         }
 
-        /// In [0, 1], never rising, all light in front, the product of all behind; one caster is exact.
+        /// Transmittance stays in [0, 1], never rises, is 1 in front and the product over all casters behind.
         #[test]
         fn invariants(all in prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, 0.0..3.0f32), 0..40)) {
             let (view, casters) = along_the_axis(&all);
@@ -166,7 +167,7 @@ mod tests {
                 }
                 prop_assert!((f64::from(last) - product).abs() < 1e-4, "{last}, not {product}");
             }
-            // A weighted front lies behind the first, before the last end, and the extinction stays.
+            // A weighted front lies behind the nearest entry and before the farthest exit, and the extinction stays the same.
             let (first, weighted) = (collect(&view, [0, 0], &casters, bound), weighted(&view, [0, 0], &casters, bound));
             let [deeper, farther] = [first.one_minus_front - weighted.one_minus_front, weighted.back - first.back];
             prop_assert!(deeper >= 0.0 && (deeper - farther).abs() < 1e-5, "{first:?}, {weighted:?}");
@@ -174,7 +175,7 @@ mod tests {
             prop_assert!(lies_within, "{first:?}, {weighted:?}");
         }
 
-        /// That of one sphere is its middle.
+        /// The weighted front of one sphere is at the sphere's middle.
         #[test]
         fn one_sphere_is_weighed_at_its_middle(z in -1.0..1.0f32, radius in 0.1..0.5f32, density in 0.01..5.0f32) {
             let (view, casters) = along_the_axis(&[(z, radius, density)]);

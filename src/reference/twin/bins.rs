@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/bins: where a caster stands in the order of a tile, and how far light gets in a tile, in f32.
+//! CPU twin of glsl/maps/bins: the order of casters in a tile, and how far light gets in a tile, in f32.
 
 use super::segment::{ray, strand_along};
 use crate::scene::{Caster, FARTHEST, Projection, View};
@@ -8,14 +8,15 @@ use std::cmp::Ordering;
 /// Texels per side of a tile. Twin: TILE_TEXELS.
 pub const TILE_TEXELS: u32 = 8;
 
-/// The order of casters by what they are, wherever they are listed. Twin: caster_after in glsl/world/caster.glsl.
+/// An order of casters by their values alone, so that it does not depend on how they are listed. Twin: caster_after in
+/// glsl/world/caster.glsl.
 pub fn caster_order(a: &Caster, b: &Caster) -> Ordering {
     let all = |c: &Caster| [c.position.as_slice(), &[c.radius], &c.axis, &[c.density]].concat();
     all(a).partial_cmp(&all(b)).unwrap_or(Ordering::Equal)
 }
 
-/// Squared distance of a caster from a tile less `inset` texels, in units of the radius. `tile` counts tiles across and down.
-/// Twin: tile_distance.
+/// Squared distance of a caster from a tile that is shrunk by `inset` texels on each side, in units of the caster's radius. `tile` counts
+/// tiles across and down. Twin: tile_distance.
 pub fn tile_distance(view: &View, caster: &Caster, tile: [u32; 2], inset: f32) -> f32 {
     if view.projection() != Projection::Parallel {
         return 0.0;
@@ -51,7 +52,7 @@ pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
     tile_key_within(view, caster, tile, 0.5)
 }
 
-/// The same of all rays through the tile less `inset` texels.
+/// Like [`tile_key`], for all rays through the tile shrunk by `inset` texels on each side.
 pub fn tile_key_within(view: &View, caster: &Caster, tile: [u32; 2], inset: f32) -> Option<f32> {
     let forward = Vec3::from(view.forward);
     let centre = (Vec3::from(caster.position) - Vec3::from(view.origin)).dot(forward);

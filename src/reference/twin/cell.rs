@@ -4,7 +4,7 @@ use super::gaussian::shape as gaussian_shape;
 use crate::scene::{Caster, FARTHEST};
 use glam::Vec3;
 
-/// Unit vectors and half of the sides along them. Twin: cell_shape.
+/// A cell's axes as unit vectors, and half of its sides along them. Twin: cell_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let (axes, sides) = gaussian_shape(&Caster { radius: 3.0, ..*caster });
     (axes, sides * (caster.radius * (1.0 / sides.dot(sides).sqrt())))
@@ -16,7 +16,7 @@ const ALONG: f32 = 1e-6;
 /// Twin: CELL_SOFT.
 const SOFT: f32 = 1e-3;
 
-/// z from which and to which a ray is inside, and how long. Twin: cell_overlap.
+/// The z at which a ray enters and leaves a cell, and the length in z that counts. Twin: cell_overlap.
 pub fn overlap((origin, direction): (Vec3, Vec3), caster: &Caster) -> Option<[f32; 3]> {
     let (axes, sides) = shape(caster);
     let offset = Vec3::from(caster.position) - origin;
@@ -47,7 +47,7 @@ mod tests {
     use proptest::prelude::*;
     use std::sync::Arc;
 
-    /// Cells of a field that is even but for its ends.
+    /// Cells of a field that has the same density everywhere except at its ends.
     fn even(step: f64) -> Vec<Caster> {
         let steps = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| step * axis);
         let placed = Placed { origin: DVec3::ZERO, steps, extinction: 1.0, color: [1.0; 3], side: 1 };
@@ -56,11 +56,11 @@ mod tests {
         Volume::new(Arc::new(field), placed).expect("a volume").cells().to_vec()
     }
 
-    /// Rays along sides and edges that cells share, along each axis and both ways, and in planes of sides: what they have is what they have
-    /// in the middle of cells, neither nothing nor twice as much.
+    /// Rays exactly along sides and edges that cells share: their optical depth is the same as through the middles of cells, neither 0 nor
+    /// twice as much.
     #[test]
     fn a_ray_along_a_side_is_in_once() {
-        // Where steps differ, sides are rounded by 0.11 %, which is more than a side is soft.
+        // Steps are equal along all axes: sides would else be rounded by 0.11 %, which is more than the width over which a side fades.
         for step in [1.0, 0.3] {
             let (cells, step) = (even(step), DVec3::splat(step));
             let depth = |from: DVec3, way: DVec3| {
@@ -75,7 +75,7 @@ mod tests {
                 assert!(expected > 3.0 * step.min_element() as f32, "{expected}");
                 for side in [[5.0, 5.25, 5.25], [5.25, 5.0, 5.25], [5.25, 5.25, 5.0], [5.0, 5.0, 5.25], [5.0; 3]] {
                     let found = depth(before(DVec3::from(side) * step), way);
-                    // As much of a step as a slanting ray's way differs by, and what sides are rounded by.
+                    // Allows for the part of a step by which a slanting ray's path differs, and for the rounding of sides.
                     let moved = if way.abs().max_element() == 1.0 && way.length() == 1.0 { 0.01 } else { 0.2 };
                     let off = (found - expected).abs() / expected;
                     assert!(off < moved, "{step}, {way}, {side:?}: {found}, not {expected}");
@@ -85,7 +85,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against a sum of steps: a place is inside where it is within half a side of the middle along each axis.
+        /// Compares with a sum of small steps: a place is inside if it is within half a side of the middle along each axis.
         #[test]
         fn is_inside_the_box(
             from in prop::array::uniform3(-3.0f64..3.0),
@@ -105,8 +105,8 @@ mod tests {
             let way = towards - from;
             prop_assume!(way.length() > 0.1);
             let count = 20_000;
-            // Sides are rounded by 0.11 % and axes by 5e-5 rad, which moves a side by that share of the radius: a ray beside an edge, or
-            // along a side, may have much of it.
+            // Sides are rounded by 0.11 %, and axes by 5e-5 rad, which moves a side by that share of the radius. Near an edge or along a
+            // side, this changes much of a ray's length inside.
             let rounded = |step: &DVec3| 0.5 * 0.0011 + 5e-5 * f64::from(cell.radius) / step.length();
             let inside = |sign: f64| {
                 let inside = (0..count).filter(|i| {
@@ -116,11 +116,11 @@ mod tests {
                 });
                 inside.count() as f64 / f64::from(count) * 4.0
             };
-            // Two steps, in which the ray enters and leaves.
+            // Two steps of tolerance: those in which the ray enters and leaves.
             let expected = inside(-1.0) - 8.0 / f64::from(count)..=inside(1.0) + 8.0 / f64::from(count);
             let found = overlap((from.as_vec3(), way.as_vec3()), &cell);
             let found = found.filter(|z| z[0] > 0.0 && z[1] < 4.0).map_or(0.0, |z| z[2]);
-            // A ray that begins or ends inside is another matter.
+            // Rays that begin or end inside are left out.
             let ends = [from - middle, from + 4.0 * way - middle];
             prop_assume!(ends.iter().all(|end| end.length() > f64::from(cell.radius)));
             prop_assert!(expected.contains(&f64::from(found)), "{found}, not in {expected:?}");

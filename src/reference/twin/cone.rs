@@ -1,4 +1,4 @@
-//! Cells of a grid and cones through them. Twin of glsl/grid/cells.comp, to the bit, and march_cone.glsl, to rounding.
+//! Cells of a grid, and marches of cones through them. Twin of glsl/grid/cells.comp (same bits) and of march_cone.glsl (up to rounding).
 
 use super::grid::Bits;
 use std::array::from_fn;
@@ -12,7 +12,7 @@ const GAIN: f32 = 1.34;
 /// How many occupied voxels are in the cells of each level.
 pub struct Cells {
     size: u32,
-    /// From single voxels to the whole grid.
+    /// Counts per cell on each level, from single voxels to the whole grid.
     levels: Vec<Vec<u32>>,
 }
 
@@ -34,7 +34,7 @@ impl Cells {
         Self { size, levels }
     }
 
-    /// What the device keeps: all from 8 voxels per side on.
+    /// The levels that the device stores: cells of 8 voxels per side and larger.
     pub fn counts(&self) -> Vec<u32> {
         self.levels.iter().skip(3).flatten().copied().collect()
     }

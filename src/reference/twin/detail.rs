@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/detail: the survey of each tile, and the choice of its resolution.
+//! CPU twin of glsl/maps/detail: a survey of the casters in each tile, and the choice of the tile's resolution.
 
 use super::bins::{TILE_TEXELS, tile_distance};
 use super::gaussian::strand_axis;
@@ -14,7 +14,7 @@ const CELLS: u32 = 4;
 /// Twins: LEAST_SCALE, MOST_SCALE.
 const SCALES: [i32; 2] = [-760, 240];
 
-/// Levels from which on a tile is finer: 80 log2(1.5), 80 log2(2.5), …
+/// Levels at which a tile gets one more block per side: 80 log2(1.5), 80 log2(2.5), …
 const LEVELS: [i32; 7] = [47, 106, 145, 174, 197, 217, 233];
 
 /// The survey of a tile. Twin: Survey.
@@ -22,18 +22,18 @@ const LEVELS: [i32; 7] = [47, 106, 145, 174, 197, 217, 233];
 pub struct Tile {
     /// Bit 4 y + x: a caster meets cell (x, y).
     pub cells: u32,
-    /// Lengths of edges times what they take of the light.
+    /// Summed over casters: length of the caster's edge in the tile, times the share of light that it takes.
     pub edges: u32,
-    /// Mean over the tile.
+    /// Mean optical depth over the tile.
     pub optical_depth: u32,
 }
 
-/// The view, so many times as fine. Twin: finer.
+/// The view with `side` times as many texels per side. Twin: finer.
 pub fn finer(view: &View, side: u32) -> View {
     View { width: view.width * side, height: view.height * side, ..*view }
 }
 
-/// Corners of the caster's bounds in texels of a parallel view, 1/16 of a texel too large. Twin: caster_bounds.
+/// Corners of the caster's bounds in texels of a parallel view, enlarged by 1/16 of a texel. Twin: caster_bounds.
 fn bounds(view: &View, caster: &Caster) -> [Vec2; 2] {
     let offset = Vec3::from(caster.position) - Vec3::from(view.origin);
     let place = |p: Vec3| {
@@ -46,7 +46,8 @@ fn bounds(view: &View, caster: &Caster) -> [Vec2; 2] {
     [start.min(end) - reach, start.max(end) + reach]
 }
 
-/// Length of the edge within a tile, what it takes of the light, and the mean optical depth. Twin: share_of_tile.
+/// For one caster: the length of its edge within a tile, the share of light that it takes, and its mean optical depth over the tile. Twin:
+/// share_of_tile.
 fn share_of_tile(view: &View, caster: &Caster) -> [f32; 3] {
     let texels = 0.5 * view.width as f32 * view.scale_x;
     let wide = 2.0 * caster.radius * texels;
@@ -60,8 +61,8 @@ fn share_of_tile(view: &View, caster: &Caster) -> [f32; 3] {
     [edge.min(8.0), optical_depth / (1.0 + optical_depth), (area / 64.0 * optical_depth).min(1.0)]
 }
 
-/// The survey of the casters of a tile of a parallel view, whose cells are enlarged by `outset` texels. Twin:
-/// glsl/maps/detail/survey.comp, where that is a sixteenth.
+/// Surveys a tile's casters in a parallel view. Cells are enlarged by `outset` texels, which is 1/16 in the twin,
+/// glsl/maps/detail/survey.comp.
 pub fn survey(view: &View, casters: &[Caster], tile: [u32; 2], outset: f32) -> Tile {
     assert_eq!(view.projection(), Projection::Parallel, "bounds in perspective have no twin");
     let fine = finer(view, CELLS);
@@ -115,7 +116,7 @@ pub fn used_blocks(cells: u32, side: u32) -> Vec<bool> {
     (0..side * side).map(used).collect()
 }
 
-/// The words of all tiles' tables, rows of `across` tiles, with at most so many blocks. Twin: glsl/maps/detail/choose.comp.
+/// The words of all tiles' tables, rows of `across` tiles, with at most `block_count` blocks in all. Twin: glsl/maps/detail/choose.comp.
 pub fn choose(tiles: &[Tile], across: u32, block_count: usize) -> Vec<u32> {
     let counts: Vec<[usize; 9]> = (tiles.iter())
         .map(|known| {
@@ -124,7 +125,7 @@ pub fn choose(tiles: &[Tile], across: u32, block_count: usize) -> Vec<u32> {
         .collect();
     let side = |tile: usize, scale| tile_side(&tiles[tile], tile as u32, across, scale);
     let count = |scale| (0..tiles.len()).map(|tile| counts[tile][side(tile, scale) as usize]).sum::<usize>();
-    // More is not always more: a coarse grid's lines may cut a cell that a finer one's do not.
+    // A finer grid may need fewer blocks, since its lines may miss a cell that a coarser grid's lines cut; so all scales are tried.
     let [least, end] = SCALES;
     let scale = (least..end).rev().find(|scale| count(*scale) <= block_count).unwrap_or(least);
     let mut place = 0;
@@ -154,7 +155,7 @@ mod tests {
     }
 
     proptest! {
-        /// Never more blocks than allowed, no two in one place, and one over every cell with casters.
+        /// There are never more blocks than allowed, no two in one place, and one over every cell with casters.
         #[test]
         fn blocks_are_as_many_as_allowed(tiles in tiles(), across in 1..9u32, more in 0..3000usize) {
             let words = choose(&tiles, across, tiles.len() + more);

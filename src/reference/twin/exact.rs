@@ -1,11 +1,11 @@
-//! CPU twin of glsl/maps/exact.glsl: inverses by Newton's steps, of products and sums alone, each rounded
-//! once.
+//! CPU twin of glsl/maps/exact.glsl: inverses by Newton's method. It uses only products and sums, each rounded once, so that every device
+//! gives the same bits.
 
 use glam::Vec3;
 
-/// Values nearer to 0 or farther from it are clamped to this.
+/// Inputs of [`reciprocal`] are clamped to the range from here to [`MOST`].
 const LEAST: f32 = 1e-36;
-/// Likewise.
+/// See [`LEAST`].
 const MOST: f32 = 1e36;
 
 /// `1 / a` for an `a` that is not negative.
@@ -18,12 +18,12 @@ pub fn reciprocal(a: f32) -> f32 {
     guess
 }
 
-/// The products' sum, from the first on.
+/// The dot product, with sums in a fixed order.
 pub fn dot3(a: Vec3, b: Vec3) -> f32 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// No less than the length, and at most a quarter more.
+/// An upper bound of a vector's length, at most a quarter too large.
 pub fn longest3(a: Vec3) -> f32 {
     let along = a.abs();
     let most = along.x.max(along.y).max(along.z);
@@ -41,7 +41,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Two units in the last place: what the depths' own rounding has room for.
+        /// An inverse errs by two units in the last place at most, for which the rounding of depths has room.
         #[test]
         fn inverses_are_as_near_as_a_devices(mantissa in 1.0f32..2.0, exponent in -110i32..110) {
             let a = mantissa * (exponent as f32).exp2();

@@ -7,9 +7,9 @@ use glam::{IVec2, Vec2};
 pub enum Filter {
     /// The four texels about the position.
     Bilinear,
-    /// Each texel by its share of a square that reaches so many texels from the position.
+    /// Each texel by the share of it that lies in a square, which reaches this many texels from the position.
     Box(u32),
-    /// The box's share times a Gaussian of half that deviation.
+    /// The box's share times a Gaussian whose standard deviation is half the radius.
     Gaussian(u32),
 }
 
@@ -65,8 +65,8 @@ mod tests {
     }
 
     proptest! {
-        /// Weights sum to 1, their mean place is the position, and they do not jump as the position moves. (The filters are symmetrical
-        /// exactly, wherever the position stands; a box cut to whole texels would not be.)
+        /// Weights sum to 1, their mean place is the position, and they change continuously as the position moves. (The box moves with the
+        /// position; if it were cut to whole texels, its mean would be off.)
         #[test]
         fn weights_are_a_mean_about_the_position(
             kind in 0u32..3, radius in 1u32..=8, x in 0.0f32..16.0, y in 0.0f32..16.0, step in 0.0f32..1e-3,
@@ -83,14 +83,14 @@ mod tests {
             let moved = filter.weights(size, at + step);
             let of = |weights: &[(IVec2, f32)], t: IVec2| weights.iter().find(|w| w.0 == t).map_or(0.0, |w| w.1);
             for texel in weights.iter().chain(&moved).map(|w| w.0) {
-                // A weight is a product of two, each of which changes by at most 3 per texel.
+                // A weight is a product of two factors, each of which changes by at most 3 per texel.
                 let change = (of(&weights, texel) - of(&moved, texel)).abs();
                 prop_assert!(change <= 6.0 * step + 1e-5, "{texel} changes by {change} over {step}");
             }
         }
     }
 
-    /// Summed by hand: half a texel of each end texel is inside the box of radius 1 about a texel's centre.
+    /// By hand: a box of radius 1 about a texel's centre covers half of the texel on each side.
     #[test]
     fn a_box_about_a_texel_centre() {
         let weights = Filter::Box(1).weights(Vec2::splat(8.0), Vec2::splat(3.5));

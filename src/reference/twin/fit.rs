@@ -1,10 +1,10 @@
-//! CPU twin of glsl/maps/aim.comp, bounds.comp and fit.comp: views aimed by lights and fitted to what they see, in f32.
+//! CPU twin of glsl/maps/aim.comp, bounds.comp and fit.comp: views that are aimed like their lights and fitted to the scene, in f32.
 
 use super::order::{float_of_order, float_order};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
-/// A light as the device has it, of which views are aimed.
+/// The data of a light that its views are aimed by.
 #[derive(Clone, Copy, Debug)]
 pub struct Aiming {
     /// None for a directional light.
@@ -15,7 +15,7 @@ pub struct Aiming {
     pub cos_cone: Option<f32>,
 }
 
-/// A view of a light of the same kind, aimed by this one. Twin: glsl/maps/aim.comp.
+/// Aims a view like `light`; the view was made for a light of the same kind. Twin: glsl/maps/aim.comp.
 pub fn aim(mut view: View, light: &Aiming) -> View {
     view.origin = light.position.unwrap_or(view.origin);
     let Some(direction) = light.direction else { return view };
@@ -34,12 +34,12 @@ pub fn aim(mut view: View, light: &Aiming) -> View {
     view
 }
 
-/// Low and high along a view's right, up and forward; low above high where there is nothing.
+/// A box along a view's right, up and forward; `low` is above `high` where it is empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// World units from the view's origin.
     pub low: Vec3,
-    /// Likewise.
+    /// World units from the view's origin.
     pub high: Vec3,
 }
 
@@ -49,11 +49,11 @@ const ROUNDING: f32 = 5e-7;
 const THINNEST: f32 = 1e-3;
 
 impl Range {
-    /// A range of nothing.
+    /// An empty range.
     pub const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
     fn include(&mut self, centre: Vec3, radius: f32) {
-        // By way of the whole numbers, as the device does.
+        // The device takes minima and maxima of floats as whole numbers.
         let through = |v: Vec3| Vec3::from(v.to_array().map(|c| float_of_order(float_order(c))));
         self.low = self.low.min(through(centre - radius));
         self.high = self.high.max(through(centre + radius));
@@ -73,12 +73,11 @@ fn sees(view: &View, centre: Vec3, radius: f32) -> bool {
     outside < radius * (1.0 + tangent * tangent).sqrt() && centre.z + radius > 0.0
 }
 
-/// How far casters reach in a map's aimed volume view, and how far mesh vertices do in its opaque one. Twin:
-/// glsl/maps/bounds.comp.
+/// The range of casters in a map's aimed volume view, and of mesh vertices in its opaque view. Twin: glsl/maps/bounds.comp.
 pub fn bounds([view, opaque_view]: [&View; 2], casters: &[Caster], vertices: &[[f32; 3]]) -> [Range; 2] {
     let (mut translucent, mut opaque) = (Range::NONE, Range::NONE);
     let see_all = view.projection() == Projection::Parallel || casters.iter().any(Caster::is_strand);
-    // Casters of radius 0 stand behind a count that only the device knows.
+    // Casters of radius 0 are unused slots of a list whose length only the device knows.
     for caster in casters.iter().filter(|caster| caster.radius != 0.0) {
         let start = Vec3::from(caster.position);
         let centre = axes(view, start);
@@ -93,7 +92,7 @@ pub fn bounds([view, opaque_view]: [&View; 2], casters: &[Caster], vertices: &[[
     [translucent, opaque]
 }
 
-/// The volume and the opaque view of a map, from those that are aimed. Twin: glsl/maps/fit.comp.
+/// Fits a map's aimed volume view and opaque view to the ranges of casters and meshes. Twin: glsl/maps/fit.comp.
 pub fn fit([volume, opaque]: [View; 2], [casters, meshes]: [Range; 2], only_meshes: bool) -> [View; 2] {
     let volume = if only_meshes {
         fit_view(View { origin: opaque.origin, ..volume }, meshes)
@@ -103,7 +102,7 @@ pub fn fit([volume, opaque]: [View; 2], [casters, meshes]: [Range; 2], only_mesh
     [volume, fit_view(opaque, meshes)]
 }
 
-/// A view that is fitted, so many powers of two narrower, before a camera at `eye` that looks `ahead`. Twin: narrow.
+/// Narrows a fitted view by 2^`cascade` and centres it in front of a camera at `eye` that looks along `ahead`. Twin: narrow.
 pub fn narrow(mut view: View, cascade: u32, eye: Vec3, ahead: Vec3) -> View {
     let share = 1.0 / (1u32 << cascade) as f32;
     let whole = 1.0 / Vec2::new(view.scale_x, view.scale_y);

@@ -13,7 +13,7 @@ pub fn parts<const N: usize>([entry, exit]: [f32; 2], optical_depth: f32) -> [f3
     parts
 }
 
-/// The optical depth to a place of the range; never below 0 and never above all. Twin: texel_transmittance.
+/// The optical depth up to a place of the range, clamped to 0 and the whole optical depth. Twin: texel_transmittance.
 pub fn optical_depth(sums: &[f32], place: f32) -> f32 {
     if place <= 0.0 || place >= 1.0 {
         return if place <= 0.0 { 0.0 } else { sums[0] };
@@ -33,12 +33,12 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// As half floats keep them.
+    /// The sums after storage in half floats.
     fn halves<const N: usize>(sums: [f32; N]) -> [f32; N] {
         sums.map(|sum| half::f16::from_f32(sum.clamp(-65504.0, 65504.0)).to_f32())
     }
 
-    /// Between its own ends a slab is a series of one term; in all of the range more terms are nearer.
+    /// If the range is the slab itself, one term is exact. If the range is wider, more terms err less.
     #[test]
     fn a_slab() {
         assert!(slab_error([0.3, 0.7], parts::<7>, |sums, at| optical_depth(sums, at)) < 1e-6);
@@ -56,7 +56,7 @@ mod tests {
             invariants::<15>(&all, parts, halves, |sums, at| optical_depth(sums, at), 1.0)?;
         }
 
-        /// Against the series in f64 of segments whose integrals are written out, before it is bounded.
+        /// Compares with the series in f64, whose integrals over segments are written out.
         #[test]
         fn series_of_segments(
             segments in prop::collection::vec((0.0..1.0f64, 1e-3..1.0f64, 0.0..2.0f64), 1..20),

@@ -1,33 +1,33 @@
 //! Twin of glsl/world/gather.comp, gather_splats.comp, gather_triangles.comp and gather_lights.comp: casters, triangles and lights from the
-//! caller's buffers. Equal to the bit, except axes of strands that are so short that a device may flush them to 0, splats up to the
-//! rounding of roots, logarithms and powers, and lights up to that of quotients.
+//! caller's buffers. Bits are equal, with three exceptions: a device may flush the axes of very short strands to 0; splats differ by the
+//! rounding of roots, logarithms and powers; lights by the rounding of quotients.
 
 use super::gaussian::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
 use super::segment::MAX_OPTICAL_DEPTH;
 use crate::scene::Caster;
 use glam::{Mat3, Quat, Vec4};
 
-/// Where a caster has what of it counts, words from its start.
+/// The layout of casters in the caller's buffer. Fields give the place of a value in words from the caster's start.
 #[derive(Clone, Copy, Debug)]
 pub struct CasterAt {
-    /// Where the first of them is, words from the buffer's start.
+    /// Place of the first one, words from the buffer's start.
     pub start: usize,
-    /// From one to the next.
+    /// Words from one to the next.
     pub stride: usize,
     /// Three floats.
     pub position: usize,
-    /// Three floats, of a strand; none for spheres.
+    /// Three floats: a strand's end; none for spheres.
     pub end: Option<usize>,
-    /// Or of all.
+    /// Place of the radius, or one radius for all.
     pub radius: Result<usize, f32>,
-    /// Or of all.
+    /// Place of the density, or one density for all.
     pub density: Result<usize, f32>,
 }
 
 /// The bits of an optical depth of 80. Twin: MOST_DEPTH.
 const MOST_DEPTH: u32 = 0x42A0_0000;
 
-/// Triangles after each other of which one may have a place. Twin: TRIES.
+/// How many triangles are tried, to find a place for a refused triangle. Twin: TRIES.
 const TRIES: usize = 16;
 
 fn is_finite(bits: [u32; 3]) -> bool {
@@ -46,7 +46,7 @@ fn three(words: &[u32], at: usize) -> [u32; 3] {
     [words[at], words[at + 1], words[at + 2]]
 }
 
-/// So many casters, the first `live` of them from `theirs`, and how many of those were refused.
+/// Gathers `slots` casters, the first `live` of them from the caller's words `theirs`, and counts how many of those were refused.
 pub fn casters(theirs: &[u32], at: &CasterAt, slots: usize, live: usize) -> (Vec<Caster>, u32) {
     let nothing = Caster { position: [0.0; 3], radius: 0.0, axis: [0.0; 3], density: 0.0 };
     let mut refused = 0;
@@ -76,12 +76,12 @@ pub fn casters(theirs: &[u32], at: &CasterAt, slots: usize, live: usize) -> (Vec
     (all, refused)
 }
 
-/// Where a splat has what of it counts, words from its start.
+/// The layout of splats in the caller's buffer. Fields give the place of a value in words from the splat's start.
 #[derive(Clone, Copy, Debug)]
 pub struct SplatWords {
-    /// Where the first of them is, words from the buffer's start.
+    /// Place of the first one, words from the buffer's start.
     pub start: usize,
-    /// From one to the next.
+    /// Words from one to the next.
     pub stride: usize,
     /// Three floats.
     pub position: usize,
@@ -89,7 +89,7 @@ pub struct SplatWords {
     pub deviations: usize,
     /// Four floats.
     pub rotation: usize,
-    /// Or of all.
+    /// Place of the opacity, or one opacity for all.
     pub opacity: Result<usize, f32>,
 }
 
@@ -110,7 +110,7 @@ fn octaves_of(longest: f32, other: f32) -> u32 {
     (((longest / other).log2() * (4095.0 / OCTAVES)).clamp(0.0, 4095.0) + 0.5) as u32
 }
 
-/// One splat; none where it has no place, no size, no axes or no opacity.
+/// One splat; none where its position, sizes, rotation or opacity is invalid.
 fn splat(theirs: &[u32], from: usize, at: &SplatWords) -> Option<Caster> {
     let float = |word: usize| f32::from_bits(theirs[from + word]);
     let (place, sizes) = (three(theirs, from + at.position), three(theirs, from + at.deviations));
@@ -145,7 +145,8 @@ fn splat(theirs: &[u32], from: usize, at: &SplatWords) -> Option<Caster> {
     (radius.is_finite() && density.is_finite()).then_some(caster)
 }
 
-/// So many casters, the first `live` of them splats from `theirs`, and how many of those were refused. Twin: gather_splats.comp.
+/// Gathers `slots` casters, the first `live` of them splats from the caller's words `theirs`, and counts how many of those were refused.
+/// Twin: gather_splats.comp.
 pub fn splats(theirs: &[u32], at: &SplatWords, slots: usize, live: usize) -> (Vec<Caster>, u32) {
     let nothing = Caster { position: [0.0; 3], radius: 0.0, axis: [0.0; 3], density: 0.0 };
     let found: Vec<_> = (0..live.min(slots)).map(|i| splat(theirs, at.start + i * at.stride, at)).collect();
@@ -155,22 +156,22 @@ pub fn splats(theirs: &[u32], at: &SplatWords, slots: usize, live: usize) -> (Ve
     (all, refused)
 }
 
-/// Vertices of the caller's and what triangles they are.
+/// The caller's vertices, and the triangles that they make.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertices<'a> {
-    /// Their buffer.
+    /// The caller's buffer of vertices.
     pub words: &'a [u32],
     /// Where the first vertex is, words.
     pub start: usize,
-    /// From one to the next.
+    /// Words from one to the next.
     pub stride: usize,
-    /// That there are.
+    /// The number of vertices.
     pub count: usize,
-    /// Three per triangle; without, vertices stand in threes.
+    /// Three indices per triangle; without indices, every three vertices are a triangle.
     pub indices: Option<&'a [u32]>,
     /// Albedo of all triangles.
     pub albedo: [f32; 3],
-    /// Where nothing has a place.
+    /// Where refused triangles are put if no valid one is found.
     pub place: [f32; 3],
 }
 
@@ -185,7 +186,8 @@ impl Vertices<'_> {
         Some([self.corner(3 * i)?, self.corner(3 * i + 1)?, self.corner(3 * i + 2)?])
     }
 
-    /// So many triangles, three corners and the albedo, the first `live` of them theirs, and how many of those were refused.
+    /// Gathers `slots` triangles, each three corners and the albedo, the first `live` of them the caller's; and counts how many of those
+    /// were refused.
     pub fn triangles(&self, slots: usize, live: usize) -> (Vec<[[f32; 3]; 4]>, u32) {
         let mut refused = 0;
         let triangle = |i: usize| {
@@ -202,7 +204,7 @@ impl Vertices<'_> {
     }
 }
 
-/// Where a light has what of it counts, words from its start.
+/// The layout of a light in the caller's buffer. Fields give the place of a value in words from the light's start.
 #[derive(Clone, Copy, Debug)]
 pub struct LightWords {
     /// Three floats.
@@ -211,20 +213,20 @@ pub struct LightWords {
     pub direction: usize,
     /// Three floats.
     pub radiance: usize,
-    /// Or of all.
+    /// Place of the radius, or one radius for all.
     pub radius: Result<usize, f32>,
-    /// Or of all.
+    /// Place of the cone's cosine, or one cosine for all.
     pub cos_cone: Result<usize, f32>,
 }
 
-/// A light as it was gathered.
+/// A gathered light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GatheredLight {
     /// 0 for a directional light.
     pub position: [f32; 3],
     /// 0 for a point light.
     pub direction: [f32; 3],
-    /// That of a spot light; 0 of a virtual one, −2 of the others.
+    /// Cosine of half the cone of a spot light; 0 for a virtual light, −2 for the others.
     pub cos_cone: f32,
     /// Linear RGB.
     pub radiance: [f32; 3],
@@ -238,8 +240,8 @@ const LEAST_RADIUS: f32 = 1e-18;
 const MOST_RADIUS: f32 = 1e18;
 const WIDEST: f32 = 0.087_155_7;
 
-/// The light of that kind (0 directional, 1 spot, 2 point, 3 virtual) whose first word is `from`; none where a number of it is not finite
-/// or out of range. Twin: gather_lights.comp.
+/// The light of this kind (0 directional, 1 spot, 2 point, 3 virtual) that begins at word `from`; none where one of its numbers is not
+/// finite or out of range. Twin: gather_lights.comp.
 pub fn light(theirs: &[u32], from: usize, at: &LightWords, kind: u32) -> Option<GatheredLight> {
     let vector = |word: usize| three(theirs, from + word).map(f32::from_bits);
     let number = |n: Result<usize, f32>| n.map_or_else(|is| is, |word| f32::from_bits(theirs[from + word]));

@@ -18,12 +18,12 @@ pub(super) const ROOT_TWO_PI: f32 = 2.506_628_3;
 /// Twin: GAUSSIAN_WHOLE.
 const WHOLE: f32 = 1.011_234_5;
 
-/// Twin: caster_axis. From a strand's start to its end; 0 for what has one place.
+/// From a strand's start to its end; 0 for all other casters. Twin: caster_axis.
 pub(super) fn strand_axis(caster: &Caster) -> Vec3 {
     if caster.is_strand() { caster.axis.into() } else { Vec3::ZERO }
 }
 
-/// Unit vectors, the longest axis first, the shortest last, and deviations along them. Twin: gaussian_shape.
+/// A splat's axes as unit vectors, the longest first and the shortest last, and the deviations along them. Twin: gaussian_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let bits = caster.axis.map(f32::to_bits);
     let n = axis(bits[0] & 0xFFFF, bits[1] & 0xFFFF);
@@ -37,7 +37,7 @@ pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     ([longest, n.cross(longest), n], deviations)
 }
 
-/// Two unit vectors across one whose z is not negative. Twin: gaussian_across.
+/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: gaussian_across.
 fn across(n: Vec3) -> [Vec3; 2] {
     let a = -1.0 / (1.0 + n.z);
     let b = n.x * n.y * a;
@@ -51,7 +51,8 @@ fn axis(u: u32, v: u32) -> Vec3 {
     Vec3::new(place.x, place.y, 1.0 - place.x.abs() - place.y.abs()).normalize()
 }
 
-/// The shortest and the longest axis as 16 bits each of three words. Twin: gaussian_packed.
+/// Packs the shortest and the longest axis into three numbers of 16 bits: two for the shortest axis, one for the angle of the longest about
+/// it. Twin: gaussian_packed.
 pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     let shortest = if shortest.z < 0.0 { -shortest } else { shortest };
     let place = Vec2::new(shortest.x, shortest.y) / (shortest.x.abs() + shortest.y.abs() + shortest.z);
@@ -63,7 +64,7 @@ pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     [u, v, word(first / (first.abs() + second) * 0.5 + 0.5)]
 }
 
-/// The same in a view's axes, packed again; its place stays. Twin: gaussian_turned.
+/// A caster whose packed axes are turned into a view's axes; its position stays. Twin: gaussian_turned.
 pub fn turned(view: &View, caster: &Caster) -> Caster {
     let ([longest, _, shortest], _) = shape(caster);
     let view_axes = [view.right, view.up, view.forward].map(Vec3::from);
@@ -73,14 +74,14 @@ pub fn turned(view: &View, caster: &Caster) -> Caster {
     Caster { axis, ..*caster }
 }
 
-/// One along a ray. Twin: GaussianRay.
+/// A Gaussian along a ray. Twin: GaussianRay.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongRay {
-    /// z.
+    /// z of the ray's point nearest to the middle, as measured in deviations.
     pub middle: f32,
-    /// Lengths of the ray's direction.
+    /// Deviation along the ray, lengths of its direction.
     pub deviation: f32,
-    /// The least distance from the middle, deviations.
+    /// Squared distance of that point from the middle, deviations.
     pub square: f32,
 }
 
@@ -137,7 +138,7 @@ mod tests {
     use glam::DVec3;
     use proptest::prelude::*;
 
-    /// Against the truth's series and continued fraction: what Abramowitz and Stegun state, and eight roundings of a half.
+    /// Compares with the truth's `share`. The tolerance is the error that Abramowitz and Stegun state, plus eight roundings of 0.5.
     #[test]
     fn shares_are_as_stated() {
         for i in -1200..=1200 {
@@ -147,7 +148,8 @@ mod tests {
     }
 
     proptest! {
-        /// In f32 as in f64, from within a few hundred deviations; within the reach, whose edge is a step.
+        /// f32 agrees with f64 for rays that begin within a few hundred deviations. Rays near the edge of the reach are left out, since the
+        /// cut-off there is a step.
         #[test]
         fn depths_are_the_truth(
             origin in prop::array::uniform3(-5.0f32..5.0),
@@ -181,7 +183,7 @@ mod tests {
             prop_assert!((segment - whole).abs() < 3e-3 * whole + 1e-6, "{segment} {whole}");
             prop_assume!((along.square - 9.0).abs() > 0.05);
             let truth = along.optical_depth(&as_f64, &caster, 0.0, end.into());
-            // Outside its reach it has nothing of exp(−4.5), at most, and inside as much more.
+            // Outside the reach up to exp(−4.5) of the Gaussian is cut off, and the inside is scaled up by as much.
             let greatest = f64::from(caster.density) * along.deviation * as_f64.direction.length() * 2.5067;
             let most = 0.0112 * greatest + 0.0145 * truth + 1e-6;
             let found = f64::from(cast_depth(ray, &caster, end));
@@ -189,7 +191,7 @@ mod tests {
         }
     }
 
-    /// Ways that end farther on take more.
+    /// A ray that ends farther away never has less optical depth.
     #[test]
     fn depth_never_falls() {
         let gaussian = Gaussian {
@@ -200,7 +202,7 @@ mod tests {
             color: [1.0; 3],
         };
         let caster = Caster::from(&gaussian);
-        // Turned, it is 0.1 wide along x, and the ray comes 0.08 nearer to its side.
+        // The rotation makes the Gaussian 0.1 wide along x; the ray drifts by 0.08 in x.
         for aside in [0.0, 0.1, 0.2] {
             let ray = (Vec3::new(aside, 0.1 * aside, -4.0), DVec3::new(0.02, 0.05, 1.0).as_vec3());
             let depths: Vec<f32> = (0..800).map(|i| cast_depth(ray, &caster, i as f32 / 100.0)).collect();

@@ -1,5 +1,5 @@
-//! The grid of voxels that meshes occupy, and ways through it. Twin of glsl/grid/: the same bits, since nothing in either is
-//! divided, fused or put in another order.
+//! The grid of voxels that meshes occupy, and marches through it. Twin of glsl/grid/, with the same bits: neither divides or fuses
+//! operations or changes their order.
 
 pub(super) use crate::scene::Facet;
 pub use crate::scene::{Bits, Place};
@@ -7,7 +7,7 @@ pub use crate::scene::{Bits, Place};
 use std::array::from_fn;
 
 impl Place {
-    /// About all of these, as the device finds it but for its division. Twin: glsl/grid/bounds.comp, fit.comp.
+    /// The grid about all corners. It equals the device's except for the rounding of a division. Twin: glsl/grid/bounds.comp, fit.comp.
     pub fn about(corners: impl Iterator<Item = [f32; 3]>, size: u32) -> Self {
         let (low, high) = corners.fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), p| {
             (from_fn(|i| low[i].min(p[i])), from_fn(|i| high[i].max(p[i])))
@@ -34,12 +34,12 @@ impl Bits {
         [near, far]
     }
 
-    /// As [`Bits::clip`]; none where it passes by.
+    /// As [`Bits::clip`]; none where the ray misses the grid.
     pub(super) fn clipped(&self, from: [f32; 3], way: [f32; 3]) -> Option<[f32; 2]> {
         Some(self.clip(from, way)).filter(|[near, far]| near <= far)
     }
 
-    /// Goes through all voxels on a way, one after the other, with where it enters and leaves each, for as long as `goes_on`.
+    /// Visits all voxels on the way in order, with the shares of the way at which it enters and leaves each, until `goes_on` returns false.
     pub(super) fn walk(&self, from: [f32; 3], way: [f32; 3], mut goes_on: impl FnMut([u32; 3], [f32; 2]) -> bool) {
         let Some([near, far]) = self.clipped(from, way) else { return };
         let last = self.size as i32 - 1;
@@ -69,8 +69,7 @@ impl Bits {
         }
     }
 
-    /// Whether any voxel on a way is occupied: all of them are asked, one after the other, and nothing is skipped. Twin:
-    /// march_exact in glsl/grid/march.glsl, which skips what is empty.
+    /// Whether any voxel on the way is occupied; visits every voxel. Twin: march_exact in glsl/grid/march.glsl, which skips empty space.
     pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> bool {
         let mut met = false;
         self.walk(from, way, |voxel, _| {
@@ -80,7 +79,7 @@ impl Bits {
         met
     }
 
-    /// The voxel that is such a share of the way from one place to another.
+    /// The voxel at a share of the way between `near` and `far`.
     pub(super) fn stepped(&self, from: [f32; 3], way: [f32; 3], [near, far]: [f32; 2], share: f32) -> [u32; 3] {
         let at = near * (1.0 - share) + far * share;
         from_fn(|i| ((from[i] + way[i] * at).floor() as i32).clamp(0, self.size as i32 - 1) as u32)

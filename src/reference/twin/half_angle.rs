@@ -1,5 +1,5 @@
-//! CPU twins of glsl/technique/half_angle/ and of its picture: slices along the half vector of light and camera, the light's buffer after
-//! each. Sources: Kniss et al. 2003; Green 2008.
+//! CPU twins of glsl/technique/half_angle/ and of its picture. Casters are cut into slices along the half vector of light and camera, and
+//! the light's buffer holds the light left after each slice. Sources: Kniss et al. 2003; Green 2008.
 
 use super::filter::Filter;
 use super::gaussian::strand_axis;
@@ -16,14 +16,14 @@ pub fn half_vector(camera: [f32; 3], light: [f32; 3]) -> (Vec3, bool) {
     ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
 }
 
-/// How far each caster's middle lies along it. Twin: keys.comp.
+/// How far each caster's middle lies along the half vector. Twin: keys.comp.
 pub fn keys(half: Vec3, light: &View, casters: &[Caster]) -> Vec<f32> {
     let middle = |c: &Caster| Vec3::from(c.position) + 0.5 * strand_axis(c) - Vec3::from(light.origin);
     casters.iter().map(|caster| middle(caster).dot(half)).collect()
 }
 
-/// Where a texel's ray meets the first mesh, as a depth in the volume view's range, infinite where it meets none; found from the depths of the
-/// map that `opaque` sees. Twin: mesh_depth.
+/// The depth at which a texel's ray meets the first mesh, in the volume view's range; infinite where it meets none. Read from `depths`, the
+/// opaque map of the view `opaque`. Twin: mesh_depth.
 pub fn mesh_depth(view: &View, opaque: &View, depths: &[f32], texel: [u32; 2]) -> f32 {
     let (origin, direction) = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
     let (at, _) = opaque.project((origin + direction).as_dvec3());
@@ -37,7 +37,7 @@ pub fn mesh_depth(view: &View, opaque: &View, depths: &[f32], texel: [u32; 2]) -
     if depth < 1.0 { (z - view.near) / (view.far - view.near) } else { f32::INFINITY }
 }
 
-/// What these casters leave of the light at a texel as far as the depth `end`. Twin: light.frag, and what is blended from it.
+/// The light that these casters leave at a texel, counted up to the depth `end`. Twin: light.frag and its blending.
 pub fn light<'a>(view: &View, texel: [u32; 2], end: f32, casters: impl IntoIterator<Item = &'a Caster>) -> f32 {
     let segments = casters.into_iter().filter_map(|caster| texel_segment(view, texel, caster));
     let taken = |Segment { entry, exit, optical_depth }| match () {
@@ -48,19 +48,19 @@ pub fn light<'a>(view: &View, texel: [u32; 2], end: f32, casters: impl IntoItera
     (-segments.map(taken).sum::<f32>()).exp()
 }
 
-/// The light's buffer before each slice and after the last, and which slice each caster is in.
+/// The light's buffer before each slice and after the last, and the slice of each caster.
 pub struct Slices {
-    /// Rows of texels of each.
+    /// Each buffer, in rows of texels.
     pub buffers: Vec<Vec<f32>>,
-    /// Per caster.
+    /// The slice of each caster.
     pub slice: Vec<usize>,
-    /// Casters as slices have them.
+    /// Casters in the order of the slices.
     pub order: Vec<u32>,
-    /// Whether the camera meets them in this order.
+    /// Whether this order is near to far for the camera.
     pub near_to_far: bool,
 }
 
-/// Slices of as many casters each, as `camera` and the light's map `view` have them.
+/// Cuts the casters into `count` slices of equal numbers of casters, along the half vector of `camera` and the light's map `view`.
 pub fn slices(view: &View, camera: &View, casters: &[Caster], count: usize) -> Slices {
     let (half, near_to_far) = half_vector(camera.forward, view.forward);
     let keys: Vec<u32> = keys(half, view, casters).into_iter().map(float_order).collect();
@@ -81,7 +81,7 @@ pub fn slices(view: &View, camera: &View, casters: &[Caster], count: usize) -> S
 }
 
 impl Slices {
-    /// What the buffer before slice `slice` says of the light at a point. Twin: visibility.glsl, where no mesh is.
+    /// The light at a point by the buffer before slice `slice`. Twin: visibility.glsl without meshes.
     fn at(&self, view: &View, slice: usize, position: DVec3) -> f64 {
         let (at, z) = view.project(position);
         if z <= f64::from(view.near) {
@@ -97,11 +97,11 @@ impl Slices {
     }
 }
 
-/// The picture of a scene of one light without meshes.
+/// The picture of a scene with one light and no meshes.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View, view: &View, count: usize) -> Picture {
     let mut slices = slices(view, camera, &casters.all, count);
     if slices.near_to_far {
-        // From near to far behind each other is from far to near over each other.
+        // Blending "under" from near to far equals blending "over" from far to near.
         slices.order.reverse();
     }
     let order = Order { casters: std::mem::take(&mut slices.order), volumes: Vec::new() };
@@ -128,7 +128,7 @@ fn arriving_unshadowed(scene: &Scene, position: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// Between both, and turned over where the camera looks against the light.
+    /// The half vector lies between both directions; the camera's is reversed where it looks against the light.
     #[test]
     fn half_vectors_lie_between() {
         let (down, along) = ([0.0, 0.0, -1.0], [1.0, 0.0, 0.0]);

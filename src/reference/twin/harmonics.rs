@@ -3,7 +3,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-/// cos and sin of so many full circles. Twin: cis.
+/// Cosine and sine of an angle in full circles. Twin: cis.
 pub fn cis(turns: f32) -> [f32; 2] {
     let quarters = (4.0 * turns + 0.5).floor();
     let angle = TAU * (turns - 0.25 * quarters);
@@ -23,7 +23,7 @@ pub fn turned(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// The means of [`cis`] of once, twice and so on what lies from `entry` to `exit`. Twins: first_harmonic and on.
+/// The means of [`cis`] at 1, 2, 3, … times the place, over places from `entry` to `exit`. Twins: first_harmonic and next_harmonic.
 pub fn harmonics(entry: f32, exit: f32) -> impl Iterator<Item = [f32; 2]> {
     let length = exit - entry;
     let (once, half) = (cis(0.5 * (entry + exit)), cis(0.5 * length));
@@ -53,7 +53,7 @@ mod tests {
             prop_assert!((cos - angle.cos()).abs() < 4e-7 && (sin - angle.sin()).abs() < 4e-7, "{cos}, {sin}");
         }
 
-        /// Against the integrals in f64.
+        /// Compares with the integrals in f64.
         #[test]
         fn segments_are_integrated(entry in 0.0..1.0f32, length in prop_oneof![0.0..1.0f32, 0.0..1e-5f32, Just(0.0)]) {
             let exit = (entry + length).min(1.0);

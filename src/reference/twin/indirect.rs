@@ -1,5 +1,5 @@
-//! CPU twin of glsl/lights/indirect: virtual lights, drawn from reflective shadow maps. Units of flux and the choice by them are the same
-//! numbers as on the device; patches and lights are in f64, from the same rays.
+//! CPU twin of glsl/lights/indirect: virtual lights, chosen from reflective shadow maps. Units of flux and the chosen texels equal the
+//! device's exactly; patches and lights are computed in f64, along the same rays.
 
 use crate::scene::{Light, LightKind, Projection, View};
 use glam::{DVec2, DVec3};
@@ -13,18 +13,18 @@ const LIFT: f64 = 1e-5;
 /// Twin: LEAST_COSINE.
 const LEAST_COSINE: f64 = 0.1;
 
-/// The map and the place in it of a texel. Twin: glsl/lights/indirect/texels.glsl.
+/// A texel's map, and its place in that map. Twin: glsl/lights/indirect/texels.glsl.
 pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
     let within = (1 << side_bits) - 1;
     ((texel >> (2 * side_bits)) as usize, [texel & within, texel >> side_bits & within])
 }
 
-/// A unit of flux, where `greatest` is the greatest flux.
+/// The flux of one unit, where `greatest` is the greatest flux of a texel.
 pub fn unit(greatest: f32) -> f32 {
     f32::from_bits(((greatest.to_bits() >> 23).max(LEAST_EXPONENT) - 22) << 23)
 }
 
-/// Flux in whole numbers.
+/// Flux as a whole number of units.
 pub fn units(flux: f32, greatest: f32) -> u32 {
     let per_unit = f32::from_bits((276 - (greatest.to_bits() >> 23).max(LEAST_EXPONENT)) << 23);
     (flux * per_unit + 0.5) as u32
@@ -34,13 +34,13 @@ fn greatest(fluxes: &[f32]) -> f32 {
     fluxes.iter().fold(0.0, |most: f32, flux| most.max(*flux))
 }
 
-/// Units of each row of texels. Twin: glsl/lights/indirect/sums.comp.
+/// Units of flux in each row of texels. Twin: glsl/lights/indirect/sums.comp.
 pub fn sums(fluxes: &[f32], side_bits: u32) -> Vec<u32> {
     let most = greatest(fluxes);
     fluxes.chunks(1 << side_bits).map(|row| row.iter().map(|flux| units(*flux, most)).sum()).collect()
 }
 
-/// Units before each row, and of all. Twin: glsl/lights/indirect/scan.comp.
+/// Units of flux before each row, and in all. Twin: glsl/lights/indirect/scan.comp.
 pub fn scan(sums: &[u32]) -> Vec<u64> {
     let mut starts = vec![0];
     let mut all = 0;
@@ -51,7 +51,7 @@ pub fn scan(sums: &[u32]) -> Vec<u64> {
     starts
 }
 
-/// Which of these a unit lies in, all in a row.
+/// The index of the element of `of` that contains the unit, where elements follow each other and each has as many units as its value.
 fn find(mut unit: u64, of: impl IntoIterator<Item = u64>) -> usize {
     let behind = |here: &u64| {
         let is_behind = unit >= *here;
@@ -61,7 +61,7 @@ fn find(mut unit: u64, of: impl IntoIterator<Item = u64>) -> usize {
     of.into_iter().take_while(behind).count()
 }
 
-/// The texels of `count` lights; none where there is no flux. Twin: glsl/lights/indirect/draw.comp.
+/// Chooses the texels of `count` virtual lights; none where there is no flux. Twin: glsl/lights/indirect/draw.comp.
 pub fn draw(fluxes: &[f32], side_bits: u32, count: u32) -> Vec<Option<u32>> {
     let (most, side) = (greatest(fluxes), 1usize << side_bits);
     let rows = sums(fluxes, side_bits);
@@ -96,16 +96,16 @@ pub struct Patch {
     pub position: DVec3,
     /// Unit length, on the side that the light comes from.
     pub normal: DVec3,
-    /// The radiance that leaves it, times its area, over π.
+    /// The radiance that leaves the patch, times its area, over π.
     pub flux: DVec3,
-    /// The area of the light's rays that meet it, over π.
+    /// The cross-section of the light's rays that meet the patch, over π.
     pub crossed: f64,
-    /// Between it and the light's rays.
+    /// Cosine of the angle between the patch's normal and the light's rays.
     pub cosine: f64,
 }
 
-/// The patch of a facet that a texel of `view` shows; the view is that of face number `face` of the light. None where the place belongs to
-/// another face, or the light is inside of a closed mesh. Twin: patch_of.
+/// The patch of a facet that a texel of `view` shows, where `view` is that of face number `face` of the light. None where the place belongs
+/// to another face, or the light sees the inside of a closed surface. Twin: patch_of.
 pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2]) -> Option<Patch> {
     let ray = view.ray(DVec2::from(at.map(f64::from)) + 0.5);
     let [a, b, c] = facet.corners;
@@ -134,13 +134,13 @@ pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2
     Some(Patch { position, normal, flux: facet.albedo * radiance * crossed, crossed, cosine: cosine.abs() })
 }
 
-/// By which patches are drawn: Rec. 709.
+/// The luminance by which patches are chosen: Rec. 709.
 pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// The virtual light of a patch that stands for `share` of all flux, seen by a light whose view begins at `origin`. Twin:
-/// glsl/lights/indirect/lights.comp.
+/// The virtual light of a patch, scaled so that its flux has the luminance `share`. The light that lit the patch has a view that begins at `origin`.
+/// Twin: glsl/lights/indirect/lights.comp.
 pub fn light(patch: &Patch, origin: DVec3, share: f64) -> Light {
     let own = luminance(patch.flux);
     let nearest = (patch.crossed / patch.cosine.max(LEAST_COSINE) * (share / own).max(1.0)).sqrt();
@@ -157,7 +157,7 @@ pub fn light(patch: &Patch, origin: DVec3, share: f64) -> Light {
 mod tests {
     use super::*;
 
-    /// The greatest has 22 bits at least and 23 at most, a half is half as many, and nothing is none.
+    /// The greatest flux is from 2²² to 2²³ units, half of it is half as many, and none is 0.
     #[test]
     fn flux_in_units() {
         for greatest in [1e-20f32, 1.0, 1.999, 2.0, 3.7e5, 1e30] {
@@ -168,8 +168,8 @@ mod tests {
         }
     }
 
-    /// Two maps of equal flux have half of the lights each, and each of their rows has its share; one texel with all flux has all
-    /// lights, and no flux has none.
+    /// Two maps of equal flux get half of the lights each, and each row about its share. One texel with all flux gets all lights. Without
+    /// flux there are none.
     #[test]
     fn lights_are_drawn_by_flux() {
         let picks = draw(&[1.5; 512], 4, 128);

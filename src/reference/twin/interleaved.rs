@@ -1,14 +1,14 @@
-//! Twins of glsl/consume/interleaved/: which lights each of 4 × 4 pixels asks, and their mean.
+//! Twins of glsl/consume/interleaved/: which lights each pixel of a 4 × 4 square asks for, and the mean over such squares.
 
 use super::many_lights::frame::Frame;
 use super::many_lights::shade::is_same_surface;
 
-/// Parts that so many lights are dealt into. Twin: part_count.
+/// The number of parts into which the lights are dealt. Twin: part_count.
 pub fn part_count(lights: u32) -> u32 {
     if lights >= 16 { 16 } else { 1 << lights.max(1).ilog2() }
 }
 
-/// Where a pixel lies in its 4 × 4. Twin: pixel_place.
+/// A pixel's place in its 4 × 4 square, as a number. Twin: pixel_place.
 pub fn place([x, y]: [u32; 2]) -> u32 {
     let two = |x: u32, y: u32| (x & 1) + 2 * (y & 1);
     two(x, y) + 4 * two(x >> 1, y >> 1)
@@ -20,8 +20,8 @@ pub fn part(lights: u32, place: u32) -> impl Iterator<Item = u32> {
     (place % parts..lights).step_by(parts as usize)
 }
 
-/// How much light each pixel reflects from its part of the lights, where `light` says how much from one; nothing where `seen` says that
-/// there is sky. Twin: glsl/consume/interleaved/ask.comp.
+/// The light that each pixel reflects from its part of the lights. `light` gives the light from one of them; `seen` is false where there is
+/// sky, which reflects none. Twin: glsl/consume/interleaved/ask.comp.
 pub fn ask(
     [width, height]: [u32; 2],
     lights: u32,
@@ -40,11 +40,12 @@ fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
 
-/// How near four pixels are about a pixel, where they begin 3, 2, 1 or 0 before it. Twin: NEARNESS.
+/// How well a window of four pixels is centred about a pixel, by the place in the window at which it begins: 3, 2, 1 or 0 pixels before.
+/// Twin: NEARNESS.
 const NEARNESS: [usize; 4] = [0, 2, 3, 1];
 
-/// Light that each pixel reflects from all lights, up to the rounding of a division; nothing in the sky. `geometry`: z, as bits, and packed
-/// normal of each pixel. Twin: glsl/consume/interleaved/gather.comp.
+/// The light that each pixel reflects from all lights, equal to the device's up to the rounding of a division; 0 in the sky. `geometry`: z,
+/// as bits, and packed normal of each pixel. Twin: glsl/consume/interleaved/gather.comp.
 pub fn gather(frame: &Frame, geometry: &[[u32; 2]], estimates: &[[f32; 3]], lights: u32) -> Vec<[f32; 3]> {
     let [width, height] = [frame.camera.width, frame.camera.height];
     let pixel = |i: u32| {
@@ -62,7 +63,7 @@ pub fn gather(frame: &Frame, geometry: &[[u32; 2]], estimates: &[[f32; 3]], ligh
             (0..16).map(|j| [first[0] + j % 4, first[1] + j / 4]).filter(like).collect()
         };
         let key = |place: &[usize; 2]| 8 * window(*place).len() + NEARNESS[place[0]] + NEARNESS[place[1]];
-        // The first of equal ones: max_by_key takes the last, so the order is reversed.
+        // The first of equal windows wins. `max_by_key` takes the last, so the order is reversed.
         let places = (0..16).map(|j| [j % 4, j / 4]).rev();
         let chosen = places.max_by_key(key).map(window).unwrap_or_default();
         let (mut sum, mut asked) = ([0.0; 3], 0);
@@ -82,7 +83,7 @@ mod tests {
     use crate::scene::View;
     use crate::scene::tests::on_the_axis;
 
-    /// Each light is asked by as many of 4 × 4 pixels as any other, wherever these begin, and no pixel asks none.
+    /// In any square of 4 × 4 pixels, all lights are asked for equally often, and every pixel asks for one at least.
     #[test]
     fn sixteen_pixels_ask_all_lights_alike() {
         for lights in (0..=40).chain([1000, 1023, 1024]) {
@@ -100,7 +101,7 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4, 7, 8, 15, 16, 17].map(part_count), [1, 1, 2, 2, 4, 4, 8, 8, 16, 16]);
     }
 
-    /// Where there are four parts, they lie about every corner of a pixel.
+    /// Where there are four parts, any 2 × 2 pixels have all of them.
     #[test]
     fn four_parts_are_near() {
         for (x, y) in [(0, 0), (1, 0), (3, 2), (5, 5)] {
@@ -116,7 +117,7 @@ mod tests {
         Frame { camera, corner: [-0.5, 0.5, 1.0], across: [0.01, 0.0, 0.0], down: [0.0, -0.01, 0.0], edge: 0.02 }
     }
 
-    /// On a plane each pixel has the sum over all lights, at the picture's sides too, however its lights are dealt out.
+    /// On a plane each pixel gets the sum over all lights, also at the picture's edges and for any number of lights.
     #[test]
     fn a_plane_has_all_lights() {
         let frame = frame();
@@ -131,14 +132,14 @@ mod tests {
         }
     }
 
-    /// Beside an edge four by four on the pixel's own side are all of it: as on a plane.
+    /// Beside an edge, a pixel uses a 4 × 4 window on its own side, and so gets the same as on a plane.
     #[test]
     fn an_edge_takes_nothing() {
         let frame = frame();
         let normals = [[0.0, 0.0, -1.0], [0.0, -1.0, 0.0]].map(pack_normal);
         let side = |i: usize| usize::from(i % 23 > 9 || i / 23 > 7);
         let geometry: Vec<_> = (0..23 * 14).map(|i| [2.0f32.to_bits(), normals[side(i)]]).collect();
-        // On the other side all is a hundred times as bright.
+        // The other side is a hundred times as bright, so any leak shows.
         let shines = |[x, y]: [u32; 2], i: u32| [(i + 1) as f32 * [1.0, 100.0][side((y * 23 + x) as usize)], 0.0, 0.0];
         let gathered = gather(&frame, &geometry, &ask([23, 14], 40, |_| true, shines), 40);
         for (i, found) in gathered.iter().enumerate().filter(|(i, _)| side(*i) == 0) {
@@ -146,14 +147,13 @@ mod tests {
         }
     }
 
-    /// A pixel that has none like it about, by its normal or by its place, keeps what it found itself, for as many lights as it
-    /// asked; sky has nothing.
+    /// A pixel whose neighbours all see other surfaces uses its own estimate alone, scaled up to all lights; the sky has no light.
     #[test]
     fn what_stands_alone_keeps_its_own() {
         let frame = frame();
         let facings = [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
         let normals = facings.map(pack_normal);
-        // No two pixels side by side share a normal; those farther apart are far behind each other.
+        // Pixels side by side differ in their normal; pixels farther apart differ in depth.
         let alone = |i: u32| {
             let [x, y] = [i % 23, i / 23];
             let z = 1.0 + 0.9 * (x % 4 + 4 * (y % 4)) as f32;

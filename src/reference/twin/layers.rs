@@ -21,28 +21,28 @@ pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: 
 /// The content of a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel<const N: usize> {
-    /// Which depths its range is of.
+    /// How the range was chosen.
     pub of: Range,
-    /// Where it begins and ends.
+    /// Depths at which the range begins and ends.
     pub range: [f32; 2],
-    /// From the light to the end of each layer.
+    /// Optical depth from the light to the end of each layer.
     pub optical_depths: [f32; N],
 }
 
 impl<const N: usize> Texel<N> {
-    /// The texel among a tile's casters; `bound` is [`super::sums::bound`] of them. Twin: binned.comp.
+    /// A texel made from its tile's casters; the last argument is [`super::sums::bound`] of these casters. Twin: binned.comp.
     pub fn binned(of: Range, texel: (&View, [u32; 2], &[Caster], u64)) -> Self {
         let (range, optical_depths) = texel_sums::binned(texel, of, |places, taken| parts(of, places, taken));
         Self { of, range, optical_depths }
     }
 
-    /// As drawn. Twin: raster.frag.
+    /// A texel whose casters are drawn and blended. Twin: raster.frag.
     pub fn drawn(of: Range, texel: (&View, [u32; 2], &[Caster])) -> Self {
         let (range, optical_depths) = texel_sums::drawn(texel, of, |places, taken| parts(of, places, taken));
         Self { of, range, optical_depths }
     }
 
-    /// The mean of four, of which those that nothing casts in say nothing. Twin: levels.comp.
+    /// The mean of four texels, for a coarser level of detail; the range comes from those that have casters. Twin: levels.comp.
     pub fn merged(of: Range, below: [Option<Self>; 4]) -> Self {
         let casts = below.iter().flatten().filter(|texel| texel.optical_depths[N - 1] > 0.0);
         let front = casts.clone().map(|texel| texel.range[0]).fold(f32::INFINITY, f32::min);
@@ -64,7 +64,7 @@ impl<const N: usize> Texel<N> {
         Self { of, range, optical_depths: std::array::from_fn(mean) }
     }
 
-    /// As its storage keeps it.
+    /// The texel after rounding by its storage.
     pub fn kept(self, storage: impl Fn(f32) -> f32) -> Self {
         Self { optical_depths: self.optical_depths.map(storage), ..self }
     }
@@ -90,7 +90,7 @@ mod tests {
 
     const RANGES: [Range; 3] = [Range::Scene, Range::Front, Range::Texel];
 
-    /// 32 bits, half floats, fixed point.
+    /// Rounding of each storage: 32-bit floats, half floats, fixed point.
     const STORAGES: [fn(f32) -> f32; 3] = [
         |sum| sum,
         |sum| half::f16::from_f32(sum.min(65504.0)).to_f32(),
@@ -103,7 +103,7 @@ mod tests {
         prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)
     }
 
-    /// Optical depth before a depth, in f64 and with no layers.
+    /// Exact optical depth up to a depth, in f64, without layers.
     fn exact(view: &View, casters: &[Caster], depth: f64) -> f64 {
         let of = |c: &Caster| {
             let s = texel_segment(view, [0, 0], c)?;
@@ -115,7 +115,8 @@ mod tests {
     }
 
     proptest! {
-        /// In [0, 1], never rising, all light in front, the product of all behind, and the same bits in any order.
+        /// Transmittance stays in [0, 1], never rises, is 1 in front and the product over all casters behind. Any order of casters gives
+        /// the same bits.
         #[test]
         fn invariants(all in casters()) {
             let (view, casters) = along_the_axis(&all);
@@ -130,7 +131,7 @@ mod tests {
                 prop_assert_eq!(last, 1.0);
                 for i in 0..=64 {
                     let t = texel.transmittance(i as f32 / 64.0);
-                    // A mean of two sums is rounded.
+                    // Interpolation between two sums rounds.
                     prop_assert!((0.0..=last + 1e-6).contains(&t), "{range:?}: {t} after {last}");
                     last = t;
                 }
@@ -138,7 +139,7 @@ mod tests {
             }
         }
 
-        /// Layers of one sphere between its own ends are exact everywhere.
+        /// Where the range is one sphere's own, its layers are exact everywhere.
         #[test]
         fn one_sphere_is_exact(z in -1.0..1.0f32, radius in 0.1..0.5f32, density in 0.01..5.0f32, depth in 0.0..1.0f32) {
             let (view, casters) = along_the_axis(&[(z, radius, density)]);
@@ -147,7 +148,7 @@ mod tests {
             prop_assert!((f64::from(found) - expected).abs() < 1e-5, "{found}, not {expected}");
         }
 
-        /// At the ends of layers sums are exact, whatever the casters.
+        /// At the ends of layers, sums are exact for any casters.
         #[test]
         fn ends_are_exact(all in casters()) {
             let (view, casters) = along_the_axis(&all);
@@ -157,7 +158,7 @@ mod tests {
                     let depth = texel.range[0] + end(range, 8, k) * (texel.range[1] - texel.range[0]);
                     let expected = (-exact(&view, &casters, depth.into())).exp();
                     let found = (-texel.optical_depths[k - 1]).exp();
-                    // An opaque caster takes all light within a rounding of a depth.
+                    // Near an opaque caster, rounding of a depth decides between lit and dark.
                     let near = [-1e-6, 1e-6].map(|off| (-exact(&view, &casters, f64::from(depth) + off)).exp());
                     let tolerance = 1e-5 + (near[0] - near[1]).abs();
                     prop_assert!((f64::from(found) - expected).abs() < tolerance, "{range:?} {k}: {found}, not {expected}");
@@ -166,8 +167,7 @@ mod tests {
         }
     }
 
-    /// A slab: spheres so wide that rays in them are all alike, one behind the other. With as many layers as slabs of the same depth,
-    /// all depths are exact.
+    /// Spheres one behind the other make even slabs. With one layer per slab of the same extent, the curve is exact at all depths.
     #[test]
     fn even_slabs_are_exact() {
         let slabs: Vec<_> = (0..4).map(|i| (0.75 - 0.5 * i as f32, 0.25, 0.5 + i as f32)).collect();

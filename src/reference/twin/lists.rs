@@ -6,28 +6,29 @@ use crate::scene::Caster;
 use glam::{UVec3, Vec3};
 use std::collections::BTreeMap;
 
-/// By brick and bit; each in the order of its numbers: boxes and numbers.
+/// The list of each occupied voxel, by brick and bit. An entry is a box and the number of a triangle or caster, in rising order of numbers.
 type Used = BTreeMap<(usize, u32), Vec<[u32; 2]>>;
 
-/// The highest bit of each lane: a box of no extent at all. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
+/// The highest bit of each lane, which is the empty box. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
 const BOX_GUARDS: u32 = 0x2108_4210;
 
 /// Twin: CAST_SLACK.
 const CAST_SLACK: f32 = 1.0 / 512.0;
 
-/// The part of a box, in voxels, inside a voxel: lanes of five bits, each with the highest set. Twin: box_in in glsl/grid/lists/box.glsl.
+/// The part of a box (in voxels) that is inside a voxel, packed into lanes of five bits, each with its highest bit set. Twin: box_in in
+/// glsl/grid/lists/box.glsl.
 fn box_in([low, high]: [[f32; 3]; 2], voxel: [u32; 3]) -> u32 {
     let place = |at: f32, i: usize| ((at - voxel[i] as f32) * 16.0).clamp(0.0, 15.0) as u32;
     (0..3).map(|i| (16 + place(high[i], i)) << (5 * i) | (31 - place(low[i], i)) << (15 + 5 * i)).sum()
 }
 
-/// About both. Twin: box_about.
+/// The box about two boxes. Twin: box_about.
 fn box_about(a: u32, b: u32) -> u32 {
     let lane = |of: u32, i: u32| of >> (5 * i) & 31;
     (0..6).map(|i| lane(a, i).max(lane(b, i)) << (5 * i)).sum()
 }
 
-/// The bits of all levels, and the lists, of triangles whose corners are in voxels.
+/// The occupied bits of all levels, and the lists, of triangles whose corners are given in voxels.
 pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits, Vec<u32>) {
     let mut bits = Bits::none(size);
     let mut used = Used::new();
@@ -50,12 +51,12 @@ pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits
     (bits, words)
 }
 
-/// The list that all voxels share. Twin: lists_of_all.
+/// The brick and bit of the list that all voxels share. Twin: lists_of_all.
 fn of_all(size: u32) -> (usize, u32) {
     ((size / 4).pow(3) as usize, 0)
 }
 
-/// The words of glsl/grid/lists/place.glsl.
+/// All lists as words, in the layout of glsl/grid/lists/place.glsl.
 fn words(bits: &Bits, mut used: Used, size: u32) -> Vec<u32> {
     let all = of_all(size);
     used.entry(all).or_default();
@@ -91,7 +92,7 @@ impl Cast {
         Self { place: place.voxels(caster.position).into(), axis, reach }
     }
 
-    /// Its box.
+    /// Low and high corner of its box, voxels.
     fn bounds(&self) -> [Vec3; 2] {
         let end = self.place + self.axis;
         [self.place.min(end) - self.reach, self.place.max(end) + self.reach]
@@ -119,8 +120,8 @@ impl Cast {
     }
 }
 
-/// The bits of all levels, and the lists, of casters in a grid that stands there; those whose boxes have more than `share` voxels are
-/// listed for all. Twin: casters.comp, and what follows it.
+/// The occupied bits of all levels, and the lists, of casters in the grid `place`. Casters whose boxes have more than `share` voxels go
+/// into the list that all voxels share. Twin: casters.comp and the passes after it.
 pub fn caster_lists(casters: &[Caster], place: &Place, share: u32) -> (Bits, Vec<u32>) {
     let (size, mut bits, mut used) = (place.size, Bits::none(place.size), Used::new());
     for (number, caster) in (0..).zip(casters).filter(|(_, caster)| caster.radius > 0.0) {

@@ -8,7 +8,7 @@ use super::sums::DARK;
 use crate::scene::{Projection, View};
 use glam::{Vec2, Vec3};
 
-/// When a sample is kept.
+/// The errors of transmittance above which a sample of the march is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
     /// Twin: ABSOLUTE_ERROR.
@@ -17,18 +17,19 @@ pub struct Errors {
     pub relative: f32,
 }
 
-/// A ray that is marched. Names as in the shader.
+/// The state of a march. Names are those of the shader.
 struct March {
     curve: Curve,
     errors: Errors,
     depth_of: [f32; 2],
     kept: [f32; 3],
     last: [f32; 2],
-    /// The least relative distance of an error from a threshold that decided.
+    /// The smallest relative distance between an error and a threshold in any decision so far.
     margin: f32,
 }
 
-/// The curve of a texel, and how near a decision of the march was to another: relative, infinite where there was none.
+/// The curve of a texel, and how close a decision of the march was to going the other way: a relative distance, infinite where nothing was
+/// decided.
 pub fn marched(
     media: &Media,
     place: &Place,

@@ -1,5 +1,5 @@
-//! Smoke and hair in the voxels of a grid, and their optical depth along ways through it. Twin of glsl/grid/blob.glsl, deposit.comp,
-//! media.glsl and march.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
+//! Smoke and hair in the voxels of a grid, and their optical depth along rays through it. Twin of glsl/grid/blob.glsl, deposit.comp,
+//! media.glsl and march.glsl, with the same numbers: neither fuses or reorders operations, and both divide only integers.
 
 use super::cell;
 use super::grid::{Bits, Place};
@@ -74,7 +74,7 @@ impl Motes {
         Self { first, axis, step, count, amount: units(amount) }
     }
 
-    /// How much each of its parts puts into which voxels.
+    /// Calls `deposit` with each voxel that a mote adds to, and the amount.
     pub(super) fn shares(&self, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
         (0..self.count).for_each(|i| mote(self.place(i), self.amount, size, &mut deposit));
     }
@@ -176,7 +176,7 @@ impl Slab {
     }
 }
 
-/// All voxels from one to another.
+/// All voxels in the box from `first` to `last`.
 fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     let [x, y, z] = [0, 1, 2].map(|i| first[i]..=last[i]);
     z.flat_map(move |z| {
@@ -188,14 +188,14 @@ fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
 /// Extinction in a grid's voxels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Media {
-    /// Optical depths of ways of one voxel's length, brick by brick, modulo 32 bits.
+    /// Units of optical depth over the length of one voxel, brick by brick, modulo 2³².
     pub voxels: Vec<u32>,
     /// On level 0: voxels whose sum overflowed 32 bits; above: bricks and blocks that are not empty.
     pub bits: Bits,
 }
 
 impl Media {
-    /// Media of casters in a grid that stands there. Twin: glsl/grid/deposit.comp.
+    /// Deposits casters into the grid `place`. Twin: glsl/grid/deposit.comp.
     pub fn deposit(casters: &[Caster], place: &Place) -> Self {
         let size = place.size;
         let mut media = Self { voxels: vec![0; size.pow(3) as usize], bits: Bits::none(size) };
@@ -236,29 +236,29 @@ impl Media {
         }
     }
 
-    /// Where a voxel stands. Twin: media_at.
+    /// Index of a voxel in [`Media::voxels`]. Twin: media_at.
     pub fn index(&self, voxel: [u32; 3]) -> usize {
         let (word, bit) = self.bits.place(0, voxel);
         64 * word + bit as usize
     }
 
-    /// Whether its sum went past 32 bits.
+    /// Whether a voxel's sum overflowed 32 bits.
     pub fn is_full(&self, voxel: [u32; 3]) -> bool {
         self.bits.has(0, voxel)
     }
 
-    /// Optical depth of a way of one voxel's length. Twin: media_of.
+    /// Optical depth of a voxel over the length of one voxel. Twin: media_of.
     pub fn of(&self, voxel: [u32; 3]) -> f32 {
         let (word, bit) = self.bits.place(0, voxel);
         if self.bits.has(0, voxel) { FULL } else { self.voxels[64 * word + bit as usize] as f32 * (1.0 / UNITS) }
     }
 
-    /// The optical depth of a way: every voxel on it is asked, one after the other. Twin: media_exact.
+    /// The optical depth along the way, visiting every voxel on it. Twin: media_exact.
     pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> f32 {
         self.march_by(from, way, |voxel| self.of(voxel))
     }
 
-    /// The same, where `of` says what each voxel takes.
+    /// Like [`Media::march_exact`], with `of` giving each voxel's optical depth.
     pub(super) fn march_by(&self, from: [f32; 3], way: [f32; 3], of: impl Fn([u32; 3]) -> f32) -> f32 {
         let voxels = length(way);
         let mut sum = 0.0;
@@ -287,7 +287,7 @@ pub(super) fn length(way: [f32; 3]) -> f32 {
 mod tests {
     use super::*;
 
-    /// Series and iteration against the library, over all that casters have.
+    /// Series and iterations agree with the standard library, over all values that casters have.
     #[test]
     fn arithmetic_without_functions() {
         for i in 0..4000 {

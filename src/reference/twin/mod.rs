@@ -1,5 +1,5 @@
-//! CPU twins: one file per GPU pass that computes something, in f32 as on the device. [`vertex_lit`] is in f64, since
-//! it asks the truth for light, and so are the patches of [`indirect`].
+//! CPU twins: one file per GPU pass that computes something, in f32 like the device. Exceptions in f64 are [`vertex_lit`], since it takes
+//! light from the truth, and the patches of [`indirect`].
 
 pub mod area;
 pub mod avsm;

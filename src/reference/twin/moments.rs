@@ -6,27 +6,28 @@ use super::roots::real_roots;
 /// Which functions are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// Chebyshev polynomials up to the number of moments: they carry the same as that many powers, and round better.
+    /// Chebyshev polynomials up to the number of moments: they hold the same information as powers, with less rounding.
     Power,
     /// Cosines and sines, half as many of each.
     Trigonometric,
 }
 
-/// The share of the circle that the range takes, so that its ends are apart on it. Twin: ZONE.
+/// The share of the circle onto which the range is mapped, so that the range's ends do not meet. Twin: ZONE.
 const ARC: f32 = 0.65;
 
-/// Two places whose directions differ by less, squared, are one. Twin: SAME.
+/// Two places count as one where their directions differ by less than this, squared. Twin: SAME.
 const SAME: f32 = 1e-6;
 
-/// A smaller optical depth is spread evenly: its moments are mostly rounding. Twin: THIN.
+/// Below this optical depth, moments are mostly rounding, so the optical depth is spread evenly over the range. Twin: THIN.
 const THIN: f32 = 2e-3;
 
-/// By how much so many moments are drawn to those of an even distribution, so that rounding leaves them moments of something. Twin: BIAS.
+/// The share by which moments are moved towards 0, those of a spread-out distribution, so that they stay valid moments in spite of
+/// rounding. Twin: BIAS.
 pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
     if moments == 8 || in_16_bits { 3e-4 } else { 3e-5 }
 }
 
-/// The least pivot that is divided by. Twin: LEAST_PIVOT.
+/// Smaller pivots are replaced by this before a division. Twin: LEAST_PIVOT.
 const LEAST_PIVOT: f32 = 1e-5;
 
 /// A segment's contribution, between two places of the range, to each sum: its optical depth, then that times the mean of each function.
@@ -58,23 +59,23 @@ pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_dept
     parts
 }
 
-/// Square matrices and vectors of up to 5.
+/// A vector, or a row of a square matrix, of up to 5 numbers.
 type Vector = [f32; 5];
 
-/// Values by which moments are evaluated.
+/// The moments of one look-up.
 struct Problem<'a> {
     basis: Basis,
     /// Means of the functions, the first of them 1.
     means: &'a [f32],
-    /// Half as many as moments.
+    /// Half the number of moments.
     degree: usize,
 }
 
-/// A place on the line or on the circle: x over y; half-angle's cosine and sine.
+/// A place: on the line x over y; on the circle cosine and sine of half its angle.
 type Place = [f32; 2];
 
 impl Problem<'_> {
-    /// E of the k-th polynomial, or of cos and sin of k.
+    /// Mean of the k-th polynomial, or of the cosine and sine of order k.
     fn mean(&self, k: usize) -> Place {
         match self.basis {
             Basis::Power => [self.means[k], 0.0],
@@ -83,7 +84,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The functions of half the order at a place, times its length to the power of the degree. Twin: half_functions.
+    /// The functions of up to half the order at a place; for powers, times y to the power of the degree, which keeps them finite. Twin:
+    /// half_functions.
     fn functions(&self, [x, y]: Place) -> Vector {
         let mut all = [0.0; 5];
         match self.basis {
@@ -115,7 +117,7 @@ impl Problem<'_> {
         all
     }
 
-    /// A function on the circle: twice the order of function i, and whether it is a sine.
+    /// For function i on the circle: twice its order, and 1 where it is a sine, else 0.
     fn function(&self, i: usize) -> (usize, usize) {
         match self.degree % 2 {
             1 => (1 + 2 * (i / 2), i % 2),
@@ -123,7 +125,7 @@ impl Problem<'_> {
         }
     }
 
-    /// E of the product of functions i and j of half the order. Twin: product_mean.
+    /// Mean of the product of functions i and j of half the order. Twin: product_mean.
     fn product(&self, i: usize, j: usize) -> f32 {
         if self.basis == Basis::Power {
             return 0.5 * (self.means[i + j] + self.means[i.abs_diff(j)]);
@@ -133,7 +135,7 @@ impl Problem<'_> {
         match (sine_i, sine_j) {
             (0, 0) => 0.5 * (apart[0] + together[0]),
             (1, 1) => 0.5 * (apart[0] - together[0]),
-            // The sine of a difference has its sign.
+            // The sine of a difference changes sign with the difference.
             _ => {
                 let sine_order = if sine_i == 1 { f } else { g };
                 let sign = if 2 * sine_order >= f + g { 1.0 } else { -1.0 };
@@ -142,7 +144,7 @@ impl Problem<'_> {
         }
     }
 
-    /// The lower triangle whose product with itself the matrix of means of products is. Twin: factored.
+    /// The Cholesky factor of the matrix of means of products. Twin: factored.
     fn factor(&self) -> [Vector; 5] {
         let mut lower = [[0.0; 5]; 5];
         for i in 0..=self.degree {
@@ -169,8 +171,8 @@ impl Problem<'_> {
         all
     }
 
-    /// The polynomial whose roots u are the other places of the quadrature that has one at `place`: those at distance 1 / u of it, on the
-    /// circle at an angle whose half has u as its cotangent. Falling powers, the first of which has a factor above 0. Twin: around.
+    /// A polynomial whose roots u give the other places of the quadrature that has one place at `place`. On the line, a place is at
+    /// distance 1 / u from `place`; on the circle, the angle between them is twice the arc cotangent of u. Twin: around.
     fn around(&self, c: &Vector, place: Place) -> Vector {
         let n = self.degree;
         if self.basis == Basis::Power {
@@ -193,7 +195,7 @@ impl Problem<'_> {
             return d;
         }
         let whole = turned(place, place);
-        // About the place, a cosine and a sine each: they turn the other way.
+        // Rotates the factors of a cosine and a sine, so that angles are measured from `place`.
         let about = |a: f32, b: f32, [cos, sin]: Place| [a * cos + b * sin, b * cos - a * sin];
         match n {
             2 => {
@@ -212,8 +214,7 @@ impl Problem<'_> {
     }
 }
 
-/// The optical depth to a place of the range, of sums as they are; `bias` draws the moments to those of an even distribution. Twin:
-/// texel_transmittance.
+/// The optical depth up to a place of the range, from sums before the bias. `bias` is that of [`bias`]. Twin: texel_transmittance.
 pub fn optical_depth(sums: &[f32], basis: Basis, overestimation: f32, bias: f32, place: f32) -> f32 {
     let total = sums[0];
     if place <= 0.0 || place >= 1.0 {
@@ -227,7 +228,7 @@ pub fn optical_depth(sums: &[f32], basis: Basis, overestimation: f32, bias: f32,
     total * share(&means, basis, overestimation, place)
 }
 
-/// The sums as 16 bits each keep them, the first as it is. Twin: store_sums.
+/// The sums after storage in 16 bits each; the first keeps its 32 bits. Twin: store_sums.
 pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
     let total = sums[0];
     for sum in &mut sums[1..] {
@@ -237,8 +238,8 @@ pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
     sums
 }
 
-/// The share of the optical depth that lies before a place of the range: all that the sharpest bound puts before the place, and
-/// `overestimation` times its weight at the place itself. `means` are the sums over the first. Twin: moments_share.
+/// The share of the optical depth that lies before a place of the range. It is the sharpest lower bound, plus `overestimation` times the
+/// weight that the quadrature has at the place itself. `means` are the sums divided by the first. Twin: moments_share.
 fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     let problem = Problem { basis, means, degree: (means.len() - 1) / 2 };
     let n = problem.degree;
@@ -262,7 +263,7 @@ fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     for i in 0..n {
         monic[i] = d[i + 1] / square;
     }
-    // Places of the distribution are at right angles to one another; where rounding makes two places of one, they share its weight.
+    // The functions' vectors at the quadrature's places are orthogonal. Where rounding splits one place into two, these share its weight.
     let mut seen = [([0.0; 5], 0.0); 5];
     seen[0] = (solved.map(|y| y / square.sqrt()), 1.0 / square.sqrt());
     let (mut before, mut all) = (overestimation / square, 1.0 / square);
@@ -275,7 +276,7 @@ fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
             }
             Basis::Trigonometric => {
                 let length = (u * u + 1.0).sqrt();
-                // From the place on, in circles. Between the range's end and its beginning it is both.
+                // The angle from the place, in circles. In the gap between the range's end and its begin, a place counts partly as before.
                 let turns = 1.0f32.atan2(*u) / std::f32::consts::PI;
                 let is_before = ((turns + ARC * at - ARC) / (1.0 - ARC)).clamp(0.0, 1.0);
                 (turned(place, [u / length, 1.0 / length]), 1.0, is_before)
@@ -311,7 +312,7 @@ mod tests {
 
     const BASES: [Basis; 2] = [Basis::Power, Basis::Trigonometric];
 
-    /// Moments against integrals in f64, cut fine.
+    /// Moments agree with numeric integrals in f64.
     #[test]
     fn parts_are_integrals() {
         for (entry, exit) in [(0.0f32, 1.0f32), (0.1, 0.15), (0.5, 0.5), (0.93, 0.9301), (0.999, 1.0)] {
@@ -336,7 +337,7 @@ mod tests {
         }
     }
 
-    /// Few places are what their moments say: bounds leave nothing between them but where a place is.
+    /// With few places, moments determine the curve: the bounds coincide everywhere except at the places themselves.
     #[test]
     fn few_places_are_found() {
         let places = [(0.2f32, 1.0f32), (0.7, 0.5)];
@@ -372,7 +373,7 @@ mod tests {
     }
 
     proptest! {
-        /// Bounds of powers never rise; on the circle light may wrap.
+        /// With powers, transmittance never rises; on the circle it may, since light may wrap around.
         #[test]
         fn stay_within_bounds(all in casters(), overestimation in prop_oneof![Just(0.0f32), Just(0.4), Just(1.0)]) {
             for (basis, rise) in [(Basis::Power, 1e-4), (Basis::Trigonometric, 1.0)] {

@@ -1,18 +1,18 @@
-//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles drawn into a depth map in whole numbers,
-//! the least depth per texel. Bit for bit what the device has: every operation is rounded once, in the same order.
+//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles drawn into a depth map in whole numbers, the least depth per
+//! texel. The bits equal the device's, since every operation is rounded once and in the same order.
 
 use super::exact::{cross3, dot3, longest3, reciprocal};
 use crate::scene::{Projection, View};
 use glam::{IVec2, Vec2, Vec3};
 
-/// Steps of a texel.
+/// Steps per texel to which corners are rounded.
 const STEPS: i32 = 256;
-/// Corners are cut off where they are so many times as far out as the map's edge.
+/// Triangles are clipped this many times as far from the middle as the map's edge.
 const GUARD: f32 = 1.5;
-/// The square of twice an area, world units: of less no device would know the normal.
+/// Square of twice a triangle's area, world units⁴; a triangle below it has no usable normal.
 const NO_AREA: f32 = 1e-30;
 
-/// Depths, row by row, 1 where there is nothing, of triangles by their corners.
+/// Draws triangles, given by their corners: depths row by row, 1 where there is nothing.
 pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<f32> {
     let mut depths = vec![1.0; view.texels()];
     for triangle in triangles {
@@ -29,7 +29,7 @@ pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<f32> {
     depths
 }
 
-/// How often each texel is covered, of triangles by their corners: of some that meet in edges, once.
+/// How many of the triangles cover each texel. A texel on a shared edge is covered once.
 pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
     let mut counts = vec![0; view.texels()];
     for seen in triangles.iter().filter_map(|t| see(view, t.map(Vec3::from))) {
@@ -38,7 +38,7 @@ pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
     counts
 }
 
-/// A triangle as a map sees it: a polygon, in steps, and the z of its corners.
+/// A triangle clipped to a map: a polygon with corners in steps, and their z.
 struct Seen {
     places: Vec<IVec2>,
     all_z: Vec<f32>,
@@ -139,12 +139,12 @@ fn owns_edge(edge: IVec2) -> bool {
     edge.y < 0 || (edge.y == 0 && edge.x > 0)
 }
 
-/// As the device has it: two words, each rounded.
+/// Converts like the device: the two words are rounded separately.
 fn wide_float(value: i64) -> f32 {
     ((value >> 32) as f32) * 4_294_967_296.0 + (value as u32) as f32
 }
 
-/// Calls `each` with each texel that it covers, and its z there.
+/// Calls `each` with every texel that the polygon covers, and its z there.
 fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32)) {
     for i in 1..seen.places.len() - 1 {
         let [a, mut b, mut c] = [0, i, i + 1].map(|c| (seen.places[c], seen.all_z[c]));
@@ -174,7 +174,7 @@ fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32)) {
     }
 }
 
-/// The depth that is stored for a surface at `z` of a texel's ray. Twin: stored_depth.
+/// The depth that is stored for a surface at `z` of a texel's ray, pushed back by what rounding needs. Twin: stored_depth.
 fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
     let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
     let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));
@@ -209,8 +209,7 @@ mod tests {
         }
     }
 
-    /// By hand: the half of a map of four texels that lies above its diagonal, and the other half. The centres on the
-    /// diagonal belong to one of the two.
+    /// Two triangles are the halves of a map of 4 × 4 texels. Centres on the diagonal belong to exactly one of them.
     #[test]
     fn halves_are_a_whole() {
         let view = parallel(4);
@@ -221,7 +220,7 @@ mod tests {
         assert!(counts == [6, 10] || counts == [10, 6], "{counts:?}");
     }
 
-    /// Nothing is pushed back of a plane that faces the light but what rounding asks for.
+    /// A plane that faces the light is pushed back only by what rounding needs.
     #[test]
     fn a_level_plane_has_its_depth() {
         let view = parallel(8);
@@ -230,8 +229,8 @@ mod tests {
         assert!(depths.iter().all(|d| (0.25..0.250_01).contains(d)), "{depths:?}");
     }
 
-    /// A triangle with a corner behind the light, a sliver that crosses the near plane, one with a corner in the light and
-    /// a huge one leave numbers.
+    /// Depths stay in range for a triangle with a corner behind the light, a sliver across the near plane, a triangle with a corner at the
+    /// light, and a huge one.
     #[test]
     fn depths_of_what_is_cut_are_in_range() {
         let view = View { projection: Projection::Perspective as u32, near: 0.01, ..parallel(16) };

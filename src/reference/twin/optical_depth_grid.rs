@@ -12,12 +12,12 @@ pub struct OpticalDepths {
     pub place: Place,
     /// Cells per side.
     pub cells: u32,
-    /// Layers of rows.
+    /// Optical depth from each cell's middle to the light, x fastest, then y, then z.
     pub depths: Vec<f32>,
 }
 
 impl OpticalDepths {
-    /// From each cell's middle, each way in so many parts. Twin: bake.comp.
+    /// Marches from each cell's middle to the light, each ray in `parts` parts. Twin: bake.comp.
     pub fn bake(media: &Media, place: &Place, light: &Light, cells: u32, parts: u32) -> Self {
         let side = place.voxel * (place.size as f32 / cells as f32);
         let of = |i: u32| {
@@ -35,7 +35,7 @@ impl OpticalDepths {
         Self { place: *place, cells, depths: (0..cells.pow(3)).map(of).collect() }
     }
 
-    /// Transmittance there. Twin: light_visibility in visibility.glsl.
+    /// Transmittance from the light to `position`. Twin: light_visibility in visibility.glsl.
     pub fn visibility(&self, media: &Media, light: &Light, position: [f32; 3]) -> f32 {
         let (from, way) = way(&self.place, light, position);
         let Some([near, _]) = media.bits.clipped(from, way) else { return 1.0 };

@@ -9,13 +9,13 @@ pub fn float_order(value: f32) -> u32 {
     if bits >> 31 == 1 { !bits } else { bits | 0x8000_0000 }
 }
 
-/// Its inverse. Twin: float_of_order.
+/// The inverse of [`float_order`]. Twin: float_of_order.
 pub fn float_of_order(order: u32) -> f32 {
     f32::from_bits(if order >> 31 == 1 { order & 0x7FFF_FFFF } else { !order })
 }
 
-/// The z at which each caster begins in a map's view; for a strand that of its nearer end. Near the order of entry
-/// depths in each texel, which a drawing order cannot match in all texels at once. Twin: glsl/maps/order/keys.comp.
+/// The z at which each caster begins in a map's view; for a strand, the z of its nearer end. Sorted by this, casters are nearly in the
+/// order of entry depths in each texel; no single order can match all texels exactly. Twin: glsl/maps/order/keys.comp.
 pub fn keys(view: &View, casters: &[Caster]) -> Vec<f32> {
     let forward = Vec3::from(view.forward);
     let key = |caster: &Caster| {
@@ -25,7 +25,7 @@ pub fn keys(view: &View, casters: &[Caster]) -> Vec<f32> {
     casters.iter().map(key).collect()
 }
 
-/// Indices of rising keys, equal keys in order. Twin: glsl/maps/order/count.comp, scan.comp and scatter.comp.
+/// Indices sorted by rising key; equal keys keep their order. Twin: glsl/maps/order/count.comp, scan.comp and scatter.comp.
 pub fn sort(keys: &[u32]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..keys.len() as u32).collect();
     order.sort_by_key(|i| keys[*i as usize]);
@@ -36,7 +36,7 @@ pub fn sort(keys: &[u32]) -> Vec<u32> {
 mod tests {
     use super::*;
 
-    /// Rising floats have rising numbers, and come back as they were.
+    /// Rising floats have rising numbers, and convert back to the same bits.
     #[test]
     fn floats_order_as_their_numbers() {
         let rising = [f32::NEG_INFINITY, -3e38, -1.0, -f32::MIN_POSITIVE, -0.0, 0.0, 1e-45, 1.0, 3e38, f32::INFINITY];

@@ -1,6 +1,6 @@
-//! Twin of glsl/consume/packed_normal.glsl: telling surfaces apart.
+//! Twin of glsl/consume/packed_normal.glsl: normals packed to decide whether two pixels see the same surface.
 
-/// A unit, as normals have it, and the least product of two of one surface.
+/// `NORMAL_UNIT` stands for 1 in a packed normal. Normals of one surface have at least `SAME_NORMAL` as their dot product, in these units.
 pub const NORMAL_UNIT: i32 = 511;
 const SAME_NORMAL: i32 = 235_009;
 

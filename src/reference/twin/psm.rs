@@ -7,25 +7,25 @@ use super::sums::{self, DARK};
 use crate::scene::{Caster, View};
 use glam::Vec3;
 
-/// How a ray is cut.
+/// How a ray is cut into slices.
 #[derive(Clone, Copy, Debug)]
 pub struct Slices {
-    /// How many.
+    /// Number of slices.
     pub count: u32,
-    /// A caster is shared by the two slices about its centre.
+    /// Whether a caster's optical depth is split between the two slices about its centre.
     pub split: bool,
 }
 
 /// Which slices take a caster's optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// The first of them.
+    /// The first slice.
     pub slice: usize,
     /// The share of the optical depth that the next slice takes.
     pub share: f32,
 }
 
-/// Where among the slices a caster's centre lies, in slices. Twin: the first half of caster_place.
+/// Depth of a caster's centre, in slices from the first. Twin: the first half of caster_place.
 pub fn depth_in_slices(view: &View, caster: &Caster, count: u32) -> f32 {
     let middle = Vec3::from(caster.position) + 0.5 * strand_axis(caster) - Vec3::from(view.origin);
     (middle.dot(Vec3::from(view.forward)) - view.near) / (view.far - view.near) * count as f32
@@ -38,8 +38,7 @@ pub fn place(view: &View, caster: &Caster, slices: Slices) -> Place {
     Place { slice: at as usize, share: if slices.split { at.fract() } else { 0.0 } }
 }
 
-/// Optical depth in each slice of a texel's ray. Twin: voxelize.frag, and what is blended from it.
-/// Source: step 2, "Voxelize Transmittances".
+/// Optical depth in each slice of a texel's ray. Twin: voxelize.frag and its blending. Source: step 2, "Voxelize Transmittances".
 pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices) -> Vec<f32> {
     let mut local = vec![0.0; slices.count as usize];
     for caster in casters {
@@ -53,7 +52,7 @@ pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices
     local
 }
 
-/// The light behind each slice, from each slice's own transmittance. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
+/// Transmittance behind each slice, from each slice's own transmittance. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
 pub fn propagate(leaves: &[f32]) -> Vec<f32> {
     let product = |before: &mut f32, leaves: &f32| {
         *before *= leaves;
@@ -62,7 +61,7 @@ pub fn propagate(leaves: &[f32]) -> Vec<f32> {
     leaves.iter().scan(1.0, product).collect()
 }
 
-/// The same of optical depths. Twin: propagate.comp, ADDITIVE.
+/// Transmittance behind each slice, from each slice's own optical depth. Twin: propagate.comp, ADDITIVE.
 pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     let sum = |before: &mut f32, local: &f32| {
         *before += local;
@@ -71,12 +70,12 @@ pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     local.iter().scan(0.0, sum).collect()
 }
 
-/// With so many casters or more, a tile's unit follows from their optical depths. Twin: MANY.
+/// From this number of casters on, a tile's unit follows from their optical depths, else from their number. Twin: MANY.
 pub fn many(split: bool) -> usize {
     if split { 128 } else { 256 }
 }
 
-/// Units of an optical depth of 1 in which the casters of a tile are added up, for [`fused`]. Twin: part_scale.
+/// Units per optical depth of 1 in the sums of [`fused`], for the casters of a tile. Twin: part_scale.
 pub fn scale(casters: &[Caster], split: bool) -> f32 {
     if casters.len() < many(split) {
         let bits = 27 - i32::from(split) - casters.len().max(1).ilog2() as i32;
@@ -126,7 +125,7 @@ mod tests {
     }
 
     proptest! {
-        /// Few casters, each as dark as can be, fit into 32 bits, and their roundings are at most 2⁻¹³, as fused.comp says.
+        /// Few casters, each as dark as possible, fit into 32 bits; their rounding errors add up to at most 2⁻¹³, as fused.comp states.
         #[test]
         fn the_unit_suits_few_casters(count in 1usize..256, split: bool) {
             let casters = vec![along_the_axis(&[(0.0, 1.0, 1e6)]).1[0]; count];
@@ -135,7 +134,8 @@ mod tests {
             prop_assert!(count >= many(split) || count as f64 * shares * 0.5 * unit <= 2f64.powi(-13));
         }
 
-        /// The three ways to the same ray agree; transmittance never rises and ends at the product of all.
+        /// Three ways of computing a ray agree: adding optical depths, multiplying transmittances and the fused pass. Transmittance never
+        /// rises, and ends at the product over all casters.
         #[test]
         fn one_ray_three_ways(casters in casters(), count in prop::sample::select(vec![4u32, 8, 64, 256]), split: bool) {
             let (view, slices) = (along_the_axis(&[]).0, Slices { count, split });

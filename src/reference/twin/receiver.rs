@@ -1,10 +1,10 @@
-//! CPU twin of the receivers of glsl/maps/opaque.glsl: where a point of a surface is looked up in a map of depths, and which texels about
-//! it end its light. In f32.
+//! CPU twin of the receivers of glsl/maps/opaque.glsl, in f32: where a point of a surface is looked up in a depth map, and which texels
+//! about it block its light.
 
 use crate::scene::{Projection, View};
 use glam::{Vec2, Vec3};
 
-/// A texel to the right and a texel up, in perspective at z = 1.
+/// The steps to the next texel right and up, world units; in perspective at z = 1.
 fn texel(view: &View) -> [Vec3; 2] {
     let side = |axis: [f32; 3], scale: f32, count: u32| Vec3::from(axis) * (2.0 / (count as f32 * scale));
     [side(view.right, view.scale_x, view.width), side(view.up, view.scale_y, view.height)]
@@ -27,7 +27,7 @@ pub fn moved(view: &View, position: Vec3, normal: Vec3, normal_bias: f32) -> Vec
 pub struct Receiver {
     view: View,
     z: f32,
-    /// No more than that of nothing.
+    /// Depth of the point, at most 1, which is stored where there is no mesh.
     pub depth: f32,
     along: f32,
     across: Vec2,
@@ -36,8 +36,7 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// The receiver of a point as it is looked up; `normal` is 0 in space. Twin:
-    /// opaque_compared.
+    /// The receiver at `position`, which is already moved off its surface; `normal` is 0 for points in space. Twin: opaque_compared.
     pub fn new(view: &View, position: Vec3, normal: Vec3) -> Self {
         let offset = position - Vec3::from(view.origin);
         let forward = Vec3::from(view.forward);
@@ -54,12 +53,12 @@ impl Receiver {
         }
     }
 
-    /// Whether the surface looks away from the light.
+    /// Whether the surface faces away from the light.
     pub fn is_turned(&self) -> bool {
         self.across != Vec2::ZERO && self.along >= 0.0
     }
 
-    /// Whether a texel that holds `hit`, its centre so many texels apart, ends the point's light. Twin: opaque_ends.
+    /// Whether a texel with depth `hit`, whose centre is `apart` from the point in texels, blocks the point's light. Twin: opaque_ends.
     pub fn is_ended(&self, hit: f32, apart: Vec2) -> bool {
         let z = self.view.near + hit * (self.view.far - self.view.near);
         let spread = if self.view.projection() == Projection::Parallel { 1.0 } else { z };
@@ -71,7 +70,7 @@ impl Receiver {
 mod tests {
     use super::*;
 
-    /// By hand: a plane that rises by one from each of four texels to the next, parallel rays straight down.
+    /// By hand: a plane that rises by 1 from texel to texel, under parallel rays straight down.
     #[test]
     fn a_slope_is_no_step() {
         let view = View {
@@ -93,7 +92,8 @@ mod tests {
         assert!((at - point - 0.1 * normal.x.abs() * normal).length() < 1e-6, "{at}");
         let [surface, space] = [normal, Vec3::ZERO].map(|normal| Receiver::new(&view, at, normal));
         let apart = Vec2::new(0.5, 0.0);
-        // The plane there, something above it, and something above it that is deeper than the point.
+        // Three texels in turn. The first holds the plane itself, the second holds a mesh above the plane, and the third holds a mesh above
+        // it but deeper than the point.
         for (hit, ends) in [(3.5, [false, true]), (3.2, [true, true]), (4.1, [false, false])] {
             assert_eq!([surface, space].map(|of| of.is_ended(hit / 8.0, apart)), ends, "{hit}");
         }

@@ -1,9 +1,9 @@
 //! Twin of glsl/consume/reservoir/: which lights a pixel draws, which one it keeps, and its weight.
 
-/// Lights that a pixel draws in a frame. Twin: CANDIDATES.
+/// Candidate lights that a pixel draws per frame. Twin: CANDIDATES.
 pub const CANDIDATES: u32 = 16;
 
-/// Frames that a reservoir stands for at most. Twin: MOST_FRAMES.
+/// Number of earlier frames that a reservoir counts for, at most. Twin: MOST_FRAMES.
 pub const MOST_FRAMES: u32 = 20;
 
 /// Twin: hashed.
@@ -39,25 +39,28 @@ pub fn candidate_light(bits: u32, i: u32, candidates: u32, lights: u32) -> u32 {
 pub struct Kept {
     /// The light.
     pub light: u32,
-    /// Weight: the light reflected from it, times this, has the sum over all lights as its mean; 0: none is kept.
+    /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of the sum over all lights. 0: no
+    /// light is kept.
     pub weight: f32,
-    /// Frames that it stands for.
+    /// Number of frames that the reservoir combines.
     pub frames: u32,
 }
 
-/// The result of one frame of a pixel.
+/// A pixel's result in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asked {
-    /// For the next frame.
+    /// The reservoir to keep for the next frame.
     pub kept: Kept,
     /// How much of that light arrives.
     pub visible: f32,
-    /// How near the nearest decision was, as a share of the value compared with: below this, rounding may turn it.
+    /// The smallest distance of a random number from the threshold of its decision. Where rounding is larger than this, a device may decide
+    /// otherwise.
     pub margin: f32,
 }
 
-/// One frame of a pixel under so many lights, which kept `old` where it was seen before. `target`: the light that it would reflect from a
-/// light; `visibility`: how much of one arrives; `reached`: whether one reached it where it was seen before. Twin: ask.comp.
+/// One frame of a pixel. `old` is the reservoir kept at the surface's place in the frame before. By light, `target` gives the unshadowed
+/// light that the pixel reflects, `visibility` how much of it arrives, and `reached` whether it lit that place in the frame before. Twin:
+/// ask.comp.
 pub fn ask(
     seed: u32,
     lights: u32,
@@ -108,14 +111,14 @@ pub fn ask(
 mod tests {
     use super::*;
 
-    /// However many lights there are, all candidates together are each light as often as any other.
+    /// Over all candidates, each light is drawn equally often, for any number of lights.
     #[test]
     fn each_light_is_drawn_as_often() {
         for lights in (1..=70).chain([1000, 1023, 4096]) {
             let mut drawn = vec![0; lights as usize];
             for i in 0..CANDIDATES {
                 for place in 0..lights {
-                    // The middle of the bits that are drawn to a place.
+                    // The middle of the range of random bits that leads to this place.
                     let bits = ((2 * u64::from(place) + 1) << 31) / u64::from(lights);
                     drawn[candidate_light(bits as u32, i, CANDIDATES, lights) as usize] += 1;
                 }
@@ -124,7 +127,7 @@ mod tests {
         }
     }
 
-    /// Random numbers are spread evenly: of pixels side by side, of frames one after the other and of those of one pixel.
+    /// Random numbers are spread evenly over neighbouring pixels, over successive frames, and within one pixel and frame.
     #[test]
     fn shares_are_even() {
         let of = |at: &dyn Fn(u32) -> u32| {
@@ -142,8 +145,8 @@ mod tests {
         }
     }
 
-    /// A light's part at a pixel in a frame, and how much of it arrives: reflected light and visibility change from frame to frame, so that
-    /// a pixel keeps lights that others did not reach.
+    /// The light that a pixel reflects from a light in a frame. This and [`visibility`] change from frame to frame, so that a light that
+    /// was kept may no longer reach the pixel.
     fn target(frame: u32, light: u32) -> f32 {
         let lit = !(light + frame).is_multiple_of(5);
         if lit { 0.1 + ((light * 7 + frame * 3) % 11) as f32 } else { 0.0 }
@@ -153,8 +156,8 @@ mod tests {
         [0.0, 1.0, 1.0, 0.25][((light / 3 + frame) % 4) as usize]
     }
 
-    /// In every frame the mean over all random numbers is the sum over all lights, however what is seen changes between: within five
-    /// standard errors of as many runs. If what is kept were weighed by all frames that it stands for, it would not be.
+    /// In every frame the mean over many runs is the sum over all lights, within five standard errors, although light and visibility change
+    /// between frames. A kept light must count only frames in which it could be drawn, else the mean would be off.
     #[test]
     fn the_mean_is_the_sum_over_all_lights() {
         const RUNS: u32 = 40_000;

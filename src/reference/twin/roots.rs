@@ -1,15 +1,15 @@
-//! CPU twin of glsl/technique/moments/roots.glsl: roots of polynomials that have real ones only, in f32.
+//! CPU twin of glsl/technique/moments/roots.glsl: roots of polynomials whose roots are all real, in f32.
 
-/// Laguerre's steps to a root. Twin: ROUNDS.
+/// Steps of Laguerre's method per root. Twin: ROUNDS.
 const ROUNDS: usize = 5;
 
-/// Values nearer to 0 count as 0. Twin: LEAST_ROOT.
+/// Values nearer to 0 than this count as 0. Twin: LEAST_ROOT.
 const LEAST_ROOT: f32 = 1e-6;
 
-/// Factors of u^(n−1) and on, of which there are up to 4.
+/// Coefficients of u^(n−1), u^(n−2), …, of which there are up to 4; that of u^n is 1.
 pub type Factors = [f32; 4];
 
-/// The largest root of u^n + all\[0\] u^(n−1) + … where none is farther from 0 than 1: Laguerre's method from above, which never
+/// The largest root of u^n + all\[0\] u^(n−1) + …, whose roots are at most 1 away from 0. Laguerre's method starts above the root and never
 /// passes it. Twin: largest_root.
 fn largest_root(all: &[f32]) -> f32 {
     let order = all.len() as f32;
@@ -29,11 +29,13 @@ fn largest_root(all: &[f32]) -> f32 {
     u
 }
 
-/// All roots of u^n + …, those far from 0 first, so that the deflated polynomial is accurate near 0; n is at least 2. Twin: real_roots.
+/// All roots of u^n + …, for n of at least 2. Roots far from 0 come first, so that deflation keeps the polynomial accurate near 0. Twin:
+/// real_roots.
 pub fn real_roots(mut all: Factors, n: usize) -> Factors {
     let mut roots = [0.0; 4];
     for degree in (3..=n).rev() {
-        // The sum of squares bounds all roots; mirrored so that a root that is farthest by far is the largest.
+        // The roots' sum of squares bounds all of them. The polynomial is mirrored if needed, so that a root much farther from 0 than the
+        // others is the largest.
         let square = all[0] * all[0];
         let bound = (square - 2.0 * all[1]).max(square / degree as f32).sqrt();
         if bound < LEAST_ROOT {
@@ -73,7 +75,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Polynomials made from roots whose distances from 0 differ up to a thousandfold.
+        /// Finds the roots of polynomials made from roots whose distances from 0 differ up to a thousandfold.
         #[test]
         fn roots_are_found(mut roots in prop::collection::vec((-1.0..1.0f64, 0.0..3.0f64), 2..5)) {
             let mut roots: Vec<_> = roots.drain(..).map(|(unit, power)| unit * 10f64.powf(power)).collect();
@@ -89,7 +91,7 @@ mod tests {
             let mut factors = [0.0; 4];
             factors.iter_mut().zip(&all[1..]).for_each(|(factor, exact)| *factor = *exact as f32);
             let found = real_roots(factors, n);
-            // What the rounded factors' roots may be off: roots that lie close are moved by the root of a rounding.
+            // Values of the polynomial are compared, not roots, since the rounding of coefficients may move close roots far.
             let most = roots.iter().fold(1f64, |most, root| most.max(root.abs()));
             for found in &found[..n] {
                 let value = |u: f64| all.iter().fold(0.0, |value, factor| value * u + factor);

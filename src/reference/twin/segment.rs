@@ -22,7 +22,7 @@ pub struct Segment {
     pub optical_depth: f32,
 }
 
-/// Twin: view_ray: origin and direction of the ray through a point given in texels.
+/// Origin and direction of the ray through a point given in texels. Twin: view_ray.
 pub(super) fn ray(view: &View, texel: Vec2) -> (Vec3, Vec3) {
     let ndc = texel / Vec2::new(view.width as f32, view.height as f32) * 2.0 - 1.0;
     let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
@@ -33,7 +33,8 @@ pub(super) fn ray(view: &View, texel: Vec2) -> (Vec3, Vec3) {
     }
 }
 
-/// Twin: strand_along. The start and the axis across the ray and the place along the axis; none where edge on.
+/// The parts of a strand's start and axis at right angles to the ray, and the place along the axis nearest to the ray; none where the
+/// strand is edge on. Twin: strand_along.
 pub(super) fn strand_along((origin, direction): (Vec3, Vec3), strand: &Caster) -> (Vec3, Vec3, Option<f32>) {
     let scale = 1.0 / direction.dot(direction);
     let (offset, axis) = (Vec3::from(strand.position) - origin, Vec3::from(strand.axis));
@@ -44,7 +45,7 @@ pub(super) fn strand_along((origin, direction): (Vec3, Vec3), strand: &Caster) -
     (start, across, along)
 }
 
-/// Twin: strand_overlap. z of the step.
+/// The z at which a ray meets a strand. Twin: strand_overlap.
 fn strand_step(ray: (Vec3, Vec3), strand: &Caster) -> Option<f32> {
     let (start, axis, along) = strand_along(ray, strand);
     let along = along.filter(|along| (0.0..1.0).contains(along))?;
@@ -54,13 +55,13 @@ fn strand_step(ray: (Vec3, Vec3), strand: &Caster) -> Option<f32> {
     (across.dot(across) < strand.radius * strand.radius).then_some(z)
 }
 
-/// Twin: texel_segment. None where the ray misses the caster or leaves it before the near plane.
+/// The segment of a caster on a texel's ray; none where the ray misses the caster or leaves it before the near plane. Twin: texel_segment.
 pub fn texel_segment(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Segment> {
     let (about, caster) = about_origin(view, caster);
     segment_at(&about, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5, &caster)
 }
 
-/// Both as seen from the view's origin.
+/// View and caster moved so that the view's origin is 0.
 pub(super) fn about_origin(view: &View, caster: &Caster) -> (View, Caster) {
     let position = (Vec3::from(caster.position) - Vec3::from(view.origin)).into();
     (View { origin: [0.0; 3], ..*view }, Caster { position, ..*caster })
@@ -99,7 +100,7 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
     segment_within(view, direction.length(), caster.density, [middle - half, middle + half, 2.0 * half])
 }
 
-/// A segment of even extinction from z to z, which is so long. Twin: segment_cut.
+/// A segment of even extinction from z `low` to `high`, of which a length `long` in z counts. Twin: segment_cut.
 fn segment_within(view: &View, ray_length: f32, extinction: f32, [low, high, long]: [f32; 3]) -> Option<Segment> {
     let depth = |z: f32| (z - view.near) / (view.far - view.near);
     if high <= view.near {
@@ -112,7 +113,7 @@ fn segment_within(view: &View, ray_length: f32, extinction: f32, [low, high, lon
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
-/// Twin: gaussian_overlap and segment_cut; in the view's axes, as view_caster has it.
+/// The segment of a Gaussian; `ray` and `caster` are in the view's axes, as from view_caster. Twin: gaussian_overlap and segment_cut.
 fn gaussian_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<Segment> {
     let along = AlongRay::of(ray, caster);
     let half = (CHORD * along.deviation).min(along.half());
@@ -132,7 +133,7 @@ fn gaussian_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<S
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth: whole.min(MAX_OPTICAL_DEPTH) })
 }
 
-/// Sorts as glsl/maps/list/ lists are sorted: by entry depth, ties by exit, optical depth and caster index.
+/// Sorts like the lists of glsl/maps/list/: by entry depth; ties by exit, optical depth and caster index.
 pub fn sort(segments: &mut [(u32, Segment)]) {
     let key = |of: fn(&Segment) -> f32| move |a: &Segment, b: &Segment| of(a).total_cmp(&of(b));
     let (entry, exit, depth) = (key(|s| s.entry), key(|s| s.exit), key(|s| s.optical_depth));

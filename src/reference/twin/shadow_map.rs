@@ -1,10 +1,11 @@
-//! CPU twin of glsl/technique/shadow_map/visibility.glsl: a map of depths asked as percentage closer filtering asks it, in f32. Source:
-//! Reeves, Salesin and Cook 1987.
+//! CPU twin of glsl/technique/shadow_map/visibility.glsl: percentage closer filtering of a depth map, in f32. Source: Reeves, Salesin and
+//! Cook 1987.
 
 use glam::{IVec2, Vec2};
 
-/// The share of the `side` × `side` texels about the one that holds the point `at` (in texels) whose `hit`, by texel, does
-/// not end the point's light, by how far the texel's centre is apart. Outside the map, and where a texel has 1, there is nothing.
+/// The lit share of the `side` × `side` texels about the texel that contains the point `at` (in texels). `hit` gives a texel's depth.
+/// `is_ended` decides, from that depth and the offset to the texel's centre, whether the texel blocks the point's light. Texels outside the
+/// map, and those that hold 1, block nothing.
 pub fn visibility(
     side: u32,
     at: Vec2,
@@ -22,7 +23,7 @@ pub fn visibility(
 mod tests {
     use super::*;
 
-    /// By hand: of three texels per side about the middle one, those of the left column have something in front.
+    /// By hand: of 3 × 3 texels, those of the left column have a mesh in front of the point.
     #[test]
     fn a_third_is_dark() {
         let hit = |texel: IVec2| (texel.x >= 0).then_some(if texel.x == 3 { 0.25 } else { 1.0 });

@@ -1,3 +1,3 @@
-//! The twin of glsl/simulate/ is the fountain on the host itself, which finds where a scene's particles are at a time.
+//! The twin of glsl/simulate/ is the host's own code for the fountain, which finds where a scene's particles are at a given time.
 
 pub use crate::scene::fountain_steps::{Rules, bodies, particles, pcg};

@@ -1,5 +1,5 @@
-//! Directions of strands in the voxels of a grid, and ways through a grid that is linear between voxels' middles. Twin
-//! of glsl/grid/directions.comp and directions.glsl, to the bit, and of soft.glsl.
+//! Directions of strands in the voxels of a grid, and marches through a grid interpolated linearly between voxels' middles. Twin of
+//! glsl/grid/directions.comp and directions.glsl (same bits), and of soft.glsl.
 
 use super::grid::Place;
 use super::media::{DARK, Media, Motes, UNITS, inverse_root, length};
@@ -10,7 +10,7 @@ use std::f32::consts::PI;
 /// Twin: DIRECTION_UNITS.
 const DIRECTION_UNITS: f32 = 4_194_304.0;
 
-/// A matrix per voxel: xx, yy, zz, xy, yz, zx.
+/// A symmetric matrix per voxel, the sum of the strands' outer products: xx, yy, zz, xy, yz, zx.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Directions {
     /// In the order of [`Media::voxels`], six per voxel.
@@ -18,7 +18,7 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// Directions of the strands among casters in a grid that stands there. Twin: glsl/grid/directions.comp.
+    /// Deposits the directions of the strands among `casters` into the grid `place`. Twin: glsl/grid/directions.comp.
     pub fn deposit(casters: &[Caster], place: &Place, media: &Media) -> Self {
         let mut words = vec![0i32; 6 * place.size.pow(3) as usize];
         for caster in casters.iter().filter(|caster| caster.is_strand()) {
@@ -41,7 +41,7 @@ impl Directions {
     }
 }
 
-/// The way from a point to a light, voxels. Twin: grid_way in glsl/grid/way.glsl.
+/// Begin and direction of the way from a point to a light, in voxels. Twin: grid_way in glsl/grid/way.glsl.
 pub fn way(place: &Place, light: &Light, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {
     let (from, size) = (place.voxels(position), place.size as f32);
     let to = match light.kind {
@@ -59,8 +59,8 @@ pub fn way(place: &Place, light: &Light, position: [f32; 3]) -> ([f32; 3], [f32;
 /// Twin: SPREAD_SHARE.
 const SPREAD_SHARE: f32 = 0.75;
 
-/// What a voxel takes of a way in a direction of unit length that takes `sum` on average over all directions, by the matrix of its strands.
-/// Twin: directed.
+/// Extinction of a voxel in the direction `towards`, of unit length. `sum` is the mean over all directions, and `m` the matrix of the
+/// voxel's strands. Twin: directed.
 fn directed(sum: f32, m: [f32; 6], towards: [f32; 3]) -> f32 {
     let strands = m[0] + m[1] + m[2];
     let seen: [f32; 3] = from_fn(|i| {
@@ -80,7 +80,7 @@ fn directed(sum: f32, m: [f32; 6], towards: [f32; 3]) -> f32 {
 pub struct Soft<'a> {
     /// Mean extinction of voxels.
     pub media: &'a Media,
-    /// How their strands run, where that is known.
+    /// Directions of the strands; none where the technique does not store them.
     pub directions: Option<&'a Directions>,
     /// Voxels per side.
     pub size: u32,
@@ -102,7 +102,7 @@ impl Soft<'_> {
         self.media.march_by(from, way, |voxel| self.of(voxel, towards))
     }
 
-    /// Linear between voxels' middles. Twin: media_soft.
+    /// Extinction at a place, linear between voxels' middles. Twin: media_soft.
     pub fn at(&self, place: [f32; 3], towards: [f32; 3]) -> f32 {
         let at = place.map(|p| (p - 0.5).clamp(0.0, (self.size - 1) as f32));
         let corner = at.map(|a| (a as u32).min(self.size - 2));
@@ -127,8 +127,8 @@ impl Soft<'_> {
         sum.sum::<f32>().min(DARK)
     }
 
-    /// The mean of ratio tracking along a way, and the mean of its square, where no voxel takes more than `most`: e to the power of −∫ σ, and
-    /// of −∫ 2 σ − σ² / most, by steps so short that they are the integrals. Twin: media_ratio.
+    /// Mean and mean square of ratio tracking along a way, where no extinction exceeds `most`: exp(−∫ σ) and exp(−∫ 2 σ − σ² / most). Both
+    /// are integrated numerically, in short steps. Twin: media_ratio.
     pub fn ratio(&self, from: [f32; 3], way: [f32; 3], most: f32) -> [f64; 2] {
         let Some([near, far]) = self.media.bits.clipped(from, way) else { return [1.0; 2] };
         let towards = way.map(|w| w / length(way).max(1e-30));
@@ -151,7 +151,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// Extinction along z of strands that run in these directions, as a share of that across them: by their matrix, and in truth.
+    /// Extinction along z of strands with these directions, relative to that at right angles to a strand: by their matrix, and exactly.
     fn taken(directions: &[[f64; 3]]) -> [f64; 2] {
         let n = directions.len() as f64;
         let mean = |of: &dyn Fn(&[f64; 3]) -> f64| directions.iter().map(of).sum::<f64>() / n;
@@ -168,7 +168,7 @@ mod tests {
         v.map(|a| a / length)
     }
 
-    /// All one way: |sin| of their angle to it, whatever that is.
+    /// Strands that all run one way take |sin| of their angle to the light, which the matrix gives exactly.
     #[test]
     fn strands_that_run_one_way_are_exact() {
         for i in 0..=90 {
@@ -178,7 +178,8 @@ mod tests {
         }
     }
 
-    /// Every way alike π/4, and all ways in a plane with the light 2/π: closed forms, which the matrix says by less than 3 of 100.
+    /// Closed forms: π/4 for strands that run every way, and 2/π for all ways in a plane that contains the light. The matrix errs by less
+    /// than 3 %.
     #[test]
     fn strands_that_run_every_way_are_near() {
         let count = 20_000;
@@ -195,8 +196,8 @@ mod tests {
         }
     }
 
-    /// Whatever they do it lies between E[sin²] and its root, as the truth does; of bundles that spread it is nearer to the truth than
-    /// the root is.
+    /// The result always lies between E[sin²] and its root, as the truth does. For bundles that spread, it is nearer to the truth than the
+    /// root.
     #[test]
     fn bundles_are_nearer_than_the_root() {
         let mut random = Pcg32::seed_from_u64(7);

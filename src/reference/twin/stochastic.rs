@@ -4,13 +4,13 @@ use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// The depth of a sample that ends nowhere. Twin: NO_END.
+/// The depth of a sample that no caster ends. Twin: NO_END.
 pub const NO_END: u32 = u32::MAX;
 
-/// How often depths are halved. Twin: HALVINGS.
+/// Bisections per quantile. Twin: HALVINGS.
 pub const HALVINGS: u32 = 16;
 
-/// A decision of a draw that is closer than this share of the value compared with may fall the other way on a device.
+/// Relative distance to a threshold below which a device may decide otherwise, by rounding.
 const CLOSE: f32 = 2e-4;
 
 fn hashed(bits: u32) -> u32 {
@@ -41,11 +41,11 @@ fn depth_bits(depth: f32) -> u32 {
     depth.max(0.0).abs().to_bits()
 }
 
-/// The samples of a texel, and whether a decision was so close that a device may make another.
+/// The samples of a texel, and whether rounding may change them on a device.
 pub struct Drawn {
-    /// Depths at which they end, as bits.
+    /// Depths at which the samples end, as the bits of floats.
     pub samples: Vec<u32>,
-    /// Rounding decides.
+    /// Whether a decision was so close that rounding may change it.
     pub close: bool,
 }
 
@@ -85,7 +85,8 @@ impl Drawn {
     }
 }
 
-/// So many samples of a texel, of casters with their numbers; `hash`: by the texel's noise. Twins: nearest.comp, draw.frag.
+/// Draws `count` samples of a texel, from casters with their numbers. With `hash`, the texel's noise decides for all casters; else each
+/// caster has random numbers of its own. Twins: nearest.comp, draw.frag.
 pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32, hash: bool) -> Drawn {
     let mut drawn = Drawn { samples: vec![NO_END; count as usize], close: false };
     for (number, caster) in casters {
@@ -108,7 +109,7 @@ pub struct Units {
 }
 
 impl Units {
-    /// The units of casters; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
+    /// Adds up the casters' units; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
     pub fn new(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Self {
         let cut = |s: Segment| {
             let left = (DARK / s.optical_depth).min(1.0);
@@ -121,7 +122,7 @@ impl Units {
         Self { segments, scale, all }
     }
 
-    /// Before a depth. Twin: shares_before.
+    /// Units before a depth. Twin: shares_before.
     pub fn before(&self, depth: f32) -> u32 {
         let of = |s: &Segment| {
             let within = ((depth - s.entry) / (s.exit - s.entry).max(1e-30)).clamp(0.0, 1.0);
@@ -131,26 +132,26 @@ impl Units {
         self.segments.iter().map(of).sum()
     }
 
-    /// Depths from the first entry to the last exit; none where nothing is.
+    /// Depths from the first entry to the last exit; none where there are no segments.
     pub fn range(&self) -> Option<[f32; 2]> {
         let low = self.segments.iter().map(|s| s.entry).reduce(f32::min)?;
         let high = self.segments.iter().map(|s| s.exit).reduce(f32::max)?;
         Some([low, high])
     }
 
-    /// How many may be rounded otherwise: one per caster, and a part of all.
+    /// How many units a device may differ by: one per caster, and a small share of all.
     pub fn rounding(&self) -> u32 {
         self.segments.len() as u32 + (self.all as f32 * 2e-5) as u32
     }
 
-    /// The light lost where sample `i` of so many ends.
+    /// Units of optical depth before the end of sample `i` of `count`.
     pub fn wanted(&self, texel: [u32; 2], i: u32, count: u32) -> u32 {
         let lost = ((i as f32 + share(texel_key(texel))) / count as f32).min(0.999_999_9);
         (-(1.0 - lost).ln() * self.scale) as u32
     }
 }
 
-/// So many samples of a texel, even quantiles of its transmittance. Twin: quantiles.comp.
+/// Depths of `count` samples of a texel, at even quantiles of its transmittance, as bits. Twin: quantiles.comp.
 pub fn quantiles(units: &Units, texel: [u32; 2], count: u32) -> Vec<u32> {
     let [low, high] = units.range().unwrap_or_default();
     let of = |i| {
@@ -193,7 +194,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(40))]
 
-        /// Over many texels: the mean is the truth, and squared errors come to T(1 − T)/N, to five standard deviations of either.
+        /// Over many texels, the mean is the truth and the mean squared error is T(1 − T)/N, both within five standard deviations.
         #[test]
         fn plain_samples_are_binomial(
             all in prop::collection::vec((-1.5..1.5f32, 0.05..0.5f32, 0.0..2.0f32), 1..8),
@@ -204,7 +205,7 @@ mod tests {
             let (view, casters) = along_the_axis(&all);
             let truth = left(&view, &casters, depth);
             let numbered: Vec<_> = (0..).zip(casters).collect();
-            // Numbers of casters stand for texels: each draws anew, and the segments stay.
+            // Renumbering the casters imitates other texels: the same segments get new random numbers.
             let errors: Vec<f64> = (0..TEXELS)
                 .map(|t| {
                     let casters: Vec<_> = numbered.iter().map(|(i, c)| (i + 100 * t, *c)).collect();
@@ -220,7 +221,8 @@ mod tests {
             prop_assert!((found - variance).abs() <= 5.0 * (spread / n).sqrt() + 1e-6, "{found}, not {variance}");
         }
 
-        /// The same of quantiles: f (1 − f)/N², where f is what N T has behind the point; and none is off by as much as one sample.
+        /// With quantiles the mean squared error is f (1 − f)/N², where f is the fraction of N T behind the decimal point; and no texel is
+        /// off by as much as one sample.
         #[test]
         fn quantiles_are_off_by_less_than_one(
             all in prop::collection::vec((-1.5..1.5f32, 0.05..0.5f32, 0.0..2.0f32), 1..8),
@@ -240,7 +242,7 @@ mod tests {
             let f = (truth * f64::from(count)).fract();
             let variance = f * (1.0 - f) / f64::from(count).powi(2);
             let mean = errors.iter().sum::<f64>() / n;
-            // A depth is known to a 65,536th of the casters' range, of which the densest takes that times its optical depth a range.
+            // Bisection finds a depth to 1/65,536 of the casters' range; this allows for the extinction over that distance.
             let densest: f32 = all.iter().map(|(_, _, density)| density).sum();
             let known = f64::from(densest) * 4.0 / 65_536.0 + 1e-4;
             prop_assert!(mean.abs() <= 5.0 * (variance / n).sqrt() + known, "{mean} of {truth}");
@@ -251,7 +253,7 @@ mod tests {
             prop_assert!(errors.iter().all(|e| e.abs() < 1.0 / f64::from(count) + known));
         }
 
-        /// Whatever they are drawn by, they never rise, and the order of casters is nothing to them.
+        /// Transmittance never rises, however samples are drawn, and the order of casters makes no difference.
         #[test]
         fn invariants(all in prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, 0.0..300.0f32), 0..20), hash: bool) {
             let (view, casters) = along_the_axis(&all);

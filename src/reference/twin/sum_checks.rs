@@ -7,13 +7,13 @@ use crate::scene::tests::along_the_axis;
 use crate::scene::{Caster, View};
 use proptest::prelude::*;
 
-/// Spheres along the light: place, radius, and extinctions of nothing, of smoke and of opaque casters.
+/// Spheres along the light: z, radius and extinction. Extinctions are 0, those of smoke, and those of opaque casters.
 pub fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
     let density = prop_oneof![Just(0.0f32), 0.0..3.0f32, Just(1e6f32)];
     prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)
 }
 
-/// Optical depth before a depth, in f64.
+/// Exact optical depth up to a depth, in f64.
 fn exact(view: &View, casters: &[Caster], depth: f64) -> f64 {
     let of = |c: &Caster| {
         let s = texel_segment(view, [0, 0], c)?;
@@ -24,8 +24,9 @@ fn exact(view: &View, casters: &[Caster], depth: f64) -> f64 {
     casters.iter().filter_map(of).sum()
 }
 
-/// Checks `parts` and `kept`, which state the sums, and `optical_depth` up to a place of the range: in [0, 1], all light in front, the
-/// product of all behind, the same bits in any order, and a rise of at most `rise`.
+/// Checks a technique's transmittance: it is in [0, 1], 1 in front, the product over all casters behind, and rises by at most `rise`. Any
+/// order of casters gives the same bits. `parts` gives a segment's contribution to the sums, `kept` rounds the sums for storage, and
+/// `optical_depth` evaluates them at a place of the range.
 pub fn invariants<const N: usize>(
     all: &[(f32, f32, f32)],
     parts: impl Fn([f32; 2], f32) -> [f32; N],

@@ -4,19 +4,19 @@ use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// The depths that sums are of. Twins: RANGE_SCENE and so on.
+/// The range of depths that a texel's sums cover. Twins: RANGE_SCENE and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
-    /// All of the map's.
+    /// All depths of the map.
     Scene,
-    /// Those from the texel's front on.
+    /// Depths from the texel's front to the map's end.
     Front,
-    /// Those from its front to its back.
+    /// Depths from the texel's front to its back.
     Texel,
 }
 
 impl Range {
-    /// Where it begins and ends for a texel of these segments. Twin: range_of.
+    /// Begin and end of the range, for a texel with these segments. Twin: range_of.
     pub fn of(self, segments: &[Segment]) -> [f32; 2] {
         let front = segments.iter().map(|s| s.entry).fold(f32::INFINITY, f32::min);
         let back = segments.iter().map(|s| s.exit).fold(-f32::INFINITY, f32::max);
@@ -33,7 +33,7 @@ impl Range {
     }
 }
 
-/// A depth's place in a range. Twin: range_place.
+/// A depth's place in a range, 0 to 1. Twin: range_place.
 pub fn place([begin, end]: [f32; 2], depth: f32) -> f32 {
     if depth >= end {
         1.0
@@ -54,8 +54,8 @@ pub fn segments(view: &View, texel: [u32; 2], casters: &[Caster], dark: f32) -> 
     .collect()
 }
 
-/// The range of a texel and its sums. `parts` is a segment's contribution, between two places, to each: the technique's segment_parts;
-/// `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
+/// The range of a texel and its sums. `parts` gives the contribution to each sum of a segment between two places: the technique's
+/// segment_parts. `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
 pub fn binned<const N: usize>(
     (view, texel, casters, bound): (&View, [u32; 2], &[Caster], u64),
     range: Range,
@@ -73,7 +73,7 @@ pub fn binned<const N: usize>(
     (range, units.map(|sum| sum as f32 / scale))
 }
 
-/// The same as drawn: sums round at each caster. Twin: ends.frag and raster.glsl, and what is blended from it in 32 bits.
+/// Like [`binned`], for casters that are drawn: sums round at each caster. Twin: ends.frag, raster.glsl and their blending in 32 bits.
 pub fn drawn<const N: usize>(
     (view, texel, casters): (&View, [u32; 2], &[Caster]),
     range: Range,
@@ -90,12 +90,12 @@ pub fn drawn<const N: usize>(
     (range, sums)
 }
 
-/// Cells of a level's range. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
+/// Even cells that a coarser level's range is cut into. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
 pub const EVEN_CELLS: usize = 32;
 
-/// The range of a texel of a level of detail and its sums: at the ends of even cells it has the mean transmittance of the four below;
-/// between two ends it grows as along a segment. Texels past the map's edge do not count, those without casters have no optical depth.
-/// `all` is a texel's optical depth, `optical_depth` that up to a place of its range. Twin: glsl/maps/sums/levels.glsl.
+/// The range of a texel in a coarser level of detail, and its sums. At the ends of even cells, its transmittance is the mean of the four
+/// texels below; each cell between adds a segment. Texels past the map's edge count as unshadowed, like those without casters. `all` gives
+/// a texel's whole optical depth, `optical_depth` that up to a place of its range. Twin: glsl/maps/sums/levels.glsl.
 pub fn merged<const N: usize>(
     below: [Option<([f32; 2], [f32; N])>; 4],
     range: Range,

@@ -4,12 +4,13 @@ use super::segment::texel_segment;
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// The product, before the storage rounds it after each caster. Twin: multiply.frag, and what is blended from it.
+/// The product of the casters' transmittances, without the rounding of storage after each caster. Twin: multiply.frag and its blending.
 pub fn multiply(view: &View, texel: [u32; 2], casters: &[Caster]) -> f32 {
     casters.iter().filter_map(|c| texel_segment(view, texel, c)).map(|s| (-s.optical_depth).exp()).product()
 }
 
-/// The same from a sum of whole numbers; `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: sum.comp.
+/// The same product, from optical depths summed in whole numbers; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
+/// Twin: sum.comp.
 pub fn sum(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> f32 {
     let scale = scale(bound);
     let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c));
@@ -17,7 +18,8 @@ pub fn sum(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> f32 
     (-(units as f32 / scale)).exp()
 }
 
-/// A texel of a level of detail: the mean of the four below, of which those past the map's edge are none. Twin: levels.comp.
+/// A texel in a coarser level of detail: the mean of the four below. Texels past the map's edge are `None` and count as unshadowed. Twin:
+/// levels.comp.
 pub fn merged(below: [Option<f32>; 4]) -> f32 {
     below.iter().fold(0.0, |sum, texel| sum + 0.25 * texel.unwrap_or(1.0))
 }
@@ -30,7 +32,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Both are the product of all, whatever the order.
+        /// Both functions give the product over all casters, in any order.
         #[test]
         fn both_are_the_product(all in prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, 0.0..3.0f32), 0..40)) {
             let (view, casters) = along_the_axis(&all);

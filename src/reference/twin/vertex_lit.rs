@@ -6,20 +6,20 @@ use crate::scene::{Caster, Picture, Scene, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Parts of a side, at most. Twin: MAX_LEVEL.
+/// Parts that a quad's side is cut into, at most. Twin: MAX_LEVEL.
 const MAX_LEVEL: f64 = 64.0;
 
 /// A caster's quad on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quad {
-    /// NDC, one corner and the opposite one.
+    /// Two opposite corners, NDC.
     pub corners: [DVec2; 2],
-    /// Parts along x and y.
+    /// Parts into which the quad is cut along x and y.
     pub parts: [usize; 2],
 }
 
-/// The quad of a caster with a vertex at least every `spacing` pixels, as far as 64 parts go; nothing where the caster is
-/// behind the camera or beside the picture.
+/// The quad of a caster, with a vertex at least every `spacing` pixels but at most 64 parts per side. None where the caster is behind the
+/// camera or outside the picture.
 pub fn quad(camera: &View, caster: &Caster, spacing: f64) -> Option<Quad> {
     let size = DVec2::new(camera.width.into(), camera.height.into());
     let axis = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -30,7 +30,8 @@ pub fn quad(camera: &View, caster: &Caster, spacing: f64) -> Option<Quad> {
         let offset = end - axis(camera.origin);
         let z = offset.dot(axis(camera.forward));
         farthest = farthest.max(z);
-        // The tangents of the angles at which the sphere about the end is seen; all of them where it reaches behind.
+        // The sphere about this end is seen between two angles, whose tangents give NDC. Where it reaches behind the camera, the quad
+        // covers everything.
         let ndc = |across: f64, scale: f32, sign: f64| {
             let (angle, half) = (across.atan2(z), (radius / across.hypot(z)).asin());
             let tangent = if z <= radius { sign * 1e9 } else { (angle + sign * half).tan() };
@@ -56,8 +57,8 @@ pub fn quad(camera: &View, caster: &Caster, spacing: f64) -> Option<Quad> {
     Some(Quad { corners, parts: [parts(pixels.x), parts(pixels.y)] })
 }
 
-/// Where the vertex at `pixel` asks for the caster's light; the mesh there has z `farthest`. Inside a sphere's silhouette
-/// this is where a pixel asks.
+/// The position at which the vertex at `pixel` asks for the caster's light. The mesh there is at z `farthest`. Inside a sphere's
+/// silhouette, a pixel would ask at the same position.
 pub fn asked(camera: &View, caster: &Caster, pixel: DVec2, farthest: f64) -> DVec3 {
     let ray = camera.ray(pixel);
     let square = ray.direction.length_squared();
@@ -94,7 +95,7 @@ impl Lit {
             let row = quad.parts[0] + 1;
             let at = DVec2::new((i % row) as f64, (i / row) as f64) / DVec2::from(quad.parts.map(|n| n as f64));
             let pixel = (0.5 * (quad.corners[0] + at * (quad.corners[1] - quad.corners[0])) + 0.5) * size;
-            // The mesh is known at the middle of the pixel in which the vertex lies.
+            // The depth of the mesh is known only at the middle of the vertex's pixel.
             let behind = camera.ray(pixel.clamp(DVec2::ZERO, size - 1.0).floor() + 0.5);
             let mesh = casters.meshes.hit(behind.origin, behind.direction).map_or(f64::INFINITY, |hit| hit.distance);
             let position = asked(camera, caster, pixel, mesh.min(camera.far.into()));
@@ -104,7 +105,7 @@ impl Lit {
         Some(Self { quad, light })
     }
 
-    /// The least and the most light at a point in NDC: which diagonal cuts a part into triangles is the device's choice.
+    /// The least and the most light at a point in NDC: the device may cut a part into triangles along either diagonal.
     fn at(&self, ndc: DVec2) -> [DVec3; 2] {
         let Quad { corners: [low, high], parts } = self.quad;
         let at = (ndc - low) / (high - low) * DVec2::from(parts.map(|n| n as f64));

@@ -1,7 +1,7 @@
 //! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, stored as means over intervals, in f32.
 
-/// A segment's contribution, between two places of the range, to each sum: the mean of its optical depth up to each place of each interval,
-/// then all of it. Twin: segment_parts.
+/// The contribution to each sum of a segment between two places of the range. For each interval, that is the mean, over places in it, of
+/// the segment's optical depth up to the place; the last sum gets all of it. Twin: segment_parts.
 pub fn parts<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
     let side = 1.0 / (N - 1) as f32;
     std::array::from_fn(|i| match i as f32 * side {
@@ -13,7 +13,7 @@ pub fn parts<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
 /// The mean from `low` to `high` of the share of a segment that lies before a place. Twin: mean_share.
 fn mean_share([entry, exit]: [f32; 2], low: f32, high: f32) -> f32 {
     let (from, to) = (entry.clamp(low, high), exit.clamp(low, high));
-    // Behind the exit all of it; along it the mean of where it begins and ends.
+    // Places behind the exit see all of the segment; along the segment, the mean of the shares at both ends.
     let length = (exit - entry).max(LEAST_LENGTH);
     let along = (to - from) * (0.5 * ((from - entry) + (to - entry)) / length).min(1.0);
     (along + (high - to)) / (high - low)
@@ -22,8 +22,8 @@ fn mean_share([entry, exit]: [f32; 2], low: f32, high: f32) -> f32 {
 /// A shorter segment is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
-/// The optical depth to a place of the range: means stand in the middles of their intervals, none at the range's beginning and all at its
-/// end, and between them it is linear. Twin: texel_transmittance.
+/// The optical depth up to a place of the range, interpolated linearly. The means stand in the middles of their intervals; at the range's
+/// begin it is 0, at its end the whole. Twin: texel_transmittance.
 pub fn optical_depth(sums: &[f32], place: f32) -> f32 {
     let means = sums.len() - 1;
     if place <= 0.0 || place >= 1.0 {
@@ -31,7 +31,7 @@ pub fn optical_depth(sums: &[f32], place: f32) -> f32 {
     }
     let middle = place * means as f32 - 0.5;
     let (next, along) = ((middle.floor() + 1.0) as usize, middle - middle.floor());
-    // Half an interval to either end.
+    // The first and the last stretch are half an interval long.
     let along = match next {
         0 => 2.0 * along - 1.0,
         _ if next == means => 2.0 * along,
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Between its own ends a slab is linear, which means are exact for; in all of the range more are nearer.
+    /// If the range is the slab itself, optical depth is linear and means are exact. If the range is wider, more means err less.
     #[test]
     fn a_slab() {
         assert!(slab_error([0.3, 0.7], parts::<9>, |sums, at| optical_depth(sums, at)) < 1e-6);
@@ -65,7 +65,7 @@ mod tests {
             invariants::<17>(&all, parts, halves, |sums, at| optical_depth(sums, at), 1e-6)?;
         }
 
-        /// Against the integral of the curve in f64, cut fine.
+        /// Compares with a numeric integral of the curve in f64.
         #[test]
         fn means_are_means(entry in 0.0..1.0f32, length in prop_oneof![0.0..1.0f32, Just(0.0)]) {
             let exit = (entry + length).min(1.0);
@@ -76,7 +76,7 @@ mod tests {
                 let at = |j: u32| (f64::from(i * cuts + j) + 0.5) / 4096.0;
                 let exact = 3.0 * (0..cuts).map(|j| share(at(j))).sum::<f64>() / f64::from(cuts);
                 let off = f64::from(found[i as usize]) - exact;
-                // A step lies anywhere in its cut.
+                // A step may lie anywhere in its piece of the numeric integral.
                 prop_assert!(off.abs() < 3.0 / f64::from(cuts) + 1e-5, "{i}: {off}");
             }
             prop_assert_eq!(found[16], 3.0);

@@ -1,20 +1,20 @@
-//! The built-in scene `cloud`: a cumulus in a sparse grid of densities, as OpenVDB files have them, made by a formula.
+//! The built-in scene `cloud`: a cumulus made by a formula, in a sparse grid of densities like those of OpenVDB files.
 
 use crate::scene::{Camera, Field, Light, LightKind, Mesh, Motion, Placed, Scene, Volume};
 use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
-/// Samples per side that it may have.
+/// The most samples per side.
 pub(in crate::scene) const MOST: u32 = 256;
 
-/// World units across.
+/// Width of the cloud, world units.
 const WIDE: f64 = 3.2;
 
-/// Extinction where it is densest, 1 / world unit.
+/// Extinction where the cloud is densest, 1 / world unit.
 const EXTINCTION: f64 = 9.0;
 
-/// Middles and radii of the balls that it bulges in, in halves of its width.
+/// Middles and radii of the balls that shape the cloud, in units of half its width.
 const BALLS: [([f64; 3], f64); 7] = [
     ([0.0, 0.0, -0.15], 0.42),
     ([0.38, 0.1, -0.28], 0.3),
@@ -25,7 +25,8 @@ const BALLS: [([f64; 3], f64); 7] = [
     ([-0.2, 0.12, 0.12], 0.26),
 ];
 
-/// So many samples per side about it, under one sun, above a ground; turned against the world's axes, as files' are.
+/// The cloud with `samples` samples per side, under one sun, above a ground. Its grid is rotated against the world's axes, as grids of
+/// files may be.
 pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
     let wrong = |cause: String| Error::input(name, cause, "this is a bug of the built-in scene");
     let volume = volume(samples, 1).map_err(wrong)?;
@@ -52,7 +53,7 @@ pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
     })
 }
 
-/// The cloud alone, by cells of so many of the field's.
+/// The cloud alone; `side` is that of [`Placed::side`].
 fn volume(samples: u32, side: u32) -> std::result::Result<Volume, String> {
     let count = samples as i32;
     let places = (0..count).flat_map(|z| (0..count).flat_map(move |y| (0..count).map(move |x| [x, y, z])));
@@ -67,7 +68,7 @@ fn volume(samples: u32, side: u32) -> std::result::Result<Volume, String> {
     Volume::new(Arc::new(field), placed)
 }
 
-/// 0 to 1, of a place in halves of its width: balls with a flat bottom, whose border noise moves and wears.
+/// Density, 0 to 1, at a place in units of half the cloud's width: balls with a flat bottom, with a border that noise displaces and frays.
 fn density(place: DVec3) -> f64 {
     let noise = fractal(place * 3.1);
     let within = |&(middle, radius): &([f64; 3], f64)| radius - (place - DVec3::from(middle)).length();
@@ -82,7 +83,7 @@ fn fractal(place: DVec3) -> f64 {
     (0..4).map(|octave| f64::from(1 << octave)).map(|by| noise(place * by) / by).sum::<f64>()
 }
 
-/// Trilinear between values of −½ to ½ at whole places, smoothed.
+/// Value noise: values of −½ to ½ at integer places, interpolated smoothly.
 fn noise(place: DVec3) -> f64 {
     let (cell, at) = (place.floor(), place - place.floor());
     let at = at * at * (3.0 - 2.0 * at);
@@ -93,7 +94,7 @@ fn noise(place: DVec3) -> f64 {
     (0..8).map(|corner| value(corner) * weight(corner)).sum()
 }
 
-/// −½ to ½. Source: the hash of Jarzynski and Olano 2020, *Hash Functions for GPU Rendering*, pcg3d, of which x is taken.
+/// A pseudo-random number from −½ to ½. Source: Jarzynski and Olano 2020, *Hash Functions for GPU Rendering*, the x of pcg3d.
 fn hashed(place: [i32; 3]) -> f64 {
     let [mut x, mut y, mut z] = place.map(|at| (at as u32).wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     x = x.wrapping_add(y.wrapping_mul(z));
@@ -119,8 +120,7 @@ fn ground() -> Mesh {
 mod tests {
     use super::*;
 
-    /// It is sparse and the same each time, and its cells hold as much as those of a finer and of a coarser grid of the
-    /// same formula.
+    /// The cloud is sparse and the same each time, and grids of different resolution hold the same amount of smoke.
     #[test]
     fn a_cloud_of_any_resolution() {
         let mass = |samples| {

@@ -1,5 +1,5 @@
-//! The built-in scene `cornell`: a room that is mostly lit by light reflected from its walls. After the box of Goral et al. 1984, *Modeling
-//! the interaction of light between diffuse surfaces*, as Cornell University measured it.
+//! The built-in scene `cornell`: a room lit mostly by light that its walls reflect. After the box of Goral et al. 1984, *Modeling the
+//! interaction of light between diffuse surfaces*, with colours near Cornell University's measurements.
 
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, block, empty};
@@ -9,24 +9,24 @@ use glam::{DVec2, DVec3};
 /// Half the room's width and depth, and half its height.
 const HALF: f64 = 1.0;
 
-/// Thickness of the walls, so that a grid of voxels has room for all of a wall: more than a voxel of 32³.
+/// Thickness of the walls: more than a voxel of a grid of 32³, so that such a grid can resolve a wall.
 const THICK: f64 = 0.1;
 
-/// How far one thing stands in another that it touches, and ends before or behind another that would be flush with it: no
-/// two faces lie in one plane, and no light comes through between two walls.
+/// How far things that touch overlap, and how far faces that would be flush are apart. So no two faces lie in one plane, and no light leaks
+/// between two walls.
 const LAP: f64 = 0.02;
 
-/// Linear RGB, about the measured reflectances.
+/// Albedos, linear RGB, close to the measured reflectances.
 const WHITE: [f32; 3] = [0.73, 0.71, 0.66];
 const RED: [f32; 3] = [0.6, 0.06, 0.05];
 const GREEN: [f32; 3] = [0.14, 0.45, 0.09];
 
-/// Just under the ceiling.
+/// The lamp's place, just under the ceiling.
 const LAMP: DVec3 = DVec3::new(0.0, 0.0, 2.0 * HALF - 0.02);
 
-/// A white room, its walls to the left and right red and green, open towards the camera, with two boxes in it, under a spot
-/// light that looks straight down: ceiling, the walls' upper parts and the shadows have indirect light alone. In units of about
-/// a metre, z up. All of it is closed.
+/// A white room with a red left wall and a green right one, open towards the camera, with two boxes in it. A spot light shines straight
+/// down, so the ceiling, the upper walls and the shadows get indirect light alone. Units are about a metre, z is up, and all meshes are
+/// closed.
 pub(in crate::scene) fn cornell() -> Scene {
     Scene {
         name: "cornell".into(),
@@ -54,7 +54,7 @@ pub(in crate::scene) fn cornell() -> Scene {
 fn meshes() -> Vec<Mesh> {
     let (near, top) = (-HALF, 2.0 * HALF);
     let out = HALF + THICK;
-    // Each of another length than its neighbours.
+    // Different lengths, so that no two ends are flush.
     let [floor, walls, back] = [HALF + 2.0 * LAP, HALF + 3.0 * LAP, HALF + LAP];
     vec![
         slab("floor", WHITE, [-floor, near - LAP, -THICK], [floor, floor, 0.0]),
@@ -73,7 +73,7 @@ fn slab(name: &str, albedo: [f32; 3], low: [f64; 3], high: [f64; 3]) -> Mesh {
     mesh
 }
 
-/// A box about (x, y) that stands a little in the floor, turned by a part `turn` of a full turn.
+/// A box about (x, y) that reaches a little into the floor, rotated by `turn` full turns.
 fn standing(name: &str, [x, y]: [f64; 2], turn: f64, height: f64) -> Mesh {
     const HALF_SIDE: f64 = 0.3;
     let mut mesh = empty(name, WHITE);

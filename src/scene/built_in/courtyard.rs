@@ -10,13 +10,13 @@ use crate::scene::model::time::check_time;
 use crate::scene::{Camera, Light, Mesh, Motion, Scene};
 use glam::{DVec2, DVec3};
 
-/// From the middle of the court to the columns' axes.
+/// Distance from the court's middle to the columns' axes.
 pub(in crate::scene) const YARD: f64 = 7.2;
 
-/// From column to column.
+/// Distance from column to column.
 pub(in crate::scene) const BAY: f64 = 2.4;
 
-/// Arches of a side.
+/// Arches per side.
 const BAYS: u32 = 6;
 
 /// Where the tree stands.
@@ -25,23 +25,24 @@ pub(in crate::scene) const TREE: [f64; 2] = [-3.2, 0.6];
 /// Where the statue stands.
 pub(in crate::scene) const STATUE: [f64; 2] = [2.8, -0.4];
 
-/// From the middle to the inside of the outer walls, and to their outside.
+/// Distances from the court's middle to the inside of the outer walls, and to their outside.
 const WALL: [f64; 2] = [10.8, 11.4];
 
 /// Half the side of the ground.
 const GROUND: f64 = 13.0;
 
-/// Where arches begin, and where the walls on them end.
+/// Height at which arches begin, and height of the top of the walls above them.
 const ARCH: [f64; 2] = [3.12, 5.0];
 
-/// The roofs' upper side: height at the eaves, and there the distance from the middle; how much it rises over how much.
+/// The roofs' upper side. `ROOF`: height at the eaves, and the eaves' distance from the court's middle. `SLOPE`: rise per distance
+/// outwards.
 const ROOF: [f64; 2] = [5.1, 6.65];
 const SLOPE: f64 = 0.36;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0xc0_7a4d, 5];
 
-/// See the module: of that name, with so many lamps, after so many seconds. The same bytes on every call and machine.
+/// The scene with the given name and number of lamps, at a time. The same bytes on every call and machine.
 ///
 /// # Errors
 /// As [`check_time`].
@@ -65,7 +66,7 @@ pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Resul
     })
 }
 
-/// So many lamps after so many seconds.
+/// `count` lamps at a time.
 ///
 /// # Errors
 /// As [`check_time`].
@@ -74,7 +75,7 @@ pub(in crate::scene) fn lights_at(count: usize, time_s: f64) -> Result<Vec<Light
     Ok(lights(count, time_s))
 }
 
-/// The meshes in the making.
+/// The meshes while they are built.
 struct Courtyard {
     random: Random,
     walls: Mesh,
@@ -103,7 +104,7 @@ fn meshes() -> Vec<Mesh> {
         wood: empty("wood", [0.4, 0.3, 0.22]),
         leaves: empty("leaves", [0.34, 0.52, 0.2]),
     };
-    // Each side in axes of its own: x out of the court, y along the arcade.
+    // Each side has axes of its own: x points out of the court, y along the arcade.
     for along in [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y] {
         court.side(&Place { origin: DVec3::ZERO, along });
     }
@@ -117,7 +118,7 @@ fn meshes() -> Vec<Mesh> {
     singles.into_iter().chain(slabs).collect()
 }
 
-/// A square of squares, seen from above only.
+/// A flat square, divided into squares. It is solid, so it is seen from above only.
 fn ground() -> Mesh {
     const SQUARES: u32 = 26;
     let mut ground = empty("ground", [0.42, 0.38, 0.33]);
@@ -136,13 +137,13 @@ fn ground() -> Mesh {
 }
 
 impl Courtyard {
-    /// One side of the court: columns, arches on them, a roof from there up to the outer wall.
+    /// One side of the court: columns, arches on them, and a roof that rises from there to the outer wall.
     fn side(&mut self, place: &Place) {
         let arcade = place.turned([YARD, 0.0, 0.0], [1.0, 0.0]);
         for i in 1..BAYS {
             let y = BAY * (f64::from(i) - 0.5 * f64::from(BAYS));
             self.column(&place.turned([YARD, y, 0.0], [1.0, 0.0]));
-            // From the column across to the wall.
+            // A pilaster on the wall opposite the column, and an arch from the column to the wall.
             block(&mut self.trim, place, [WALL[0] - 0.25, y - 0.22, -0.1], [WALL[0] + 0.1, y + 0.22, ARCH[1]]);
             let width = WALL[0] - 0.2 - YARD - 0.25;
             let rib = Arches {
@@ -159,7 +160,7 @@ impl Courtyard {
         arches.frames(&mut self.trim, &arcade, 0.14, 0.05);
         let half = 0.5 * BAY * f64::from(BAYS);
         block(&mut self.trim, &arcade, [-0.38, -half, ARCH[1] - 0.22], [0.38, half, ARCH[1] + 0.06]);
-        // The pier in the corner at the end.
+        // The pier in the corner at one end of the arcade.
         block(&mut self.walls, place, [YARD - 0.42, YARD - 0.42, -0.1], [YARD + 0.42, YARD + 0.42, ARCH[1] - 0.1]);
         for [out, low, high] in [[0.5, -0.1, 0.28], [0.5, ARCH[0] - 0.14, ARCH[0] + 0.04]] {
             let [near, far] = [YARD - out, YARD + out];
@@ -174,10 +175,10 @@ impl Courtyard {
         }
     }
 
-    /// A round column on a block, with another on its head.
+    /// A round column between two square blocks.
     fn column(&mut self, place: &Place) {
         block(&mut self.trim, place, [-0.36, -0.36, -0.1], [0.36, 0.36, 0.18]);
-        // Radii by height.
+        // The column's outline: radius, height.
         let profile = [
             [0.31, 0.1],
             [0.33, 0.19],
@@ -206,11 +207,11 @@ impl Courtyard {
         block(&mut self.trim, place, [-0.4, -0.4, 3.0], [0.4, 0.4, ARCH[0] + 0.02]);
     }
 
-    /// A slab that meets those of the neighbouring sides along the hips, and rows of round tiles on it.
+    /// A roof slab with rows of round tiles. It meets the slabs of the neighbouring sides along the hips.
     fn roof(&mut self, place: &Place) {
         let (inner, outer) = (ROOF[1], WALL[0] + 0.1);
         let corners = [[inner, -0.14], [outer, -0.14], [outer, 0.0], [inner, 0.0]];
-        // An outline of points (x, z), at the one hip and at the other.
+        // The slab's outline of points (x, z), once at either hip.
         let first = self.roofs.positions.len() as u32;
         for side in [-1.0, 1.0] {
             for [x, above] in corners {
@@ -228,7 +229,7 @@ impl Courtyard {
             let courses = ((outer - start) / 0.42).ceil() as u32;
             let path: Vec<_> = (0..2 * courses)
                 .map(|i| {
-                    // Each tile lies on the next: wider where it ends.
+                    // Each tile overlaps the next one, so it is wider at its lower end.
                     let x = start + 0.42 * f64::from(i / 2) + if i % 2 == 0 { 0.0 } else { 0.41 };
                     let radius = if i % 2 == 0 { 0.085 } else { 0.07 };
                     (place.at([x, y, roof_height(x)]), radius)
@@ -348,7 +349,7 @@ impl Courtyard {
     }
 }
 
-/// Height of the upper side, so far from the middle.
+/// Height of the roof's upper side, at a distance from the court's middle.
 fn roof_height(out: f64) -> f64 {
     ROOF[0] + SLOPE * (out - ROOF[1])
 }
@@ -362,7 +363,7 @@ mod tests {
         triangle.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
     }
 
-    /// All of it is over the ground or a bit in it, and each triangle is one.
+    /// All triangles lie above the ground or a little in it, and each has an area.
     #[test]
     fn is_a_hundred_and_forty_thousand_triangles() {
         let meshes = meshes();
@@ -371,7 +372,7 @@ mod tests {
         for mesh in &meshes {
             for triangle in &mesh.triangles {
                 let [a, b, c] = corners(mesh, *triangle);
-                // (What is not a number is not more.)
+                // NaN fails too, since no comparison with it is true.
                 assert!((b - a).cross(c - a).length() > 2e-5, "{}: {a} {b} {c}", mesh.name);
                 for corner in [a, b, c] {
                     assert!(corner.abs().max_element() <= GROUND && corner.z >= -0.1001, "{}: {corner}", mesh.name);
@@ -380,7 +381,7 @@ mod tests {
         }
     }
 
-    /// But for leaves all has an inside and looks out of it.
+    /// Everything except leaves is closed and wound outwards.
     #[test]
     fn all_but_leaves_are_closed() {
         for mesh in meshes() {
@@ -392,12 +393,12 @@ mod tests {
         }
     }
 
-    /// Thinner than a voxel where the court has 256 per side: wires and bars.
+    /// Wires and bars are thinner than a voxel of a grid of 256³ over the court.
     #[test]
     fn some_of_it_is_thinner_than_a_voxel() {
         let voxel = 2.0 * GROUND / 256.0;
         let iron = meshes().into_iter().find(|mesh| mesh.name == "iron").expect("bars and wires");
-        // The shortest edge of a triangle of something long is across it.
+        // On a long thin shape, a triangle's shortest edge is as long as the shape is thick.
         let across = |t: &[u32; 3]| {
             let [a, b, c] = corners(&iron, *t);
             [(b - a).length(), (c - b).length(), (a - c).length()].into_iter().fold(f64::MAX, f64::min)

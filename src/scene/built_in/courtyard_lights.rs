@@ -1,66 +1,66 @@
-//! The lamps of the courtyard, each on a closed way of its own through free air.
+//! The lamps of the courtyard. Each moves along a closed path through free air.
 
 use crate::scene::model::random::Random;
 use crate::scene::model::time::wave;
 use crate::scene::{Light, LightKind};
 use glam::DVec3;
 
-/// The number of lights for which [`RADIUS_WORLD`] and [`STRENGTH`] are meant.
+/// The default number of lamps, to which [`RADIUS_WORLD`] and [`STRENGTH`] refer.
 pub(in crate::scene) const USUAL: usize = 32;
 
-/// Most lights that there can be.
+/// The most lamps.
 pub(in crate::scene) const MOST: usize = 1024;
 
-/// Where a lamp ends, of the usual number.
+/// Radius of each lamp's light, with the default number of lamps.
 const RADIUS_WORLD: f64 = 5.6;
 
-/// How strong a lamp is, of the usual number.
+/// Strength of each lamp, with the default number of lamps.
 const STRENGTH: f64 = 0.85;
 
-/// Linear RGB, of which lamps have one each.
+/// The colours of lamps, linear RGB.
 const COLORS: [[f64; 3]; 6] =
     [[1.0, 0.62, 0.28], [1.0, 0.8, 0.55], [0.42, 0.66, 1.0], [1.0, 0.45, 0.3], [0.55, 0.95, 0.75], [0.95, 0.55, 0.8]];
 
-/// First half of the seed of each lamp; the other is its number.
+/// First half of each lamp's seed; the other half is the lamp's number.
 const SEED: u64 = 0xc0_7a4d;
 
 /// Columns that lamps go around, on the lines of the arcades.
 const COLUMNS: usize = 20;
 
-/// Where the arcades stand from the middle of the court, and from column to column.
+/// Distance of the arcades from the court's middle, and distance between columns.
 const ARCADE: [f64; 2] = [crate::scene::built_in::courtyard::YARD, crate::scene::built_in::courtyard::BAY];
 
-/// Free air, in which a lamp goes about a middle.
+/// A region of free air in which a lamp moves.
 struct Air {
     middle: DVec3,
-    /// Bounds of its motion to either side: the least and the greatest.
+    /// Least and greatest amplitude of the motion along each axis.
     reach: [DVec3; 2],
-    /// Whether it goes around the middle, and not through it.
+    /// Whether the lamp circles around the middle, instead of passing through it.
     round: bool,
 }
 
-/// About something that stands there, between two distances from it and two heights.
+/// The region around something that stands at (x, y), between two distances from it and two heights.
 fn around(x: f64, y: f64, [near, far]: [f64; 2], [low, high]: [f64; 2]) -> Air {
     let half = 0.5 * (high - low);
     let reach = [DVec3::new(near, near, 0.2 * half), DVec3::new(far, far, half)];
     Air { middle: DVec3::new(x, y, low + half), reach, round: true }
 }
 
-/// In a box.
+/// The region inside a box.
 fn within(middle: [f64; 3], half: [f64; 3]) -> Air {
     let half = DVec3::from(half);
     Air { middle: DVec3::from(middle), reach: [0.5 * half, half], round: false }
 }
 
-/// Column number `i` of all arcades, counter-clockwise, the corners left out.
+/// Place of column number `i`, counted counter-clockwise over all arcades without the corners.
 fn column(i: usize) -> [f64; 2] {
     let [out, bay] = ARCADE;
     let along = bay * ((i % 5) as f64 - 2.0);
     [[along, -out], [out, along], [along, out], [-out, along]][i / 5 % 4]
 }
 
-/// The air of lamp number `i`: of sixteen in turn six are about columns, four under the arcades, six over the court. Its first
-/// ones are spread over all of it, so that few lamps light everything too.
+/// The region of lamp number `i`. In every group of sixteen lamps, six circle around columns, four are under the arcades, six over the
+/// court. The first lamps are spread over the whole scene, so that a few lamps light it too.
 fn air(i: usize) -> Air {
     let [round, place] = [i / 16, i % 16];
     // Lamps around free-standing things keep the distances of the tables below.
@@ -95,14 +95,14 @@ fn air(i: usize) -> Air {
     }
 }
 
-/// Where lamp number `i` is after so many seconds.
+/// Position of lamp number `i` at a time.
 fn position(i: usize, time_s: f64) -> DVec3 {
     let mut random = Random::new([SEED, i as u64]);
     let Air { middle, reach: [least, most], round } = air(i);
     let share = random.between(0.0, 1.0);
     let mut reach = least + (most - least) * share;
     let mut phase = [0; 3].map(|_| random.between(0.0, 1.0));
-    // Whole turns in one period: the way is closed. Where these are different for x and y it is a Lissajous figure.
+    // Whole numbers of turns per period close the path. Where x and y have different numbers, the path is a Lissajous figure.
     let mut turns = [[1.0, 2.0, 3.0], [2.0, 1.0, 3.0], [1.0, 3.0, 2.0], [3.0, 2.0, 1.0]][i % 4];
     let mut period_s = random.between(18.0, 30.0);
     if round {
@@ -116,11 +116,9 @@ fn position(i: usize, time_s: f64) -> DVec3 {
     middle + reach * DVec3::new(swing(0), swing(1), swing(2))
 }
 
-/// `count` of them after so many seconds. Where there are more, each is weaker and ends earlier, so that all together are about
-/// as bright.
+/// `count` lamps at a time. Where there are more, each is weaker and ends earlier, so that all together are about as bright.
 pub(in crate::scene) fn lights(count: usize, time_s: f64) -> Vec<Light> {
-    // The light of all together, count · radius² · strength, stays the same; but a few lamps are not so strong that
-    // everything is white.
+    // The total, count · radius² · strength, stays the same. A limit keeps a few lamps from overexposing everything.
     let fourth = (USUAL as f64 / count.max(1) as f64).sqrt().sqrt();
     let (radius, strength) = (RADIUS_WORLD * fourth, STRENGTH * (fourth * fourth).min(2.0));
     let light = |i: usize| Light {

@@ -5,17 +5,17 @@ use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, extrude};
 use glam::DVec3;
 
-/// Straight pieces of an arch.
+/// Number of straight pieces per arch.
 const PIECES: u32 = 20;
 
-/// A wall on arches along its place's y axis, about its origin.
+/// A wall on arches. It runs along the y axis of its [`Place`], with its middle at the place's origin.
 pub(in crate::scene) struct Arches {
     pub count: u32,
     /// From middle to middle of neighbouring arches.
     pub bay: f64,
     /// Radius of an arch: half a circle.
     pub radius: f64,
-    /// Where the arches begin, and where the wall ends.
+    /// Height at which the arches begin, and height of the wall's top.
     pub heights: [f64; 2],
     /// Half the wall's thickness, along x.
     pub half_thickness: f64,
@@ -27,7 +27,7 @@ impl Arches {
         self.bay * (f64::from(i) + 0.5 - 0.5 * f64::from(self.count))
     }
 
-    /// The wall: one closed thing.
+    /// Adds the wall, as one closed surface.
     pub(in crate::scene) fn wall(&self, mesh: &mut Mesh, place: &Place) {
         let [spring, top] = self.heights;
         let end = 0.5 * self.bay * f64::from(self.count);
@@ -42,11 +42,11 @@ impl Arches {
         extrude(mesh, place, [-half, half], &outline, &strip(below.len() as u32));
     }
 
-    /// A band that frames each arch on both sides of the wall, and stands out of it by `out`.
+    /// Adds a band around each arch on both sides of the wall, which stands out of the wall by `out`.
     pub(in crate::scene) fn frames(&self, mesh: &mut Mesh, place: &Place, width: f64, out: f64) {
         for i in 0..self.count {
             let middle = [self.middle(i), self.heights[0]];
-            // A bit narrower than the arch, so that the wall's edge lies in it.
+            // The band's opening is a bit narrower than the arch, so that the wall's edge is inside the band.
             let (outer, inner) = (arc(middle, self.radius + width), arc(middle, self.radius - 0.3 * out));
             let outline: Vec<_> = inner.iter().rev().chain(&outer).copied().collect();
             let half = self.half_thickness;
@@ -57,7 +57,7 @@ impl Arches {
     }
 }
 
-/// Half a circle over its middle, from +y to −y.
+/// The upper half of a circle about (y, z), from +y to −y.
 fn arc([y, z]: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
     let point = |i: u32| {
         let [across, up] = (radius * direction(0.5 * f64::from(i) / f64::from(PIECES))).to_array();
@@ -66,18 +66,19 @@ fn arc([y, z]: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
     (0..=PIECES).map(point).collect()
 }
 
-/// An outline of `count` points from −y to +y and as many back above them, in triangles from each pair to the next.
+/// Triangles for an outline of `count` points from −y to +y, then as many back above them: two triangles between each pair of points and
+/// the next.
 fn strip(count: u32) -> Vec<[u32; 3]> {
     let above = |i: u32| 2 * count - 1 - i;
     (0..count - 1).flat_map(|i| [[i, i + 1, above(i + 1)], [i, above(i + 1), above(i)]]).collect()
 }
 
-/// A trefoil of a round bar: a closed thing with a hole, in its place's x-z plane about `middle`, which reaches `reach` from there.
+/// A trefoil knot of a round bar, as a closed surface, in the x-z plane about `middle`. It reaches `reach` from there.
 pub(in crate::scene) fn knot(mesh: &mut Mesh, middle: DVec3, reach: f64, thickness: f64) {
     const AROUND: u32 = 240;
     const SIDES: u32 = 18;
     let core = 0.62 * (reach - thickness);
-    // Three times about the core while the core goes around twice.
+    // The bar turns three times about the core while the core goes around twice.
     let at = |turn: f64| {
         let ([x, z], [out, side]) = (direction(2.0 * turn).to_array(), direction(3.0 * turn).to_array());
         let from_core = DVec3::new(x * out, side, z * out);

@@ -1,5 +1,5 @@
-//! Built-in scenes of data: `plume_8k`, `plume_64k`, `terrain`, `mohawk`. What the data is, where it is from and how it
-//! is packed: `data/README.md`.
+//! Built-in scenes made from embedded data: `plume_8k`, `plume_64k`, `terrain`, `mohawk`. `data/README.md` says where the data is from and
+//! how it is packed.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::model::random::Random;
@@ -13,45 +13,45 @@ const MOHAWK: &[u8] = include_bytes!("data/mohawk.bin");
 pub(in crate::scene) const GROUND: &[u8] = include_bytes!("data/ground.bin");
 pub(in crate::scene) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 
-/// For `plume_64k`: radius and extinction of one of eight parts of a particle, of the particle's. All together are as
-/// dark.
+/// For `plume_64k`, which divides each particle into eight: radius and extinction of a part, relative to the particle's. All eight together
+/// are as dark as the particle.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 
-/// How far from the middle the parts' middles are at most, of the radius: they fill the particle's volume.
+/// How far the parts' middles are from the particle's, at most, as a share of its radius: the parts fill the particle's volume.
 const APART: f32 = 0.788;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x64, 8];
 
-/// Vertices of the terrain a side.
+/// Vertices per side of the terrain.
 const SIDE: u32 = 52;
 
-/// Points of a hair, and the bytes of one: the first point, the length of a step, and three step numbers for each
-/// further point.
+/// Points per hair, and bytes per hair: the first point, the length of a step, then three numbers of steps for each further point.
 const POINTS: usize = 32;
 const HAIR_BYTES: usize = 16 + 3 * (POINTS - 1);
 
-/// Half a hair's width, of the longest side of the hair's bounds; and its opacity: as for a file that gives neither.
+/// Half a hair's width, as a share of the longest side of all hair's bounds; and a hair's opacity. Both are as for a file that gives
+/// neither.
 const RADIUS: f32 = 1.0 / 800.0;
 const OPACITY: f32 = 0.5;
 
-/// Little-endian floats, three by three.
+/// Vectors of three little-endian floats.
 pub(in crate::scene) fn vectors(bytes: &[u8]) -> Vec<[f32; 3]> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
-/// White light that travels this way, rounded as that of a scene file.
+/// A white directional light, with its direction rounded like that of a scene file.
 pub(in crate::scene) fn sun(direction: DVec3) -> Light {
     let direction = stage::unit(direction).unwrap_or(DVec3::NEG_Z);
     Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Smoke from three emitters, of a simulation. z is up, a unit is a cell of it.
+/// Smoke from three emitters, taken from a simulation. z is up; a world unit is a cell of that simulation.
 pub(in crate::scene) fn plume_8k() -> Scene {
     plume("plume_8k", bytemuck::pod_collect_to_vec(PLUME))
 }
 
-/// The same smoke, each particle as eight smaller ones about it.
+/// The smoke of [`plume_8k`], with each particle divided into eight smaller ones.
 pub(in crate::scene) fn plume_64k() -> Scene {
     let mut random = Random::new(SEED);
     let whole = plume_8k().particles;
@@ -85,7 +85,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
     }
 }
 
-/// Mountains, open, 2 units per side, y up.
+/// Mountains as an open mesh, 2 units per side, y up.
 pub(in crate::scene) fn terrain() -> Result<Scene> {
     let place = |i: u32| -1.0 + 2.0 / (SIDE - 1) as f32 * i as f32;
     let heights = bytemuck::pod_collect_to_vec::<u8, f32>(TERRAIN);
@@ -102,7 +102,7 @@ pub(in crate::scene) fn terrain() -> Result<Scene> {
     under_a_fitted_light("terrain", Contents { meshes: vec![mesh], ..Contents::default() })
 }
 
-/// 2,228 real hairs of 31 segments, y up.
+/// 2,228 hairs of 31 segments, from real data, y up.
 pub(in crate::scene) fn mohawk() -> Result<Scene> {
     let hairs: Vec<Vec<[f32; 3]>> = MOHAWK.chunks_exact(HAIR_BYTES).map(hair).collect();
     let points = || hairs.iter().flatten().map(|point| Vec3::from(*point));
@@ -115,7 +115,7 @@ pub(in crate::scene) fn mohawk() -> Result<Scene> {
     under_a_fitted_light("mohawk", Contents { strands, ..Contents::default() })
 }
 
-/// The points of one.
+/// The points of a packed hair.
 fn hair(bytes: &[u8]) -> Vec<[f32; 3]> {
     let (floats, steps) = bytes.split_at(16);
     let floats: Vec<f32> = bytemuck::pod_collect_to_vec(floats);
@@ -136,5 +136,5 @@ fn under_a_fitted_light(name: &str, contents: Contents) -> Result<Scene> {
     Ok(contents.scene(name.into(), vec![fitted::light(DVec3::Y)], camera))
 }
 
-// Rows are taken as they stand.
+// The data is used without swapping bytes.
 const _: () = assert!(cfg!(target_endian = "little"), "the data is little-endian");

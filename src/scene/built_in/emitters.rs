@@ -1,8 +1,8 @@
 //! The built-in scene `three-emitters`: two smoke plumes and a steam jet over a ground plane.
 //!
-//! A particle's path depends on its emitter, its number and the time alone, so the scene at any time is computed from
-//! the particles that live then, however long the emitters have been running. Only operations whose result IEEE 754
-//! fixes are used (no `sin`, no `exp`): the same bytes on every machine.
+//! A particle's path depends only on its emitter, its number and the time. So the scene at any time is computed from the particles that
+//! live then, however long the emitters have been running. Only operations whose result IEEE 754 fixes are used (no `sin`, no `exp`): the
+//! same bytes on every machine.
 
 use crate::Result;
 use crate::scene::model::time::{check_time, wave};
@@ -98,20 +98,20 @@ const EMITTERS: [Emitter; 3] = [
     },
 ];
 
-/// A mode of the swirling air: a wave across `wave_vector` (periods / unit).
+/// A mode of the swirling air: a wave of velocity that varies along `wave_vector` (periods / unit).
 struct SwirlMode {
     wave_vector: DVec3,
-    /// Crossed with the wave vector it gives the direction of the air.
+    /// The cross product of the wave vector and this is the direction of the air.
     potential: DVec3,
     /// Periods / s.
     frequency: f64,
     /// Periods.
     phase: f64,
-    /// Share of the emitter's swirl.
+    /// Factor of the emitter's swirl.
     strength: f64,
 }
 
-/// Few and incommensurable, from the size of the scene down to the size of a plume.
+/// A few modes with wavelengths from the size of the scene down to the size of a plume, incommensurable so that they do not repeat.
 const SWIRL_MODES: [SwirlMode; 6] = [
     mode([0.11, 0.07, 0.13], [0.3, -0.8, 0.4], 0.031, 0.10, 1.0),
     mode([-0.09, 0.15, 0.08], [0.9, 0.2, 0.5], -0.043, 0.55, 1.0),
@@ -139,19 +139,19 @@ pub(in crate::scene) fn smoke(scene: &str, emitters: &[Emitter], time_s: f64) ->
     smoke_after(scene, emitters, time_s, &mut Smoke::default())
 }
 
-/// Where particles were after the last whole step that they took, for the next time to go on from: the particles are the same, to the
-/// bit, as those that are followed from their births.
+/// The state of particles after their last whole step, so that the next frame continues from there. The result has the same bits as
+/// following each particle from its birth.
 #[derive(Clone, Debug, Default)]
 pub struct Smoke(Vec<Traces>);
 
-/// Those of an emitter, by their numbers from the first on.
+/// States of an emitter's particles, numbered from `first` on.
 #[derive(Clone, Debug, Default)]
 struct Traces {
     first: u64,
     all: Vec<Trace>,
 }
 
-/// A particle after so many whole steps.
+/// State of a particle after `steps` whole steps.
 #[derive(Clone, Copy, Debug)]
 struct Trace {
     drift: DVec2,
@@ -162,7 +162,7 @@ struct Trace {
     steps: u32,
 }
 
-/// As [`smoke`], of particles that were somewhere before.
+/// As [`smoke`], continuing from the states in `before`.
 pub(in crate::scene) fn smoke_after(
     scene: &str,
     emitters: &[Emitter],
@@ -171,7 +171,7 @@ pub(in crate::scene) fn smoke_after(
 ) -> Result<Vec<Particle>> {
     check_time(scene, time_s)?;
     before.0.resize_with(emitters.len(), Traces::default);
-    // The air's direction in each mode: across the wave vector, so that the air is free of divergence.
+    // The air's direction in each mode is at right angles to the wave vector, so that the air is free of divergence.
     let directions = SWIRL_MODES.map(|mode| {
         let direction = mode.wave_vector.cross(mode.potential).normalize_or_zero();
         (mode, direction)
@@ -191,7 +191,7 @@ pub(in crate::scene) fn ground(half: f32) -> Mesh {
     }
 }
 
-/// The smoke of `three-emitters` after so many seconds.
+/// The smoke of `three-emitters` at a time.
 ///
 /// # Errors
 /// As [`smoke`].
@@ -199,7 +199,7 @@ pub(in crate::scene) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec
     smoke_after("three-emitters", &EMITTERS, time_s, before)
 }
 
-/// Particles of these emitters that live at once, at most.
+/// The most particles of these emitters that live at once.
 pub(in crate::scene) const fn most(emitters: &[Emitter]) -> usize {
     let (mut sum, mut i) = (0, 0);
     while i < emitters.len() {
@@ -251,7 +251,7 @@ fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64, was: &mut 
         let birth_s = number as f64 * interval_s;
         let age_s = (time_s - birth_s).max(0.0);
         let known = number.checked_sub(before.first).and_then(|at| before.all.get(at as usize));
-        // All of its steps are whole at this age too: it may be younger than it was.
+        // The particle may be younger than in the known state; that state holds only if all of its steps are whole at this age too.
         let goes_on = |trace: &&Trace| trace.steps == 0 || age_s - f64::from(trace.steps - 1) * STEP_S >= STEP_S;
         let mut trace = known.filter(goes_on).copied().unwrap_or_else(|| born(emitter, number));
         let particle = go(emitter, modes, &mut trace, birth_s, age_s);
@@ -278,7 +278,7 @@ fn born(emitter: &Emitter, number: u64) -> Trace {
     Trace { drift, rise_factor, size_factor, position, velocity: emitter.velocity + kick.extend(0.0), steps: 0 }
 }
 
-/// What it is `age_s` after its birth; `trace` goes on with it, by whole steps.
+/// The particle `age_s` after its birth. `trace` advances by the whole steps.
 fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_s: f64, age_s: f64) -> Particle {
     let Trace { drift, rise_factor, size_factor, mut position, mut velocity, steps } = *trace;
     for step in steps..(age_s / STEP_S).ceil() as u32 {
@@ -288,7 +288,7 @@ fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_
         // The air is calm at the nozzle.
         let swirl = swirl(modes, position, birth_s + done_s) * emitter.swirl * done_s.min(1.0);
         let air = drift.extend(rise) + swirl;
-        // Implicit, so that no drag is too strong for the step.
+        // An implicit step, which is stable for any drag.
         velocity = (velocity + emitter.drag * step_s * air) / (1.0 + emitter.drag * step_s);
         position += velocity * step_s;
         if step_s == STEP_S && trace.steps == step {
@@ -297,7 +297,7 @@ fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_
     }
     let age = (age_s / emitter.lifetime_s).min(1.0);
     let radius = mix(emitter.radius_world, age) * size_factor;
-    // Fades in at the nozzle and out over the second half of life: no particle pops.
+    // Fades in at the nozzle and out over the second half of life, so that no particle pops.
     let fade = smooth(age / 0.06) * smooth((1.0 - age) / 0.6);
     Particle {
         // Smoke may touch the ground but not sink into it.
@@ -307,8 +307,8 @@ fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_
     }
 }
 
-/// The velocity of the swirling air, at most a few units / s. Any function of the phase alone is free of divergence
-/// where its direction lies across the wave vector.
+/// The velocity of the swirling air, at most a few units / s. Any function of the phase alone is free of divergence if its direction is at
+/// right angles to the wave vector.
 fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
     let velocity = |(mode, direction): &(SwirlMode, DVec3)| {
         let periods = mode.wave_vector.dot(position) + mode.frequency * time_s + mode.phase;
@@ -336,8 +336,8 @@ fn smooth(fraction: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Smoke that goes on from where it was is that which is followed from its birth, to the bit: on by frames of any length, back, and
-    /// after a leap.
+    /// Smoke that continues from earlier states has the same bits as smoke that is followed from its birth: for frames of any length,
+    /// backwards, and after a leap.
     #[test]
     fn smoke_goes_on_as_it_began() {
         let mut before = Smoke::default();

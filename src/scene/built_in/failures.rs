@@ -1,5 +1,6 @@
-//! The built-in scene `failures`: five rows of known failures of techniques, before a wall. The light comes from the left and grazes the
-//! wall, on which each row so draws its transmittance. Smoke goes on behind the wall; with `skip=off` techniques keep that too.
+//! The built-in scene `failures`: five rows, each with a known failure of techniques, in front of a wall. The light comes from the left and
+//! grazes the wall, so that each row's shadow on it shows transmittance along the ray. Smoke continues behind the wall; with `skip=off`
+//! techniques store that part too.
 //!
 //! Only operations whose result IEEE 754 fixes are used: the same bytes on every machine.
 
@@ -8,23 +9,24 @@ use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// From a row's bottom to the next one's, and how much of it is filled.
+/// Distance from a row's bottom to the next row's, and the height of a row.
 const ROW_WORLD: [f64; 2] = [0.85, 0.6];
 
 /// The lowest row's bottom.
 const BOTTOM_WORLD: f64 = 0.35;
 
-/// Where the wall stands, and how far the smoke goes on behind it: a ray to a place on the wall has casters before the place and behind it.
+/// `WALL_WORLD`: y of the wall. `DEEP_WORLD`: y at which smoke and hair end, behind the wall, so that a light ray has casters both before
+/// and behind a place on the wall.
 const WALL_WORLD: f64 = 2.2;
 const DEEP_WORLD: f64 = 4.8;
 
-/// A sphere's radius by how far it is to the next: overlapping so far, they are an even medium.
+/// A sphere's radius over the distance to the next. With this overlap, the spheres make an even medium.
 const OVERLAP: f64 = 1.2;
 
-/// A sphere's volume by the cube of its radius.
+/// A sphere's volume over the cube of its radius.
 const BALL: f64 = 4.0 / 3.0 * std::f64::consts::PI;
 
-/// Hairs of the lowest row: number, half the width of one, and its opacity.
+/// Hairs of the lowest row: their number, half the width of each, and opacity.
 const HAIRS: usize = 1300;
 const HAIR_RADIUS_WORLD: f32 = 0.008;
 const HAIR_OPACITY: f32 = 0.3;
@@ -40,17 +42,17 @@ impl Random {
     }
 }
 
-/// Bottom and top of row `from_below`.
+/// z of the bottom and top of row `from_below`, counted from the lowest.
 fn row(from_below: u32) -> [f64; 2] {
     let low = BOTTOM_WORLD + f64::from(from_below) * ROW_WORLD[0];
     [low, low + ROW_WORLD[1]]
 }
 
-/// From the top: a slab of even smoke; two walls of it with a gap between them; a thin sheet; a lone wall in fog; fine hair. Under a
-/// directional light. The same bytes on every call and machine.
+/// The rows from the top: a slab of even smoke; two walls of smoke with a gap between them; a thin sheet; a dense wall in fog; fine hair.
+/// Under one directional light. The same bytes on every call and machine.
 pub(in crate::scene) fn failures() -> Scene {
     let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
-    // Row, from where on and how far along x, how far apart its spheres are, and the optical depth straight through.
+    // Row; begin and length along x; distance between spheres; optical depth along x.
     let particles = [
         (4, [2.0, 3.0], 0.12, 3.0),
         (3, [0.8, 0.4], 0.1, 0.7),
@@ -92,18 +94,18 @@ pub(in crate::scene) fn failures() -> Scene {
     }
 }
 
-/// Spheres in a row, from `along[0]` on `along[1]` far, each near its place in a grid.
+/// Fills a row with spheres, from x = `along[0]` over a length of `along[1]`. Each is near its place in a grid.
 fn smoke(random: &mut Random, [low, high]: [f64; 2], along: [f64; 2], apart: f64, optical_depth: f64) -> Vec<Particle> {
     let (corner, sides) = (DVec3::new(along[0], 0.0, low), DVec3::new(along[1], DEEP_WORLD, high - low));
     let [nx, ny, nz] = (sides / apart).round().max(DVec3::ONE).to_array().map(|count| count as u32);
     let cell = sides / DVec3::new(f64::from(nx), f64::from(ny), f64::from(nz));
     let radius = OVERLAP * apart;
     let volume = BALL * radius * radius * radius;
-    // Cells have their spheres' volumes in the mean, at all of the row.
+    // Extinction is averaged over a cell of the grid: each cell has one sphere's volume of smoke.
     let extinction = optical_depth / along[1] * (cell.x * cell.y * cell.z) / volume;
     let mut particles = Vec::new();
     for (i, j, k) in (0..nx).flat_map(|i| (0..ny).flat_map(move |j| (0..nz).map(move |k| (i, j, k)))) {
-        // A row that is one sphere thin stays so.
+        // Where the grid is only one sphere thick, spheres stay in line.
         let moved = [nx, ny, nz].map(|count| if count > 1 { random.between(0.2, 0.8) } else { 0.5 });
         let place = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) + DVec3::from(moved);
         let position = (corner + cell * place).as_vec3().into();
@@ -112,7 +114,7 @@ fn smoke(random: &mut Random, [low, high]: [f64; 2], along: [f64; 2], apart: f64
     particles
 }
 
-/// Open, as wide and high as the rows and a bit more.
+/// An open mesh, a bit wider and higher than the rows.
 fn wall() -> Mesh {
     let corner = |x: f32, z: f32| [x, WALL_WORLD as f32, z];
     Mesh {

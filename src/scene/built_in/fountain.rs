@@ -9,26 +9,26 @@ use crate::scene::model::time::check_time;
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
 use glam::{DVec2, DVec3};
 
-/// Half the side of the ground: a voxel less than the grid's.
+/// Half the side of the ground, a little less than that of the grid.
 const GROUND_HALF_WORLD: f32 = 3.9;
 
 /// The bowl's outline from its foot up, over its rim and down inside: distance from the axis, height.
 const BOWL: [[f64; 2]; 7] =
     [[0.28, 1.1], [0.75, 1.22], [1.15, 1.62], [1.02, 1.66], [0.66, 1.38], [0.3, 1.3], [0.1, 1.28]];
 
-/// Sides of round things.
+/// Number of sides of round shapes.
 const SIDES: u32 = 32;
 
-/// Columns: where they stand, and how high.
+/// Columns: x, y, height.
 const COLUMNS: [[f64; 3]; 4] = [[-2.2, 1.2, 2.6], [-1.1, 2.4, 3.2], [1.1, 2.4, 3.2], [2.2, 1.2, 2.6]];
 
-/// Where the particles are at a step. The same bytes as on the device.
+/// The particles at a time, with the same bytes as on the device.
 pub(in crate::scene) fn particles(fountain: &Fountain, time_s: f64) -> Result<Vec<Particle>> {
     check_time("fountain", time_s)?;
     Ok(fountain_steps::particles(fountain, &meshes(), fountain.step_at(time_s)))
 }
 
-/// The scene at a time, with so many particles, in units of about a metre, z up.
+/// The scene at a time, with `particles` particles, in units of about a metre, z up.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): `time_s` is not in [0, 3600].
@@ -57,7 +57,7 @@ pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Res
     })
 }
 
-/// All that stands still: a ground, and closed things on it.
+/// The meshes, which stand still: a ground, and closed shapes on it.
 fn meshes() -> Vec<Mesh> {
     let world = Place { origin: DVec3::ZERO, along: DVec2::X };
     let mut bowl = empty("bowl", [0.62, 0.6, 0.56]);
@@ -75,7 +75,7 @@ fn meshes() -> Vec<Mesh> {
         tube(&mut columns, &upright([x, y], 0.0, height, 0.16), SIDES);
         block(&mut columns, &world, [x - 0.24, y - 0.24, height - 0.05], [x + 0.24, y + 0.24, height + 0.15]);
     }
-    // Steps that rise to the left of the bowl, one a quarter of a unit over the other.
+    // Steps that rise to the left of the bowl, each a quarter of a unit higher than the one before.
     let mut steps = empty("steps", [0.5, 0.52, 0.56]);
     for i in 0..4 {
         let (rise, left) = (0.25 * f64::from(i + 1), -1.9 - 0.4 * f64::from(i));

@@ -16,12 +16,11 @@ const HAIRS_PER_LOCK: usize = 15;
 /// 48,000 in all.
 const SEGMENTS_PER_HAIR: usize = 16;
 
-/// Half a hair's width. The hair's bounds are some 3 units across: on a map of 256² texels a hair is between half a texel
-/// and one texel wide. The truth is taken at texel centres: most of them would miss a hair much thinner, and the map would
-/// be of the few that it meets; a much wider one is smooth over several texels, which is no hair.
+/// Half a hair's width. The hair is some 3 units across, so on a map of 256² texels a hair is half a texel to one texel wide. The truth is
+/// taken at texel centres: most centres would miss a much thinner hair. A much wider one would be smooth over several texels, unlike hair.
 const RADIUS_WORLD: f32 = 0.0045;
 
-/// A hair is translucent: a pixel's or texel's share of it stands for hair and the air beside it.
+/// Hairs are translucent, since a texel or pixel holds both hair and the air beside it.
 const OPACITY: f32 = 0.45;
 
 /// Half axes of the head, which is a unit sphere while hair grows.
@@ -30,7 +29,7 @@ const HEAD_WORLD: DVec3 = DVec3::new(0.82, 0.94, 1.1);
 /// Height of the floor.
 const FLOOR_WORLD: f32 = -1.9;
 
-/// Cosine and sine by which a curl turns from a segment to the next: two turns and a third in a hair.
+/// Cosine and sine of the angle by which a curl turns per segment: two and a third turns per hair.
 const CURL: [f64; 2] = [0.6, 0.8];
 
 /// The time at which the moving light has its usual place, seconds.
@@ -76,7 +75,7 @@ struct Lock {
     phase: [f64; 2],
 }
 
-/// The light, which sways about where it stands at AT_REST_S: slowly enough that texels crawl over the hairs.
+/// The light, which sways about its direction at [`AT_REST_S`], slowly enough that the map's texels crawl over the hairs.
 ///
 /// # Errors
 /// [`crate::Error::Input`] where the time is out of range.
@@ -88,8 +87,8 @@ pub(in crate::scene) fn lights(time_s: f64) -> Result<Vec<Light>> {
     Ok(vec![Light { kind, radiance: [1.3; 3], radius: f64::INFINITY }])
 }
 
-/// 48,000 segments of 3,000 hairs on an ellipsoid, a directional light from the front left that sways. The same bytes on every
-/// call and machine.
+/// 48,000 segments of 3,000 hairs on an ellipsoid, under a directional light from the front left that sways. The same bytes on every call
+/// and machine.
 ///
 /// # Errors
 /// As [`lights`].
@@ -136,8 +135,8 @@ pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
     })
 }
 
-/// The points of a hair from `root` on, before it curls: out of the skin, combed to the sides and back, then down under
-/// its weight, never closer to the skin than `layer`.
+/// The points of a hair from `root` on, before it curls. It grows out of the skin, is combed to the sides and back, then hangs down, but
+/// never closer to the skin than `layer`.
 fn grow(lock: &Lock, root: DVec3, layer: f64) -> [DVec3; SEGMENTS_PER_HAIR + 1] {
     let comb = DVec3::new(if lock.out.x < 0.0 { -0.5 } else { 0.5 }, 0.35, -0.5);
     let mut points = [root; SEGMENTS_PER_HAIR + 1];
@@ -152,7 +151,7 @@ fn grow(lock: &Lock, root: DVec3, layer: f64) -> [DVec3; SEGMENTS_PER_HAIR + 1] 
     points
 }
 
-/// Draws a hair towards its lock's middle and winds it, both the more the farther from the root.
+/// Draws a hair towards its lock's middle and winds it; both grow with the distance from the root.
 fn curl(lock: &Lock, guide: &[DVec3], hair: &[DVec3]) -> Vec<DVec3> {
     let [mut cosine, mut sine] = lock.phase;
     let last = (hair.len() - 1) as f64;
@@ -167,7 +166,7 @@ fn curl(lock: &Lock, guide: &[DVec3], hair: &[DVec3]) -> Vec<DVec3> {
     points
 }
 
-/// An octahedron, each of whose triangles is divided into four four times, on the head's ellipsoid.
+/// The head's ellipsoid: an octahedron with each triangle divided into four, four times over.
 fn head() -> Mesh {
     let sign = |octant: i32, axis: DVec3, bit: i32| if octant & bit == 0 { -axis } else { axis };
     let octant = |i| [sign(i, DVec3::X, 1), sign(i, DVec3::Y, 2), sign(i, DVec3::Z, 4)];

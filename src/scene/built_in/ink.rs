@@ -1,17 +1,17 @@
-//! The built-in scene `ink`: drops of ink that sink through clear water past a post, over a pale ground. Ink takes most of red light and
-//! little of blue, so that its shadow is blue where it is thin; that of the post is grey.
+//! The built-in scene `ink`: drops of ink that sink through clear water past a post, over a pale ground. Ink absorbs most red light and
+//! little blue, so that its shadow is blue where the ink is thin; the shadow of the post is grey.
 
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Extinction of red, green and blue light, of the particles' own.
+/// Extinction of red, green and blue light, relative to the particles' own.
 const RATIO: [f32; 3] = [1.0, 0.55, 0.2];
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x1a4b, 1];
 
-/// Rings that drops have become: middle, radius, and that of their tube, world units.
+/// The rings into which drops have opened: middle, radius, and radius of the tube, world units.
 const RINGS: [([f64; 3], f64, f64); 4] = [
     ([0.0, 0.0, 1.0], 0.75, 0.2),
     ([0.1, 0.05, 1.75], 0.5, 0.17),
@@ -19,14 +19,14 @@ const RINGS: [([f64; 3], f64, f64); 4] = [
     ([1.0, -0.55, 2.1], 0.3, 0.12),
 ];
 
-/// Particles of a ring, and of the thread of ink from which it hangs.
+/// Particles per ring, and per thread of ink from which a ring hangs.
 const RING: usize = 600;
 const THREAD: usize = 200;
 
-/// How high threads reach.
+/// Height of the threads' upper ends.
 const TOP_WORLD: f64 = 3.1;
 
-/// Optical depth of red light through a particle's middle, in a ring and in a thread.
+/// Optical depth of red light through a particle's middle: in a ring, and in a thread.
 const DENSE: [f64; 2] = [0.35, 0.2];
 
 /// Four rings with their threads under a slanted directional light. The same bytes on every call and machine.
@@ -66,14 +66,14 @@ fn drop(random: &mut Random, (middle, radius, tube): ([f64; 3], f64, f64)) -> Ve
         let around = random.between(0.0, TAU);
         let out = DVec3::new(around.cos(), around.sin(), 0.0);
         let in_tube = tube * random.in_ball();
-        // It has begun to fall apart: where it is low, it is wide.
+        // The ring has begun to fall apart: it sags in three places.
         let low = 0.3 * radius * (3.0 * around).sin();
         particle(middle + (radius - 0.2 * low) * out + in_tube - low * DVec3::Z, 0.45 * tube, DENSE[0])
     });
     let ring: Vec<_> = ring.collect();
     let height = TOP_WORLD - middle.z;
     let thread = (0..THREAD).map(|_| {
-        // Nearer to the ring there is more of it, which opens to the ring's width.
+        // Near the ring the thread is denser, and opens to the ring's width.
         let up = random.between(0.0, 1.0) * random.between(0.0, 1.0);
         let open = (1.0 - up) * (1.0 - up);
         let wide = radius * open * open * open + 0.25 * tube;

@@ -12,7 +12,7 @@ const GROUND_HALF_WORLD: f32 = 6.0;
 /// The lantern's flame.
 const FLAME: DVec3 = DVec3::new(0.0, 0.0, 1.25);
 
-/// Posts around the flame: middle of each, on the ground.
+/// Posts around the flame: x and y of each.
 const POSTS: [[f32; 2]; 3] = [[0.9, 0.5], [-0.85, 0.6], [0.05, -1.05]];
 
 /// A post's half width and its height.
@@ -40,10 +40,10 @@ const fn heap(seed: [u64; 2], [x, y]: [f64; 2]) -> Emitter {
     }
 }
 
-/// When all lights hang and shine as the constants above say: at the default time.
+/// The time at which all lights have the places that the constants give, which is the default time.
 const AT_REST_S: f64 = 20.0;
 
-/// The smoke after so many seconds.
+/// The smoke at a time.
 ///
 /// # Errors
 /// As [`smoke_after`].
@@ -53,7 +53,7 @@ pub(in crate::scene) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec
 
 const _: () = assert!(most(&HEAPS) == crate::scene::MOST_OF_LANTERN);
 
-/// The lights after so many seconds: the lantern swings on its chain, the spot light searches, the moon moves on.
+/// The lights at a time: the lantern swings on its chain, the spot light sweeps, and the moon moves.
 pub(in crate::scene) fn lights(time_s: f64) -> Vec<Light> {
     let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
     let flame = FLAME + DVec3::new(0.3 * swing(2.9), 0.2 * swing(3.7), 0.05 * swing(1.3));
@@ -107,7 +107,7 @@ fn post([x, y]: [f32; 2]) -> Mesh {
         let side = |bit: u32| if i >> bit & 1 == 1 { half } else { -half };
         [x + side(0), y + side(1), if i & 4 == 4 { height } else { 0.0 }]
     };
-    // Two triangles per side, but for the one below; both sides of a triangle cast.
+    // Two triangles per side, except the bottom, which is left open; triangles cast shadows from both sides.
     let quads = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
     Mesh {
         name: "post".into(),

@@ -1,4 +1,4 @@
-//! Names of built-in scenes with numbers of their own: `NAME:key=value,key=value`.
+//! Built-in scenes, and how their names are read with numbers: `NAME:key=value,key=value`.
 
 pub(super) mod cloud;
 pub(super) mod cornell;
@@ -29,11 +29,11 @@ struct Key {
     scene: &'static str,
     name: &'static str,
     default: u32,
-    /// From 1 on.
+    /// The greatest value; the least is 1.
     most: u32,
 }
 
-/// All of them.
+/// All numbers that built-in scenes take.
 const KEYS: [Key; 5] = [
     Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
@@ -47,9 +47,9 @@ const KEYS: [Key; 5] = [
     },
 ];
 
-/// A name, read.
+/// A scene's name, with the numbers given in it.
 pub(super) struct BuiltIn<'a> {
-    /// The scene's name, without numbers; whatever was given where no such scene is built in.
+    /// The scene's name, without numbers; the whole text where no such scene is built in.
     pub name: &'a str,
     /// The scene's own title, safe in file names: `fountain-1000000`.
     pub title: String,
@@ -57,10 +57,10 @@ pub(super) struct BuiltIn<'a> {
 }
 
 impl<'a> BuiltIn<'a> {
-    /// Reads a name as a user gives it. A name that no scene has is left as it is: a path may have colons.
+    /// Reads a name as a user gives it. Names that no built-in scene has stay as they are, since a path may contain colons.
     ///
     /// # Errors
-    /// [`Error::Input`] names the key that there is none of, or the number that is out of range.
+    /// [`Error::Input`] names a key that the scene does not have, or a number that is out of range.
     pub(super) fn read(text: &'a str) -> Result<Self> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         if !BUILT_IN.contains(&name) {
@@ -88,7 +88,7 @@ impl<'a> BuiltIn<'a> {
         Ok(read)
     }
 
-    /// The number of that key of this scene, or its default.
+    /// The number that was given for `key`, or its default.
     pub(super) fn number(&self, key: &str) -> u32 {
         let given = self.given.iter().find(|(name, _)| *name == key).map(|(_, number)| *number);
         let known = || KEYS.iter().find(|k| k.scene == self.name && k.name == key);
@@ -96,15 +96,15 @@ impl<'a> BuiltIn<'a> {
     }
 }
 
-/// The number that a built-in scene takes, as `text` has it (`fountain:particles=1000`): its name, itself, and the most that it may be. None where
-/// the scene takes none, or there is no such scene.
+/// The number in a scene's name such as `fountain:particles=1000`: its key, its value, and the greatest value allowed. None where the scene
+/// takes no number, or there is no such scene.
 pub fn number_of(text: &str) -> Option<(&'static str, u32, u32)> {
     let scene = BuiltIn::read(text).ok()?;
     let key = KEYS.iter().find(|key| key.scene == scene.name)?;
     Some((key.name, scene.number(key.name), key.most))
 }
 
-/// The same scene with another number, from 1 to the most; `text` itself where it takes none.
+/// The scene's name with another number, clamped to the allowed range; `text` itself where the scene takes none.
 pub fn with_number(text: &str, number: u32) -> String {
     match (number_of(text), BuiltIn::read(text)) {
         (Some((key, _, most)), Ok(scene)) => format!("{}:{key}={}", scene.name, number.clamp(1, most)),
@@ -112,13 +112,13 @@ pub fn with_number(text: &str, number: u32) -> String {
     }
 }
 
-/// The keys of a scene and their ranges, in words.
+/// The keys of a scene and their ranges, as text for users.
 fn keys(scene: &str) -> String {
     let of = KEYS.iter().filter(|key| key.scene == scene);
     of.map(|key| format!("{}=1..{}", key.name, key.most)).collect::<Vec<_>>().join(", ")
 }
 
-/// A scene's name with its keys, in words.
+/// A scene's name with its keys, as text for users.
 pub(super) fn with_keys(scene: &str) -> String {
     let keys = keys(scene);
     if keys.is_empty() { scene.into() } else { format!("{scene} ({scene}:{keys})") }
@@ -137,7 +137,7 @@ mod tests {
         for text in ["town", "a/b.toml", "fountain:particles=0"] {
             assert_eq!((number_of(text), with_number(text, 3)), (None, text.to_owned()));
         }
-        // One per scene: else the others would be lost.
+        // One key per scene at most: `number_of` finds only the first.
         assert!(KEYS.iter().all(|key| KEYS.iter().filter(|other| other.scene == key.scene).count() == 1));
     }
 

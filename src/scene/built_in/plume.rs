@@ -7,22 +7,22 @@ use glam::{DVec3, Vec3};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Particles of a puff; with as many puffs as live at once, 1,000,000.
+/// Particles per puff. With all puffs that live at once, these are 1,000,000.
 const PARTICLES: usize = 64;
 
-/// Radius of a particle, of a puff's.
+/// Radius of a particle, relative to its puff's.
 const SIZE: f32 = 0.33;
 
-/// How far along each axis a particle is from its puff's middle at most, of the puff's radius.
+/// How far a particle is from its puff's middle along each axis, at most, relative to the puff's radius.
 const APART: f32 = 1.0;
 
-/// Extinction of a particle, of its puff's: a ray through the plume loses most of its light.
+/// Extinction of a particle, relative to its puff's: a ray through the plume loses most of its light.
 const THIN: f32 = 0.1;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x5eed_1000, 44];
 
-/// As old as a puff gets, so that all are there.
+/// The time of the scene: a puff's lifetime, so that all puffs exist.
 const TIME_S: f64 = 18.0;
 
 const PUFFS: Emitter = Emitter {
@@ -41,8 +41,8 @@ const PUFFS: Emitter = Emitter {
     optical_depth: 0.09,
 };
 
-/// A million particles under a slanted directional light, and nothing else. Neighbours in the list are of one age, not of one
-/// place. The same bytes on every call and machine.
+/// A million particles under a slanted directional light, and nothing else. Neighbours in the list have similar ages, but not similar
+/// places. The same bytes on every call and machine.
 ///
 /// # Errors
 /// None: the time is in range.
@@ -55,7 +55,7 @@ pub(in crate::scene) fn plume_1m() -> Result<Scene> {
         particles.extend(puffs.iter().map(|puff| {
             let radius = SIZE * puff.radius;
             let at = Vec3::from(puff.position) + puff.radius * Vec3::new(aside(), aside(), aside());
-            // None sinks into the ground from which the plume comes.
+            // No particle sinks below the ground from which the plume rises.
             let position = at.with_z(at.z.max(radius)).to_array();
             Particle { position, radius, extinction: THIN * puff.extinction }
         }));

@@ -5,13 +5,13 @@ use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Puffs stand on a grid of so many per side, a tenth of whose cells they fill.
+/// Puffs stand on a grid of this many per side, and cover about a tenth of it.
 const PUFFS: i32 = 4;
 
-/// Particles of a puff.
+/// Particles per puff.
 const PARTICLES: usize = 24;
 
-/// From puff to puff.
+/// Distance from puff to puff.
 const APART_WORLD: f64 = 2.0;
 
 /// State and stream of the random numbers.

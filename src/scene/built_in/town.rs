@@ -1,4 +1,4 @@
-//! The built-in scene `town`: a million triangles of which little is large.
+//! The built-in scene `town`: a million triangles, nearly all of them small.
 
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_house::{House, Materials, house};
@@ -8,36 +8,36 @@ use crate::scene::model::time::wave;
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Scene};
 use glam::{DVec2, DVec3};
 
-/// Blocks of houses a side.
+/// Blocks of houses per side.
 const BLOCKS: u32 = 8;
 
-/// From block to block.
+/// Distance from block to block.
 const BLOCK_WORLD: f64 = 25.0;
 
 /// Width of a street between blocks.
 const STREET_WORLD: f64 = 4.0;
 
-/// Lots of a block, along x and y.
+/// Lots per block, along x and y.
 const LOTS: [u32; 2] = [2, 3];
 
 /// How far the ground reaches beyond the outer streets.
 const BORDER_WORLD: f64 = 2.0;
 
-/// Squares of the ground a block, along x and y.
+/// Squares of the ground per block, along x and y.
 const SQUARES: u32 = 40;
 
-/// Every so many-th block is a park.
+/// One of this many blocks is a park.
 const PARK: u32 = 11;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x7036, 11];
 
-/// See the module. The same bytes on every call and machine.
+/// The scene. The same bytes on every call and machine.
 pub(in crate::scene) fn town() -> Scene {
     of_blocks(BLOCKS)
 }
 
-/// The meshes of the town in the making.
+/// The meshes of the town while they are built.
 struct Town {
     random: Random,
     walls: [Mesh; 3],
@@ -50,7 +50,7 @@ struct Town {
     wires: Mesh,
 }
 
-/// A town of so many blocks per side.
+/// A town with `blocks` blocks per side.
 fn of_blocks(blocks: u32) -> Scene {
     let mut town = Town {
         random: Random::new(SEED),
@@ -96,13 +96,13 @@ fn of_blocks(blocks: u32) -> Scene {
     }
 }
 
-/// How high the ground is.
+/// Height of the ground.
 fn height(at: DVec2) -> f64 {
     let hill = |across: [f64; 2], phase: f64| wave(at.dot(DVec2::from(across)) + phase);
     2.4 * hill([0.0061, 0.0024], 0.1) + 1.3 * hill([-0.0042, 0.0093], 0.6) + 0.12 * hill([0.041, 0.033], 0.3)
 }
 
-/// A square of so many blocks per side, with hills, seen from above only.
+/// A square of `blocks` blocks per side, with hills. It is solid, so it is seen from above only.
 fn ground(blocks: u32) -> Mesh {
     let squares = SQUARES * blocks;
     let place = |i: u32| {
@@ -168,7 +168,7 @@ impl Town {
             }
         }
         if self.random.chance(0.6) {
-            // Along the street and both neighbours, a bit inside of the lot.
+            // The fence runs along the street and both neighbours, a bit inside the lot.
             let corners = [[0.98, 0.02], [0.98, 0.98], [0.02, 0.98], [0.02, 0.02], [0.35, 0.02]];
             self.fence(&corners.map(|share| low + size * DVec2::from(share)));
         }
@@ -222,7 +222,7 @@ impl Town {
         }
         let kind = self.random.between(0.0, 2.999) as usize;
         for _ in 0..(60.0 * tall) as u32 {
-            // Most are outside: there the light is.
+            // Most leaves are near the outside of the crown, where the light is.
             let place = self.random.in_ball();
             let place = place * (0.5 / place.length().max(0.05) + 0.5).min(2.0);
             let stem = crown + place * spread * DVec3::new(1.0, 1.0, 0.8);
@@ -267,7 +267,7 @@ mod tests {
         triangle.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
     }
 
-    /// All of it, as it is measured: a million triangles, each of which is one, on the ground and a bit below it.
+    /// The full scene has a million triangles. Each has an area, and all lie above the ground or a little below it.
     #[test]
     fn is_a_million_triangles() {
         let scene = town();
@@ -277,7 +277,7 @@ mod tests {
         for mesh in &scene.meshes {
             for triangle in &mesh.triangles {
                 let [a, b, c] = corners(mesh, *triangle);
-                // The least is half the end of a wire. (What is not a number is not more.)
+                // The smallest is half the end of a wire. NaN fails too, since no comparison with it is true.
                 assert!((b - a).cross(c - a).length() > 2e-4, "{}: {a} {b} {c}", mesh.name);
                 let middle = (a + b + c) / 3.0;
                 assert!(ground.contains(&middle.x) && ground.contains(&middle.y), "{}: {middle}", mesh.name);
@@ -287,7 +287,7 @@ mod tests {
         }
     }
 
-    /// Houses, frames, posts, wires and trunks have an inside, and look out of it; leaves have none, whatever they touch.
+    /// Houses, frames, posts, wires and trunks are closed and wound outwards; leaves are open, whatever they touch.
     #[test]
     fn all_but_leaves_are_closed() {
         for mesh in &of_blocks(2).meshes {
@@ -303,7 +303,7 @@ mod tests {
         }
     }
 
-    /// The boxes around closed meshes, in the order in which they were built.
+    /// The bounding boxes of the closed shapes in a mesh, in the order in which they were built.
     fn boxes(mesh: &Mesh) -> Vec<[DVec3; 2]> {
         let mut boxes: Vec<[DVec3; 2]> = vec![];
         let mut next = 0;
@@ -320,7 +320,7 @@ mod tests {
         boxes
     }
 
-    /// Each thing reaches into the ground, or into another that does, or that reaches into one, and so on.
+    /// Each shape reaches into the ground, or is connected to it through other shapes that it touches.
     #[test]
     fn nothing_floats() {
         let scene = of_blocks(1);

@@ -1,9 +1,9 @@
-//! A house of the town: walls under a pitched roof, windows, a door, a chimney, and perhaps a wing that stands into it.
+//! A house of the town: walls under a pitched roof, windows, a door, a chimney, and perhaps a wing that reaches into the main body.
 
 use crate::scene::Mesh;
 use crate::scene::built_in::town_shapes::{Place, block, extrude, fan};
 
-/// Its materials, one mesh each.
+/// One mesh per material of a house.
 pub(in crate::scene) struct Materials<'a> {
     pub walls: &'a mut Mesh,
     pub roofs: &'a mut Mesh,
@@ -16,13 +16,13 @@ pub(in crate::scene) struct House {
     pub half_length: f64,
     pub half_width: f64,
     pub storeys: u32,
-    /// How far the roof rises over half the width.
+    /// How far the roof rises from the eaves to the ridge.
     pub rise: f64,
     /// Half the length of its wing, if it has one.
     pub wing: Option<f64>,
 }
 
-/// From the ground floor down: more than the ground falls away under any house.
+/// How far walls reach down from the ground floor: more than the ground falls away under any house.
 const FOUNDATION: f64 = 2.5;
 
 /// Height of a storey.
@@ -31,7 +31,7 @@ const HEIGHT: f64 = 2.2;
 /// How far a roof reaches over its walls.
 const OVERHANG: f64 = 0.45;
 
-/// How far a roof reaches above and below where the walls end.
+/// How far a roof reaches below and above the walls' upper ends.
 const ROOF: [f64; 2] = [0.06, 0.22];
 
 /// How far frames stand out of walls, and into them.
@@ -58,7 +58,7 @@ pub(in crate::scene) fn house(materials: &mut Materials, place: &Place, house: &
             for window in 0..count {
                 let at = (f64::from(window) - 0.5 * f64::from(count - 1)) * spacing;
                 let floor = HEIGHT * f64::from(storey) + 0.1;
-                // A wall's outside is at its right hand, along its x axis.
+                // Looking along a wall's x axis, its outside is on the right.
                 let [x, y] = direction;
                 let wall = place.turned([at * x + distance * y, at * y - distance * x, floor], direction);
                 match (number, storey, window) {
@@ -74,7 +74,7 @@ pub(in crate::scene) fn house(materials: &mut Materials, place: &Place, house: &
     block(materials.walls, place, [x - 0.25, y - 0.25, eaves], [x + 0.25, y + 0.25, top]);
     block(materials.roofs, place, [x - 0.32, y - 0.32, top - 0.05], [x + 0.32, y + 0.32, top + 0.08]);
     if let Some(half_length) = house.wing {
-        // Its ridge runs across, and it begins inside.
+        // The wing's ridge runs across the house's, and the wing begins inside the house.
         let half_width = 0.55 * house.half_length;
         let origin = [-0.3 * house.half_length, house.half_width + half_length - 0.6, 0.0];
         let wing = place.turned(origin, [0.0, 1.0]);

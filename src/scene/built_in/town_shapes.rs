@@ -1,35 +1,35 @@
-//! The closed shapes that the town and the courtyard are built of, and leaves.
+//! Closed shapes from which the town and the courtyard are built, and leaves.
 
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
 
-/// A place in the world with axes of its own: x somewhere level, z up.
+/// A place in the world with axes of its own: x and y are horizontal, z is up.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct Place {
     pub origin: DVec3,
-    /// Where its x axis points, of unit length.
+    /// Direction of its x axis, unit length.
     pub along: DVec2,
 }
 
 impl Place {
-    /// The point there in the world.
+    /// World position of a point given in this place's axes.
     pub(in crate::scene) fn at(&self, [x, y, z]: [f64; 3]) -> DVec3 {
         self.origin + (x * self.along + y * self.along.perp()).extend(z)
     }
 
-    /// One at a point of this one, with x along that direction of this one.
+    /// Another place, whose origin and x axis are given in this place's axes.
     pub(in crate::scene) fn turned(&self, origin: [f64; 3], along: [f64; 2]) -> Self {
         Self { origin: self.at(origin), along: along[0] * self.along + along[1] * self.along.perp() }
     }
 }
 
-/// A mesh of that name and albedo, with nothing in it yet.
+/// An empty mesh with a name and an albedo.
 pub(in crate::scene) fn empty(name: &str, albedo: [f32; 3]) -> Mesh {
     Mesh { name: name.into(), positions: vec![], triangles: vec![], albedo, solid: false }
 }
 
-/// A closed thing of rings of equally many points, one after another; each is counter-clockwise seen from where the next one
-/// is. `cap` divides a ring into triangles, likewise.
+/// Adds a closed shape through rings of equally many points, one after another. Each ring is counter-clockwise as seen from the next one.
+/// `cap` divides a ring into counter-clockwise triangles, for both ends.
 pub(in crate::scene) fn loft(mesh: &mut Mesh, rings: &[Vec<DVec3>], cap: &[[u32; 3]]) {
     let first = mesh.positions.len() as u32;
     let around = rings[0].len() as u32;
@@ -45,13 +45,13 @@ pub(in crate::scene) fn loft(mesh: &mut Mesh, rings: &[Vec<DVec3>], cap: &[[u32;
     mesh.triangles.extend(cap.iter().map(|t| t.map(|i| last + i)));
 }
 
-/// A box between two corners.
+/// Adds a box between two corners.
 pub(in crate::scene) fn block(mesh: &mut Mesh, place: &Place, [x0, y0, z0]: [f64; 3], [x1, y1, z1]: [f64; 3]) {
     let ring = |z: f64| [[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]].map(|p| place.at(p)).to_vec();
     loft(mesh, &[ring(z0), ring(z1)], &fan(4));
 }
 
-/// An outline (y, z), counter-clockwise seen from +x, drawn out along x. `cap` divides it into triangles.
+/// Adds an outline (y, z), counter-clockwise as seen from +x, extruded along x. `cap` divides the outline into triangles.
 pub(in crate::scene) fn extrude(
     mesh: &mut Mesh,
     place: &Place,
@@ -63,7 +63,7 @@ pub(in crate::scene) fn extrude(
     loft(mesh, &[ring(x0), ring(x1)], cap);
 }
 
-/// A round thing of that many sides along a path of points with their radii.
+/// Adds a tube with `sides` sides along a path of points with radii.
 pub(in crate::scene) fn tube(mesh: &mut Mesh, path: &[(DVec3, f64)], sides: u32) {
     let direction = (path[path.len() - 1].0 - path[0].0).normalize_or(DVec3::Z);
     let right = DVec3::Z.cross(direction).normalize_or(DVec3::X);
@@ -78,7 +78,7 @@ pub(in crate::scene) fn tube(mesh: &mut Mesh, path: &[(DVec3, f64)], sides: u32)
     loft(mesh, &path.iter().map(ring).collect::<Vec<_>>(), &fan(sides));
 }
 
-/// A beam between two points, level across.
+/// Adds a beam between two points, with its width horizontal.
 pub(in crate::scene) fn beam(mesh: &mut Mesh, [from, to]: [DVec3; 2], half_width: f64, half_height: f64) {
     let right = DVec3::Z.cross(to - from).normalize_or(DVec3::X) * half_width;
     let up = DVec3::Z * half_height;
@@ -86,8 +86,7 @@ pub(in crate::scene) fn beam(mesh: &mut Mesh, [from, to]: [DVec3; 2], half_width
     loft(mesh, &[ring(from), ring(to)], &fan(4));
 }
 
-/// A leaf of two triangles, from its stem along one axis and to both sides along the other, which are half its length and
-/// width; bent a bit.
+/// Adds a leaf of two triangles, slightly bent. `along` is half its length, from the stem on; `across` is half its width, to both sides.
 pub(in crate::scene) fn leaf(mesh: &mut Mesh, stem: DVec3, along: DVec3, across: DVec3) {
     let first = mesh.positions.len() as u32;
     let bend = 0.15 * along.cross(across).normalize_or_zero() * along.length();
@@ -96,7 +95,7 @@ pub(in crate::scene) fn leaf(mesh: &mut Mesh, stem: DVec3, along: DVec3, across:
     mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
 }
 
-/// A convex ring in triangles around its first point.
+/// Triangles that divide a convex ring, around its first point.
 pub(in crate::scene) fn fan(points: u32) -> Vec<[u32; 3]> {
     (1..points - 1).map(|i| [0, i, i + 1]).collect()
 }

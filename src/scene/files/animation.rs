@@ -1,5 +1,5 @@
-//! Content from files that plays, one file per frame: `smoke.####.ply` of particles, `smoke.####.vdb` of a volume, in which `####` stands
-//! for the frame's number.
+//! Animated content from sequences with one file per frame: `smoke.####.ply` of particles, `smoke.####.vdb` of a volume, where `####`
+//! stands for the frame's number.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -11,10 +11,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::SystemTime;
 
-/// Frames per second where a scene file says nothing: a film's.
+/// Frames per second where a scene file gives none: the rate of films.
 pub(in crate::scene) const FRAMES_PER_SECOND: f64 = 24.0;
 
-/// The particles and volumes of a scene of which some come from sequences, in the order of the scene file.
+/// The particles and volumes of a scene, in the order of the scene file; some of them come from sequences.
 #[derive(PartialEq)]
 pub struct Animation {
     parts: Vec<Part>,
@@ -48,7 +48,7 @@ pub(in crate::scene) enum Kind {
 struct Size {
     particles: usize,
     cells: usize,
-    /// Those that are not empty, in a volume's field.
+    /// Blocks of a volume's field that are not empty.
     blocks: usize,
 }
 
@@ -60,7 +60,7 @@ pub(in crate::scene) struct Sequence {
     kept: Mutex<Kept>,
 }
 
-/// A file, and signs by which it is told from another of its name.
+/// A file, with its size and time of change, to notice when it is replaced.
 #[derive(Clone, Debug, PartialEq)]
 struct Frame {
     path: PathBuf,
@@ -69,7 +69,7 @@ struct Frame {
     changed: Option<SystemTime>,
 }
 
-/// The frame that was asked for last, and the one behind it, which a thread reads in the meantime.
+/// The frame that was shown last, and the next one, which a thread reads ahead.
 #[derive(Default)]
 struct Kept {
     last: Option<(usize, Content)>,
@@ -77,28 +77,28 @@ struct Kept {
 }
 
 impl Animation {
-    /// An animation of these parts.
+    /// An animation with these parts.
     pub(in crate::scene) fn new(parts: Vec<Part>) -> Self {
         Self { parts }
     }
 
-    /// The motion of its scene.
+    /// The motion for a scene with this animation: [`Motion::Still`] if no part is a sequence.
     pub(in crate::scene) fn motion(self) -> Motion {
         let moves = self.parts.iter().any(|part| matches!(part, Part::Moving(_)));
         if moves { Motion::Animation(Arc::new(self)) } else { Motion::Still }
     }
 
-    /// Particles that there are at once, at most.
+    /// The most particles at once.
     pub fn most_particles(&self) -> usize {
         self.parts.iter().map(|part| part.most().particles).sum()
     }
 
-    /// Cells of volumes that there are at once, at most.
+    /// The most cells of volumes at once.
     pub fn most_cells(&self) -> usize {
         self.parts.iter().map(|part| part.most().cells).sum()
     }
 
-    /// Blocks that the field of each volume has at once, at most.
+    /// The most blocks of each volume's field.
     pub(in crate::scene) fn most_blocks(&self) -> Vec<usize> {
         self.parts.iter().filter(|part| part.is_volume()).map(|part| part.most().blocks).collect()
     }
@@ -106,7 +106,7 @@ impl Animation {
     /// The particles and the volumes `time_s` seconds after each sequence began.
     ///
     /// # Errors
-    /// Whatever a frame's file is wrong with.
+    /// Errors of reading a frame's file.
     pub(in crate::scene) fn at(&self, time_s: f64) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let (mut particles, mut volumes) = (Vec::new(), Vec::new());
         for part in &self.parts {
@@ -148,7 +148,7 @@ impl Content {
 }
 
 impl Size {
-    /// The more, of each.
+    /// The larger of both, field by field.
     fn max(self, other: Self) -> Self {
         Self {
             particles: self.particles.max(other.particles),
@@ -159,7 +159,7 @@ impl Size {
 }
 
 impl Kind {
-    /// How much a file holds. The head of a file of particles says so; a volume's cells are known once it is read.
+    /// How much a file holds. For particles the file's header gives it; a volume has to be read.
     fn size(&self, path: &Path) -> Result<Size> {
         match self {
             Self::Particles(_) => Ok(Size { particles: ply::open(path)?.element("vertex")?.count, ..Size::default() }),
@@ -176,10 +176,10 @@ impl Kind {
 }
 
 impl Sequence {
-    /// The files that `pattern` stands for. Their numbers go up by 1, from whichever is the first.
+    /// Opens the files that `pattern` stands for. Their numbers rise by 1, and may begin anywhere.
     ///
     /// # Errors
-    /// [`crate::Error::Input`]: there is none, one is missing or there twice, one is no such file, or all are empty.
+    /// [`crate::Error::Input`]: there is no file, a number is missing or there twice, a file has another kind, or all are empty.
     pub(in crate::scene) fn open(pattern: &Path, frames_per_second: f64, kind: Kind) -> Result<Self> {
         let wrong = |cause: String| input::error(pattern, cause, "number the files without a gap: 0001, 0002, …");
         let mut numbered = files(pattern)?;
@@ -209,7 +209,7 @@ impl Sequence {
         Ok(Self { frames: Arc::new(frames), frames_per_second, kind, kept: Mutex::default() })
     }
 
-    /// A few frames, to see how far they go: the first, the one in the middle and the last.
+    /// The content of the first, the middle and the last frame together, to estimate the extent of the sequence.
     pub(in crate::scene) fn some(&self) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let last = self.frames.len() - 1;
         let part = |frame: usize| load(&self.frames[frame], &self.kind).map(Part::Still);
@@ -221,13 +221,13 @@ impl Sequence {
         (time_s * self.frames_per_second).floor().max(0.0) as usize % self.frames.len()
     }
 
-    /// Shows the frame of a time, and has the one behind it read.
+    /// Shows the frame of a time, and starts a thread that reads the next one.
     fn show(&self, time_s: f64, shown: impl FnOnce(&Content)) -> Result<()> {
         let frame = self.frame(time_s);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.last.as_ref().is_none_or(|(last, _)| *last != frame) {
             let ahead = kept.next.take().filter(|(next, _)| *next == frame);
-            // A thread that panicked has read nothing: then it is read here.
+            // If the thread panicked, the frame is read here.
             let read = ahead.and_then(|(_, thread)| thread.join().ok());
             let content = read.unwrap_or_else(|| load(&self.frames[frame], &self.kind))?;
             kept.last = Some((frame, content));
@@ -253,7 +253,7 @@ impl Frame {
     }
 }
 
-/// A scene's fingerprint is made from this text, which stays the same while files do not change. Still content is in the scene itself.
+/// This text goes into a scene's fingerprint: it stays the same while files do not change. Still content is hashed with the scene itself.
 impl fmt::Debug for Animation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         for part in &self.parts {
@@ -268,19 +268,19 @@ impl fmt::Debug for Animation {
     }
 }
 
-/// Frames that have been read so far are no part of it.
+/// Frames that have been read so far do not count.
 impl PartialEq for Sequence {
     fn eq(&self, other: &Self) -> bool {
         self.frames == other.frames && self.frames_per_second == other.frames_per_second && self.kind == other.kind
     }
 }
 
-/// Whether a path stands for a sequence: its name has a `#`, and no file has that name.
+/// Whether a path stands for a sequence: its name has a `#`, and there is no file of this very name.
 pub(in crate::scene) fn is_sequence(path: &Path) -> bool {
     around(path).is_some() && !path.exists()
 }
 
-/// A scene's name where a sequence is the scene: the text before the number.
+/// The name of a scene that is a single sequence: the text before the number.
 pub(in crate::scene) fn stem(pattern: &Path) -> String {
     let (before, _, after) = around(pattern).unwrap_or_default();
     let before = before.trim_end_matches(['.', '-', '_', ' ']);
@@ -291,7 +291,7 @@ pub(in crate::scene) fn stem(pattern: &Path) -> String {
     }
 }
 
-/// The text before the `#`s of a name, their number, and the text behind them.
+/// Splits a path's file name: the text before the first `#`, the number of `#`, and the text behind them.
 fn around(path: &Path) -> Option<(String, usize, String)> {
     let name = path.file_name()?.to_str()?;
     let first = name.find('#')?;
@@ -355,14 +355,14 @@ mod tests {
         Sequence::open(&folder.join(pattern), 10.0, Kind::Particles(Placement::AS_IT_STANDS))
     }
 
-    /// As many particles as the frame's number says, whatever the order in which times are asked for.
+    /// Each file has as many particles as its number, and each time gives its frame, in any order of times.
     #[test]
     fn every_time_has_its_frame() {
         let folder = tempfile::tempdir().expect("a folder");
         for number in [9, 10, 11, 12] {
             write(folder.path(), &format!("s.{number:03}.ply"), number);
         }
-        // Neither is of the sequence: too few digits, another word.
+        // Neither file belongs to the sequence: one has too few digits, the other no number.
         write(folder.path(), "s.13.ply", 1);
         write(folder.path(), "s.0xa.ply", 1);
         let sequence = open(folder.path(), "s.###.ply").expect("four frames");
@@ -389,7 +389,7 @@ mod tests {
         assert!(said("s.##.ply").contains("are both frame 3"), "{}", said("s.##.ply"));
     }
 
-    /// A file that is longer than it was, one that ends too early, and one that is gone: a line each, with its name.
+    /// A file that has grown, one that is cut off, and one that is gone: each gives an error of one line with the file's name.
     #[test]
     fn a_bad_frame_is_named() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,15 +1,16 @@
-//! Buffers that Blosc packed, version 1 of its format, by LZ4 and bytes sorted by their place in a number: all that OpenVDB writes. Sources:
-//! c-blosc's README_HEADER.rst and blosc.c; LZ4's lz4_Block_format.md.
+//! Buffers packed by Blosc, version 1 of its format, with LZ4 and byte shuffle: all that OpenVDB writes. Sources: c-blosc's
+//! README_HEADER.rst and blosc.c; LZ4's lz4_Block_format.md.
 
 use std::cmp::min;
 
 /// Bytes of a header.
 const HEADER: usize = 16;
 
-/// Numbers of a block from which on each of their bytes is packed by itself, and bytes of a number at most.
+/// A block is split, with each byte of its numbers packed separately, if it has this many numbers or more, and numbers have at most this
+/// many bytes.
 const SPLIT: [usize; 2] = [128, 16];
 
-/// Unpacks `packed`, which has to give `count` bytes.
+/// Unpacks `packed`, which must give `count` bytes.
 ///
 /// # Errors
 /// In words: another codec, damaged, of another length.
@@ -36,7 +37,7 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
         let parts = if is_split { wide } else { 1 };
         let (mut at, mut sorted) = (word(HEADER + 4 * number)?, Vec::with_capacity(length));
         for part in 0..parts {
-            // The rest belongs to the last part.
+            // The last part takes the remainder.
             let part = if part + 1 < parts { length / parts } else { length - sorted.len() };
             let size = word(at)?;
             let data = at.checked_add(4 + size).and_then(|end| packed.get(at + 4..end)).ok_or_else(damaged)?;
@@ -52,15 +53,15 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
     Ok(all)
 }
 
-/// Undoes the byte shuffle: the first bytes of all numbers stand together, then the second. Bytes behind the last whole number are not
-/// shuffled.
+/// Undoes the byte shuffle, which puts the first bytes of all numbers together, then the second bytes, and so on. Bytes behind the last
+/// whole number are not shuffled.
 fn shuffled(sorted: &[u8], wide: usize, all: &mut Vec<u8>) {
     let count = sorted.len() / wide;
     all.extend((0..count * wide).map(|i| sorted[i % wide * count + i / wide]));
     all.extend_from_slice(&sorted[count * wide..]);
 }
 
-/// Appends the bytes of an LZ4 block, so many; none if the block is damaged.
+/// Appends the `count` bytes of an LZ4 block; none if the block is damaged.
 fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
     let (begin, end) = (all.len(), all.len() + count);
     loop {
@@ -86,7 +87,7 @@ fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
     }
 }
 
-/// A length by its lowest four bits; 15 says that more follows.
+/// A length whose lowest part is four bits; 15 means that more bytes follow.
 fn length(low: u8, packed: &mut &[u8]) -> Option<usize> {
     let mut length = usize::from(low);
     let mut last = if low == 15 { 255 } else { 0 };
@@ -107,7 +108,7 @@ fn take<'a>(packed: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
 mod tests {
     use super::*;
 
-    /// By hand: three literals; a match of 9 that copies what it writes; two literals to end with.
+    /// By hand: three literals; a match of 9 bytes that overlaps its own output; two literals at the end.
     #[test]
     fn a_block_of_lz4() {
         let packed = [0x35, b'a', b'b', b'c', 3, 0, 0x20, b'x', b'y'];

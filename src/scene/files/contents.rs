@@ -1,4 +1,4 @@
-//! The contents of files, on the way to a scene.
+//! What files contain, before it becomes a scene.
 
 use crate::scene::{Camera, Gaussian, Light, Mesh, Motion, Particle, Scene, Strand, Volume, model::view};
 use glam::DVec3;
@@ -16,19 +16,19 @@ pub(in crate::scene) struct Contents {
 }
 
 impl Contents {
-    /// Spheres (centre, radius) in whose hull everything lies.
+    /// Spheres (centre, radius) whose convex hull contains everything.
     pub(in crate::scene) fn spheres(&self) -> impl Iterator<Item = (DVec3, f64)> {
         let casters = view::caster_spheres(&self.particles, &self.strands, &self.gaussians, &self.volumes);
         view::mesh_points(&self.meshes).chain(casters)
     }
 
-    /// The corners of the box that holds everything; `None` where nothing is.
+    /// The corners of the box about everything; `None` where there is nothing.
     pub(in crate::scene) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let boxes = self.spheres().map(|(centre, radius)| (centre - radius, centre + radius));
         boxes.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
     }
 
-    /// The scene of all of it under these lights, before this camera.
+    /// The scene with all contents, the given lights and the given camera.
     pub(in crate::scene) fn scene(self, name: String, lights: Vec<Light>, camera: Camera) -> Scene {
         let Self { particles, strands, gaussians, volumes, meshes, .. } = self;
         Scene {

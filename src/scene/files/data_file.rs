@@ -15,12 +15,12 @@ use std::path::Path;
 /// Endings of files that are scenes by themselves, in any case.
 pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz", "volume", "nrrd", "vdb"];
 
-/// Loads a file of particles, hair, splats, densities or meshes, everything where it stands in the file. Light and camera are its own if it
-/// is glTF and has them, else fitted. Up is +y in glTF and SPZ, as their specifications say, and in TressFX, as its exporters
-/// have it; in other files, which do not say, +z.
+/// Loads a file of particles, hair, splats, densities or meshes, with everything at the file's own coordinates. Light and camera are those
+/// of a glTF file that has them, else fitted. Up is +y in glTF and SPZ by their specifications, and in TressFX by its exporters' habit; in
+/// other formats, which define no up, it is +z.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; nothing in it; all of it in one point.
+/// [`Error::Input`](crate::Error::Input): a file that is faulty, is empty, or has everything at one point.
 pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     if animation::is_sequence(path) {
         return sequence(path);
@@ -61,7 +61,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     Ok(contents.scene(input::stem(path), lights, camera))
 }
 
-/// Particles, or a volume, of one file per frame. The camera is fitted to a few of the files.
+/// A scene of particles or a volume with one file per frame. The camera is fitted to a few of the files.
 fn sequence(pattern: &Path) -> Result<Scene> {
     let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
     let kind = match input::ending(pattern).as_str() {

@@ -1,13 +1,13 @@
-//! Samples of a dense grid, one after the other, x first, then y, then z.
+//! Samples of a dense grid, one after the other: x fastest, then y, then z.
 
 use crate::scene::Field;
 use std::cell::RefCell;
 use std::io::Read;
 
-/// Samples that a grid may have: 1024³.
+/// The most samples of a grid: 1024³.
 const MOST_SAMPLES: u64 = 1 << 30;
 
-/// Samples that are read at once.
+/// Number of samples that are read at once.
 const CHUNK: u64 = 1 << 14;
 
 /// The type of a sample.
@@ -17,7 +17,7 @@ pub(in crate::scene) enum Kind {
     U8,
     /// 65535 is density 1.
     U16,
-    /// Density.
+    /// The density itself.
     F32,
 }
 
@@ -53,7 +53,7 @@ pub(in crate::scene) struct Dense {
 }
 
 impl Dense {
-    /// Bytes of all samples, or what is wrong with the size.
+    /// Bytes of all samples; the error text names the fault in the size.
     pub fn bytes(&self) -> Result<u64, String> {
         let count = self.size.iter().try_fold(1u64, |product, side| product.checked_mul(u64::from(*side)));
         match count {
@@ -63,7 +63,7 @@ impl Dense {
         }
     }
 
-    /// Reads all samples from a stream; the error says what is wrong with them.
+    /// Reads all samples from a stream. The error text names the fault.
     pub fn read(&self, mut stream: impl Read) -> Result<Field, String> {
         let (bytes, [wide, high, _]) = (self.kind.bytes(), self.size.map(u64::from));
         let total = self.bytes()? / bytes as u64;
@@ -77,7 +77,7 @@ impl Dense {
                 return None;
             }
             let densities: Vec<_> = part.chunks_exact(bytes).map(|s| self.kind.density(s, self.big_endian)).collect();
-            // Samples of 0 need no place.
+            // Samples of 0 are not stored.
             let place = |i: u64| [i % wide, i / wide % high, i / wide / high].map(|at| at as i32);
             let dense = (first..).zip(densities).filter(|(_, density)| *density != 0.0);
             Some(dense.map(move |(i, density)| (place(i), density)))

@@ -175,11 +175,11 @@ fn one() -> f64 {
     1.0
 }
 
-/// Loads a scene file and the files that it names. The scene is called as the file without its ending.
+/// Loads a scene file and the files that it names. The scene's name is the file's, without the ending.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable file; not TOML, an unknown or missing key, with the line; a number
-/// that its key does not allow; whatever the named files are wrong with.
+/// [`Error::Input`](crate::Error::Input): unreadable file; not TOML, an unknown or missing key, with the line; a number that its key does
+/// not allow; faults of the named files.
 pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let bytes = input::read(path)?;
     let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save the scene file as UTF-8"))?;
@@ -277,7 +277,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     Ok(Scene { motion: animation.motion(), extinction_ratio, ..contents.scene(input::stem(path), lights, camera) })
 }
 
-/// Frames per second where a file is a sequence, none where it is one file.
+/// Frames per second where `file` is a sequence; none where it is a single file.
 fn rate(given: Option<f64>, file: &Path) -> std::result::Result<Option<f64>, String> {
     match (given, animation::is_sequence(file)) {
         (None, false) => Ok(None),
@@ -329,7 +329,7 @@ impl MeshesEntry {
     }
 }
 
-/// Extinction of red, green and blue light, or what is wrong with it.
+/// Checks the extinction of red, green and blue light; the error text names the fault.
 fn extinction_ratio(values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
     let ratio = values.map(|value| value as f32);
     if !ratio.iter().all(|value| value.is_finite() && *value >= 0.0) {

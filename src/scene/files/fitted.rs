@@ -5,22 +5,22 @@ use crate::scene::files::stage::{self, CameraEntry};
 use crate::scene::{Camera, Light, LightKind};
 use glam::DVec3;
 
-/// The way the light travels: across, into the depth, up.
+/// Direction in which the light travels: across, into the depth, up.
 const LIGHT: DVec3 = DVec3::new(0.47, 0.3, -0.83);
 
-/// The way the camera looks, alike: from the other side and a bit above, so that shadows are seen from beside.
+/// Direction in which the camera looks, in the same axes: from another side and a bit above, so that shadows are seen from the side.
 const VIEW: DVec3 = DVec3::new(-0.45, 0.8, -0.32);
 
 const FOV_Y_DEGREES: f64 = 38.0;
 
-/// Width of a picture over its height that everything is in.
+/// Width over height of the picture that everything fits into.
 const ASPECT: f64 = 16.0 / 9.0;
 
-/// The share of the half picture that is filled.
+/// The share of the picture's width and height that is filled.
 const FILLED: f64 = 0.92;
 
-/// A vector given across, into the depth and up. Depth is +y where z is up; −z where y is, so that the camera sees the
-/// front of a glTF model, which faces +z.
+/// Turns a vector given across, into the depth and up into world axes. Depth is +y where z is up, and −z where y is up, so that the camera
+/// sees the front of a glTF model, which faces +z.
 fn oriented(vector: DVec3, up: DVec3) -> DVec3 {
     (DVec3::X * vector.x + up.cross(DVec3::X) * vector.y + up * vector.z).normalize()
 }
@@ -30,7 +30,7 @@ pub(in crate::scene) fn light(up: DVec3) -> Light {
     Light { kind: LightKind::Directional { direction: oriented(LIGHT, up) }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// A camera that has everything in a picture of 16:9, with a little margin. `up` is +y or +z.
+/// A camera whose 16:9 picture contains everything, with a small margin. `up` is +y or +z.
 pub(in crate::scene) fn camera(contents: &Contents, up: DVec3) -> std::result::Result<Camera, String> {
     let forward = oriented(VIEW, up);
     let right = forward.cross(up).normalize();
@@ -45,7 +45,7 @@ pub(in crate::scene) fn camera(contents: &Contents, up: DVec3) -> std::result::R
     let middle = (low + high) * 0.5;
     let tangent_y = (FOV_Y_DEGREES.to_radians() * 0.5).tan() * FILLED;
     let tangents = [(0, tangent_y * ASPECT), (1, tangent_y)];
-    // How far from the middle the picture's edges just touch a sphere.
+    // The distance of the camera from the middle at which the picture's edges just touch a sphere.
     let needed = |(centre, radius): (DVec3, f64)| {
         let offset = in_view(centre) - middle;
         let touched = |(axis, tangent): (usize, f64)| {

@@ -1,4 +1,4 @@
-//! glTF documents, reduced to what is read of them: nodes and triangles, base colours, lights and cameras.
+//! glTF documents, reduced to the parts that are read: nodes and triangles, base colours, lights and cameras.
 
 use crate::Result;
 use crate::scene::files::input;
@@ -9,12 +9,12 @@ use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a glTF 2.0 file and was copied whole";
 
-/// Extensions that stand for the vertices themselves.
+/// Extensions that replace the vertices by compressed data.
 const COMPRESSION: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Extensions that a file may require: they are read, or say nothing of where geometry is.
+/// Extensions that a file may require: they are supported, or do not affect geometry.
 const HARMLESS: [&str; 11] = [
     "ADOBE_materials_clearcoat_specular",
     "ADOBE_materials_thin_transparency",
@@ -29,14 +29,14 @@ const HARMLESS: [&str; 11] = [
     "MSFT_texture_dds",
 ];
 
-/// Whole families of such extensions.
+/// Prefixes of such extensions.
 const HARMLESS_FAMILIES: [&str; 6] =
     ["EXT_lights_", "EXT_materials_", "EXT_texture_", "KHR_lights_", "KHR_materials_", "KHR_texture_"];
 
-/// An open glTF file: validated, its buffers read.
+/// An open glTF file, validated and with its buffers read.
 pub(in crate::scene) struct GltfDocument {
     pub document: gltf::Document,
-    /// In the document's order, each at least as long as it says.
+    /// Buffers in the document's order, each at least as long as the document says.
     pub buffers: Vec<Vec<u8>>,
 }
 
@@ -69,7 +69,7 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
         return Err(input::error(path, format!("there is no accessor {}", missing.value()), WAY_OUT));
     }
     let document = gltf::Document::from_json(root).map_err(unusable)?;
-    // Only one buffer may have it (glTF 2.0, 4.4.3.3): a copy for each that has no URI would multiply memory.
+    // Only one buffer may use the binary chunk (glTF 2.0, 4.4.3.3). Copies for several buffers without a URI would multiply memory.
     let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
     let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
     Ok(GltfDocument { document, buffers })
@@ -84,7 +84,7 @@ fn target<'a>(root: &'a Value, array: &str, of: &Value, key: &str) -> Option<&'a
     root[array].get(usize::try_from(of[key].as_u64()?).ok()?)
 }
 
-/// The content that an extension makes unreadable, and the way out.
+/// The content that an extension makes unreadable, if any, and advice for the user.
 fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     let decompress = "export it without compression, or run gltf-transform cp IN.glb OUT.glb";
     let compressed = |name| Some((format!("its geometry is compressed by {name}"), decompress));
@@ -122,8 +122,8 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     None
 }
 
-/// Removes content that is not read. Extensions may change it so that the glTF crate does not know its form: textures
-/// without an image of a kind it knows, animations of anything, attributes of any name.
+/// Removes content that is not read. Extensions may give it a form that the glTF crate rejects: textures with unknown kinds of images,
+/// animations of other properties, attributes of any name.
 fn keep_what_is_read(root: &mut Value) {
     const READ: [&str; 11] = [
         "accessors",
@@ -191,7 +191,7 @@ fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -
     Ok(bytes)
 }
 
-/// Resolves `%20` and the like. `None` if the text or what it stands for is malformed.
+/// Resolves `%20` and the like. `None` if the text is malformed or does not give UTF-8.
 fn percent_decoded(uri: &str) -> Option<String> {
     let mut parts = uri.split('%');
     let mut bytes = parts.next()?.as_bytes().to_vec();

@@ -8,11 +8,11 @@ use glam::{DMat4, DVec3};
 use gltf::accessor::{DataType, Dimensions};
 use std::path::Path;
 
-/// The most triangles, and the most vertices, that one file may unfold to. A small glTF file can place a large mesh many
-/// times, and name the same vertices in many primitives.
+/// The most triangles, and the most vertices, that one file may expand to. A small glTF file can place a large mesh many times, and use the
+/// same vertices in many primitives.
 const MOST: usize = 1 << 26;
 
-/// Numbers that a position may consist of.
+/// Number types that a position may have.
 const POSITION_TYPES: [DataType; 5] = [DataType::F32, DataType::I8, DataType::U8, DataType::I16, DataType::U16];
 
 /// Loads the scene of a `.gltf` or `.glb` file in world space: a mesh for each primitive that a node places, the lights
@@ -29,7 +29,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
         .ok_or_else(|| input::error(path, "has no scene", "give a glTF file with a scene"))?;
     let mut contents = Contents::default();
     let [mut triangles, mut vertices] = [0_usize; 2];
-    // Walked with a list instead of recursion, each node at most once: a hostile file may nest deep or in a circle.
+    // Nodes are walked with a list instead of recursion, each at most once: a hostile file may nest them deeply or in a circle.
     let mut visited = vec![false; document.nodes().len()];
     let mut open_nodes: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     open_nodes.reverse();
@@ -71,7 +71,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
     Ok(contents)
 }
 
-/// One primitive in world space.
+/// Reads one primitive, in world space.
 fn read_primitive(
     path: &Path,
     buffers: &[Vec<u8>],
@@ -146,8 +146,8 @@ fn coordinate(accessor: &gltf::Accessor, bytes: &[u8]) -> f64 {
     if accessor.normalized() { (value / largest).max(-1.0) } else { value }
 }
 
-/// The bytes of each element of an accessor, every range checked. Done here because the glTF crate's own reader counts
-/// on accessors that lie inside their buffers.
+/// The bytes of each element of an accessor, with every range checked. The glTF crate's own reader relies on accessors that lie inside
+/// their buffers.
 fn accessor_elements<'a>(
     buffers: &'a [Vec<u8>],
     accessor: &gltf::Accessor,

@@ -1,9 +1,9 @@
 //! Lights (KHR_lights_punctual) and cameras of glTF files.
 //!
-//! Their intensities are in lux (directional) and candela (spot, point); a [`Light`] has the same radiance at any
-//! distance, and 1 lights a white surface fully. So each light gets its colour times the illuminance that it has in the
-//! middle of the file's meshes, and all of them are scaled together until the brightest channel is 1. A light that
-//! stands among the meshes counts as if it were as far away as they reach, or the lamp in the middle would outshine all.
+//! glTF intensities are in lux (directional) and candela (spot, point). A [`Light`] has the same radiance at any distance, and 1 lights a
+//! white surface fully. So each light gets its colour times its illuminance in the middle of the file's meshes. Then all are scaled
+//! together so that the brightest channel is 1. A light among the meshes counts as if it were at their outer radius; otherwise a lamp in
+//! the middle would outshine all others.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::files::stage::{self, CameraEntry, finite, unit};
@@ -16,7 +16,7 @@ type Checked<T> = std::result::Result<T, String>;
 /// The widest cone of a [`LightKind::Spot`], degrees. glTF goes up to 180, which no single map shows.
 const WIDEST_CONE: f64 = 170.0;
 
-/// A node's light, its radiance still colour × intensity. It travels along the node's −z.
+/// A node's light, with colour × intensity as its radiance, before [`balance`]. It shines along the node's −z.
 pub(in crate::scene) fn light(light: &gltf::khr_lights_punctual::Light, to_world: DMat4) -> Checked<Light> {
     let position = || finite("light position", to_world.w_axis.truncate().to_array());
     let direction = || direction(to_world, DVec3::NEG_Z).ok_or("light has no direction");
@@ -37,13 +37,13 @@ pub(in crate::scene) fn light(light: &gltf::khr_lights_punctual::Light, to_world
     Ok(Light { kind, radiance: stage::radiance(radiance)?, radius: f64::INFINITY })
 }
 
-/// A node's camera, if it has a perspective one. It looks along the node's −z, up is +y.
+/// A node's perspective camera, if it has one. It looks along the node's −z, with +y up.
 pub(in crate::scene) fn camera(
     document: &gltf::Document,
     node: &gltf::Node,
     to_world: DMat4,
 ) -> Checked<Option<Camera>> {
-    // The glTF crate's own accessor counts on a perspective where the type says so.
+    // The glTF crate's own accessor relies on the perspective data being there if the type says so.
     let json = node.camera().and_then(|camera| document.as_json().cameras.get(camera.index()));
     let Some(perspective) = json.and_then(|camera| camera.perspective.as_ref()) else { return Ok(None) };
     let position = finite("camera position", to_world.w_axis.truncate().to_array())?;
@@ -51,7 +51,7 @@ pub(in crate::scene) fn camera(
     let up = direction(to_world, DVec3::Y).ok_or("camera has no up")?;
     stage::camera(&CameraEntry {
         position: position.to_array(),
-        // So far away that it differs from the position, however far that is out.
+        // Far enough away to differ from the position in floating point.
         target: (position + forward * (1.0 + position.length())).to_array(),
         up: up.to_array(),
         fov_y_degrees: f64::from(perspective.yfov).to_degrees(),

@@ -12,8 +12,8 @@
 //! | 24 | transparency without bit 3, f32 | | |
 //! | 28 | colour without bit 4, 3 × f32; 88 bytes of text | | |
 //!
-//! The format does not say what *thickness* is, and programs differ; here it is the diameter, as the word says.
-//! *Opacity* is 1 − transparency. A segment has the mean of its two points' values.
+//! The format does not define *thickness*, and programs differ; here it is the diameter. *Opacity* is 1 − transparency. A segment has the
+//! mean of its two points' values.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -25,13 +25,13 @@ const WAY_OUT: &str = "check that the file is a HAIR file and was copied whole";
 
 const HEADER_BYTES: u64 = 128;
 
-/// Arrays by bit, 4 being colours.
+/// Bit of each array; colours have bit 4.
 const SEGMENTS: u32 = 0;
 const POINTS: u32 = 1;
 const THICKNESS: u32 = 2;
 const TRANSPARENCY: u32 = 3;
 
-/// Loads the segments of all hairs, placed. Segments of no length are left out: they cover nothing. No hairs, no strands.
+/// Loads and places the segments of all hairs. Segments of no length are left out, since they cover nothing.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no HAIR file, counts that do not fit together; a
@@ -82,16 +82,16 @@ fn strand(
     checked([point, point + 1].map(|point| placement.position(file.position(point))), radius, opacity)
 }
 
-/// A file whose arrays are all there and whose hairs have all their points.
+/// A file that was checked: all arrays are there, and hairs have all their points.
 struct HairFile<'a> {
     hairs: usize,
-    /// Two bytes per hair; empty where all have `every`.
+    /// Segments of each hair, two bytes per hair; empty where all hairs have `every` segments.
     segments: &'a [u8],
     every: usize,
     points: &'a [u8],
     thickness: &'a [u8],
     transparency: &'a [u8],
-    /// Thickness and transparency of points that the file gives none.
+    /// Default thickness and transparency, for files without these arrays.
     standing: [f64; 2],
 }
 
@@ -163,7 +163,7 @@ impl<'a> HairFile<'a> {
     }
 }
 
-/// Four bytes at a place. Past the end they would be 0, but [`HairFile::new`] has checked that there are enough.
+/// Four bytes at a place. They would be 0 past the end, but [`HairFile::new`] has checked that there are enough.
 fn four(bytes: &[u8], at: usize) -> [u8; 4] {
     bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).unwrap_or_default()
 }

@@ -1,11 +1,11 @@
-//! Opening the user's files, and the words for what is wrong with them.
+//! Opens the user's files, and words error messages about them.
 
 use crate::{Error, Result, WayOut};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Longest message taken over from another crate, in characters: parsers like to quote whole lines of the input.
+/// The longest message taken over from another crate, in characters. Parsers may quote whole lines of the input.
 const MAX_MESSAGE_CHARS: usize = 300;
 
 /// Folds a message of several lines into one, because every error of this program is one line.
@@ -40,11 +40,11 @@ pub(in crate::scene) fn error(path: &Path, cause: impl ToString, way_out: impl I
     Error::input(file_name(path), one_line(cause), way_out)
 }
 
-/// Opens a regular file and tells its size in bytes. Refuses folders, pipes and devices: a loader that waits for a pipe
-/// or reads /dev/zero never ends.
+/// Opens a regular file and returns its size in bytes. Refuses folders, pipes and devices: a loader that waits for a pipe or reads
+/// /dev/zero never ends.
 pub(in crate::scene) fn open(path: &Path) -> Result<(File, u64)> {
     let unreadable = |cause: std::io::Error| error(path, cause, "check the path and its permissions");
-    // Asked before opening, because opening a pipe waits for its writer.
+    // Checked before opening, because opening a pipe waits for its writer.
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
         return Err(error(path, "not a regular file", "give a file"));

@@ -1,4 +1,4 @@
-//! Scenes by their names: files and built-in ones, and the latter's motion.
+//! Loads scenes by name, from files or built in, and moves them to other times.
 
 use crate::error::did_you_mean;
 use crate::scene::built_in::emitters::Smoke;
@@ -37,7 +37,7 @@ pub const BUILT_IN: [&str; 21] = [
     "ink",
 ];
 
-/// The names that [`Scene::load`] takes, in words.
+/// The names that [`Scene::load`] takes, as text for users.
 pub fn known() -> String {
     let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
     let built_in = BUILT_IN.map(built_in::with_keys).join(", ");
@@ -45,10 +45,9 @@ pub fn known() -> String {
 }
 
 impl Scene {
-    /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
-    /// or makes a built-in scene, some with numbers (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is how long the emitters of
-    /// `three-emitters`, `lantern` and `fountain` have been running and the lights of `courtyard` and `hair` under way, in seconds; other
-    /// scenes stand still and ignore it.
+    /// Loads a scene file (`*.toml`), a data file of one of [`DATA_ENDINGS`] with a fitted light and camera, or a built-in scene. Some
+    /// built-in scenes take a number (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is the time for scenes that move, in
+    /// seconds since their emitters, lights or sequences of files started; other scenes ignore it.
     ///
     /// # Errors
     /// [`Error::Input`] names the file and what is wrong with it.
@@ -93,10 +92,10 @@ impl Scene {
         }
     }
 
-    /// The scene with as many lights as are wanted, at a time as in [`Scene::load`]: of `courtyard`, which has 32 of its own.
+    /// The scene `courtyard` with `count` lights in place of its 32, at a time as in [`Scene::load`].
     ///
     /// # Errors
-    /// [`Error::Input`] where the scene's lights are not a number to choose, or the number or the time is out of range.
+    /// [`Error::Input`] where the scene is not `courtyard`, or the number or the time is out of range.
     pub fn with_lights(self, count: usize, time_s: f64) -> Result<Self> {
         if self.motion != Motion::Courtyard {
             let way_out = "leave their number out, or name courtyard";
@@ -109,20 +108,20 @@ impl Scene {
         Ok(Self { lights: courtyard::lights_at(count, time_s)?, ..self })
     }
 
-    /// The scene with its attractor at a place, where one is given, and so many times the earth's gravity, as if it had always been
-    /// so, at a time as in [`Scene::load`]: of `fountain`.
+    /// The scene `fountain` with a fixed attractor, if one is given, and `gravity` times the earth's gravity, at a time as in
+    /// [`Scene::load`]. Particles move as if these had always been in force.
     ///
     /// # Errors
-    /// [`Error::Input`] where nothing of the scene is simulated, or a number or the time is out of range.
+    /// [`Error::Input`] where the scene is not simulated, or a number or the time is out of range.
     pub fn pulled(mut self, attractor: Option<DVec3>, gravity: f64, time_s: f64) -> Result<Self> {
         self.motion = Motion::Fountain(self.pull(attractor, gravity)?);
         self.at(time_s)
     }
 
-    /// What then moves it.
+    /// The fountain with this attractor and gravity, without its particles.
     ///
     /// # Errors
-    /// As [`Scene::pulled`], but for the time.
+    /// As [`Scene::pulled`], except for the time.
     pub(crate) fn pull(&self, attractor: Option<DVec3>, gravity: f64) -> Result<Fountain> {
         let name = || self.name.clone();
         let Motion::Fountain(fountain) = self.motion else {
@@ -140,8 +139,7 @@ impl Scene {
         Ok(Fountain { attractor, gravity: gravity as f32, ..fountain })
     }
 
-    /// The scene at another time: what moves by itself is as it would be `time_s` seconds after the emitters began, all else as
-    /// it is here.
+    /// The scene at another time: parts that move are as they are `time_s` seconds after their start; all else stays.
     ///
     /// # Errors
     /// [`Error::Input`] where the time is out of range.
@@ -152,7 +150,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// What of it is otherwise at another time. Smoke goes on from where it was `before`.
+    /// The parts of the scene that move, at another time. Smoke continues from its state in `before`.
     ///
     /// # Errors
     /// As [`Scene::at`].
@@ -176,7 +174,7 @@ impl Scene {
         Ok(SceneParts { particles, lights, volumes })
     }
 
-    /// Puts parts in the place of its own, and its own in theirs.
+    /// Exchanges the scene's parts with `parts`, where these are given.
     pub(crate) fn swap(&mut self, parts: &mut SceneParts) {
         fn swap<T>(own: &mut T, other: Option<&mut T>) {
             if let Some(other) = other {
@@ -189,14 +187,14 @@ impl Scene {
     }
 }
 
-/// What of a scene is otherwise at another time; none stays as it is.
+/// The parts of a scene that change with time; `None` for parts that do not.
 pub(crate) struct SceneParts {
     pub(crate) particles: Option<Vec<Particle>>,
     lights: Option<Vec<Light>>,
     volumes: Option<Vec<Volume>>,
 }
 
-/// Content that plays from files shows its frame of that time.
+/// Moves content from sequences of files to a time; other content is already there.
 fn begun(scene: Scene, time_s: f64) -> Result<Scene> {
     if matches!(scene.motion, Motion::Animation(_)) { scene.at(time_s) } else { Ok(scene) }
 }

@@ -1,4 +1,4 @@
-//! Triangle meshes of any format, and those from PLY files.
+//! Loads triangle meshes of any supported format; PLY meshes are read here.
 
 use crate::Result;
 use crate::scene::files::contents::Contents;
@@ -10,13 +10,13 @@ use std::path::Path;
 /// The albedo of a mesh whose file names none.
 pub(in crate::scene) const DEFAULT_ALBEDO: [f32; 3] = [0.7; 3];
 
-/// Loads the triangle meshes of a file by its ending: `.ply` (one mesh; faces of more than three vertices become fans),
-/// `.gltf` or `.glb` (as [`gltf_file::load`], with lights and camera). Coordinates stay as they stand in the file; no
-/// axis is swapped. Meshes without triangles are left out.
+/// Loads the triangle meshes of a file by its ending: `.ply` (one mesh; faces of more than three vertices become fans), `.gltf` or `.glb`
+/// (as [`gltf_file::load`], with lights and camera). Coordinates stay as in the file; no axes are swapped. Meshes without triangles are
+/// left out.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a vertex index out of range; a
-/// position that is not finite; whatever [`gltf_file::load`] refuses.
+/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a vertex index out of range; a position that is not
+/// finite; errors of [`gltf_file::load`].
 pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
     let mut contents = match input::ending(path).as_str() {
         "ply" => Contents { meshes: vec![load_ply(path)?], ..Contents::default() },
@@ -27,7 +27,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
     Ok(contents)
 }
 
-/// Checks what both formats must keep: positions in range, indices in range.
+/// Checks that positions and indices of a mesh are in range.
 pub(in crate::scene) fn check(path: &Path, mesh: &Mesh) -> Result<()> {
     let number = mesh.positions.iter().position(|position| !in_range(position));
     if let Some(number) = number {

@@ -11,7 +11,7 @@ use std::io::{BufRead, BufReader, Read};
 /// Bytes of a header, at most.
 const MOST_HEADER: u64 = 1 << 16;
 
-/// The most bytes that deflate can make of one.
+/// The most bytes that deflate can expand one byte to.
 const MOST_RATIO: u64 = 1032;
 
 /// The fields of a header.
@@ -25,10 +25,10 @@ struct Header {
     origin: Option<DVec3>,
 }
 
-/// Reads one of `size` bytes.
+/// Reads an NRRD file of `size` bytes.
 ///
 /// # Errors
-/// In words: no NRRD, another number of dimensions, type or encoding than are read, data elsewhere, truncated.
+/// In words: no NRRD file; a number of dimensions, type or encoding that is not supported; data in another file; truncated.
 pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
     let mut stream = BufReader::new(file);
     let (header, length) = header(&mut stream)?;
@@ -68,7 +68,7 @@ fn header(stream: &mut impl BufRead) -> Result<(Header, u64), String> {
         if line.is_empty() {
             return Ok((header, length));
         }
-        // key:=value pairs are anybody's.
+        // key:=value pairs are free-form data of other programs.
         if !is_first && !line.starts_with('#') && !line.contains(":=") {
             let (name, value) = line.split_once(": ").ok_or_else(|| format!("{line:?} is no field"))?;
             header.field(&name.to_lowercase(), value.trim())?;
@@ -129,7 +129,7 @@ fn three_of<T>(all: impl Iterator<Item = Option<T>>) -> Option<[T; 3]> {
     all.collect::<Option<Vec<_>>>()?.try_into().ok()
 }
 
-/// "(1,2,3)".
+/// Parses a vector such as "(1,2,3)".
 fn vector(text: &str) -> Option<DVec3> {
     let inner = text.strip_prefix('(')?.strip_suffix(')')?;
     three(inner.split(',').map(str::trim)).map(DVec3::from_array)

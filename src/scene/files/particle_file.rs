@@ -6,7 +6,7 @@ use crate::scene::{MAX_OPTICAL_DEPTH, Particle, files::input, files::ply};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-/// One row as it stands in the file. What the file lacks stays 0.
+/// One row of the file. Properties that the file lacks stay 0.
 #[derive(Default)]
 struct Row {
     position: [f64; 3],
@@ -38,10 +38,10 @@ impl PropertyAccess for Row {
     }
 }
 
-/// Loads particles from a PLY file, ASCII or binary of either byte order, numbers of any type.
+/// Loads particles from a PLY file: ASCII or binary of either byte order, with numbers of any type.
 ///
-/// `opacity` is what a particle takes from the light along its diameter: extinction = −ln(1−opacity)/(2·radius), with
-/// the optical depth capped at [`MAX_OPTICAL_DEPTH`]. A file that has both keeps `extinction`. No rows, no particles.
+/// `opacity` is the share of light that a particle takes along its diameter: extinction = −ln(1−opacity)/(2·radius), with the optical depth
+/// capped at [`MAX_OPTICAL_DEPTH`]. If a file has both, `extinction` counts. A file without rows gives no particles.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): unreadable or truncated file; a property is missing; a position, radius or
@@ -67,7 +67,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Vec<Particle>> {
     Ok(particles)
 }
 
-/// Checks in f32, because what an f64 holds may be infinite, or zero, there.
+/// Checks values in f32, because a finite f64 may become infinite or zero there.
 fn particle(row: &Row, has_extinction: bool) -> std::result::Result<Particle, String> {
     let extinction = if has_extinction {
         row.extinction
@@ -80,7 +80,7 @@ fn particle(row: &Row, has_extinction: bool) -> std::result::Result<Particle, St
     checked(row.position, row.radius, extinction)
 }
 
-/// A particle that keeps what [`Particle`] promises, or what is wrong with it.
+/// A particle that is valid by the documentation of [`Particle`]; the error text names the fault.
 pub(in crate::scene) fn checked(
     position: [f64; 3],
     radius: f64,

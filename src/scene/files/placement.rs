@@ -1,10 +1,10 @@
-//! Where a scene file places the files that it names.
+//! How a scene file places the files that it names.
 
 use crate::scene::files::stage::{self, CameraEntry, finite, in_range, unit};
 use crate::scene::{Camera, Light, LightKind, Mesh, Particle, files::particle_file};
 use glam::{DQuat, DVec3};
 
-/// Where the things of a file go in the world.
+/// Scale, rotation and translation of a file's contents, applied in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::scene) struct Placement {
     pub translate: DVec3,
@@ -14,7 +14,7 @@ pub(in crate::scene) struct Placement {
 }
 
 impl Placement {
-    /// Leaves everything where its file has it.
+    /// Leaves everything at the file's own coordinates.
     pub(in crate::scene) const AS_IT_STANDS: Self =
         Self { translate: DVec3::ZERO, rotate: DQuat::IDENTITY, scale: 1.0 };
 
@@ -42,7 +42,7 @@ impl Placement {
     }
 
     fn point(&self, point: DVec3) -> DVec3 {
-        // What isn't turned keeps its last bit.
+        // Without a rotation, no rounding by an identity rotation.
         let turned =
             if self.rotate == DQuat::IDENTITY { point * self.scale } else { self.rotate * (point * self.scale) };
         turned + self.translate

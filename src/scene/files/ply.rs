@@ -22,8 +22,8 @@ pub(in crate::scene) struct PlyFile {
 /// Opens a PLY file and reads its header.
 ///
 /// # Errors
-/// [`Error::Input`]: unreadable, not a PLY file, or too short for the rows that its header promises. So nothing that
-/// comes later allocates more than the file's size accounts for.
+/// [`Error::Input`]: unreadable, not a PLY file, or too short for the rows that its header promises. This check keeps later code from
+/// allocating more than the file's size justifies.
 pub(in crate::scene) fn open(path: &Path) -> Result<PlyFile> {
     let (file, size_bytes) = input::open(path)?;
     let mut reader = Reader::new(BufReader::new(file));
@@ -51,7 +51,7 @@ pub(in crate::scene) fn open(path: &Path) -> Result<PlyFile> {
     Ok(PlyFile { path: path.to_path_buf(), header, reader })
 }
 
-/// The fewest bytes that a row can take: lists may be empty; an ASCII number takes a digit and a separator.
+/// The fewest bytes that a row can have: lists may be empty, and an ASCII number has at least a digit and a separator.
 fn smallest_row_bytes(header: &Header, element: &ElementDef) -> u128 {
     let binary_bytes = |scalar: &ScalarType| match scalar {
         ScalarType::Char | ScalarType::UChar => 1,
@@ -140,7 +140,7 @@ impl PlyFile {
     }
 }
 
-/// The next line that is not blank: some writers set elements apart by blank lines.
+/// The next line that is not blank: some writers separate elements by blank lines.
 fn next_line(reader: &mut impl BufRead, line: &mut String) -> std::result::Result<(), ParseError> {
     loop {
         line.clear();

@@ -1,4 +1,4 @@
-//! Shared by all formats of splats.
+//! Code that all formats of splats share.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -7,13 +7,13 @@ use crate::scene::{Caster, Gaussian, files::input, files::splat_ply, files::spz_
 use glam::DQuat;
 use std::path::Path;
 
-/// The constant of the zeroth spherical harmonic, by which files hold colours.
+/// The zeroth spherical harmonic's constant, which files use to encode colours.
 const HARMONIC_0: f64 = 0.282_094_791_773_878_14;
 
-/// Bytes of a splat of a `.splat` file.
+/// Bytes per splat in a `.splat` file.
 const ROW_BYTES: usize = 32;
 
-/// A splat as files hold it, in f64.
+/// A splat as it is in a file, in f64.
 pub(in crate::scene) struct Row {
     pub position: [f64; 3],
     /// World units.
@@ -24,8 +24,8 @@ pub(in crate::scene) struct Row {
     pub color: [f64; 3],
 }
 
-/// Loads the splats of a file by its ending: `.ply` as 3D Gaussian Splatting writes it or as PlayCanvas compresses it, `.splat`, `.spz`.
-/// What is seen from other sides in other colours has its mean colour. Axes stay as they are in the file.
+/// Loads the splats of a file by its ending: `.ply` as 3D Gaussian Splatting writes it or as PlayCanvas compresses it, `.splat`, `.spz`. A
+/// splat whose colour depends on the viewing direction gets its mean colour. Axes stay as in the file.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a splat that [`Gaussian`] does not allow, with its
@@ -57,7 +57,7 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<G
     Ok(gaussians)
 }
 
-/// Position and deviations are floats; red, green, blue, opacity and a quaternion w, x, y, z are bytes.
+/// A row of a `.splat` file: position and deviations as floats; red, green, blue, opacity and a quaternion w, x, y, z as bytes.
 fn of_splat(row: &[u8]) -> Row {
     let float = |i: usize| f64::from(f32::from_le_bytes([0, 1, 2, 3].map(|byte| row[4 * i + byte])));
     let share = |i: usize| f64::from(row[24 + i]) / 255.0;
@@ -71,18 +71,18 @@ fn of_splat(row: &[u8]) -> Row {
     }
 }
 
-/// The opacity that a byte says: 255 stands for what rounds to it, and no wall.
+/// The opacity that a byte stands for. 255 is the least value that rounds to it, so that no splat is fully opaque.
 pub(in crate::scene) fn opacity_of(byte: f64) -> f64 {
     (byte / 255.0).min(254.5 / 255.0)
 }
 
-/// The colour of the zeroth coefficients of spherical harmonics.
+/// The colour for the zeroth coefficients of spherical harmonics.
 pub(in crate::scene) fn color_of(coefficients: [f64; 3]) -> [f64; 3] {
     coefficients.map(|c| 0.5 + HARMONIC_0 * c)
 }
 
-/// A splat that keeps what [`Gaussian`] promises, or what is wrong with it. Checked in f32, because what an f64 holds may be infinite, or
-/// zero, there.
+/// A splat that is valid by the documentation of [`Gaussian`]; the error text names the fault. Checked in f32, because a finite f64 may
+/// become infinite or zero there.
 fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, String> {
     let Row { position, rotation, opacity, .. } = *row;
     let deviations = row.deviations.map(|d| d * placement.scale);
@@ -110,7 +110,7 @@ fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, St
     if !gaussian.deviations.iter().all(|d| f64::from(*d) <= MAX_COORDINATE && *d > 0.0) {
         return Err(format!("deviations {deviations:?} are not greater than 0 or exceed {MAX_COORDINATE:e}"));
     }
-    // A splat as thin as a float can say has no extinction.
+    // An extremely thin splat would have an infinite extinction.
     let caster = Caster::from(&gaussian);
     if !(caster.density.is_finite() && in_range(&[caster.radius]) && caster.radius.is_normal()) {
         return Err(format!("deviations {deviations:?} are too small or too large for floats"));

@@ -1,4 +1,4 @@
-//! Splats from PLY files: as Kerbl et al. 2023 (*3D Gaussian Splatting for Real-Time Radiance Field Rendering*) write them, or as
+//! Splats from PLY files: in the format of Kerbl et al. 2023 (*3D Gaussian Splatting for Real-Time Radiance Field Rendering*), or as
 //! PlayCanvas compresses them.
 //!
 //! The former: element `vertex` with `x y z`, `scale_0..2` (logarithms of deviations), `rot_0..3` (w, x, y, z, of any length), `opacity`
@@ -12,7 +12,7 @@ use crate::scene::files::splat_file::{Row, color_of, opacity_of};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-/// Properties that make a PLY file one of splats, of either kind.
+/// Properties of a PLY file of splats: `OPEN` of the first format; `PACKED`, and `BOUNDS` of chunks, of the second.
 const OPEN: [&str; 14] = [
     "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity", "f_dc_0", "f_dc_1",
     "f_dc_2",
@@ -38,10 +38,10 @@ const BOUNDS: [&str; 18] = [
     "max_g",
     "max_b",
 ];
-/// Bounds without those of colours, which older files lack: theirs are from 0 to 1.
+/// Number of bounds without those of colours. Older files lack the latter; their colours are bounded by 0 and 1.
 const LEAST_BOUNDS: usize = 12;
 
-/// Splats of a chunk.
+/// Splats per chunk.
 const CHUNK: usize = 256;
 
 /// Whether a PLY file is one of splats.
@@ -49,7 +49,7 @@ pub(in crate::scene) fn is_of_splats(file: &PlyFile) -> bool {
     file.has_scalar("vertex", PACKED[0]) || file.has_scalar("vertex", "rot_0") && file.has_scalar("vertex", "scale_0")
 }
 
-/// Numbers of a row by the place of their names in any of the lists.
+/// Numbers of a row, each at the index that its name has in one of the lists above.
 struct Numbers {
     of: [f64; 32],
 }
@@ -73,8 +73,8 @@ impl PropertyAccess for Numbers {
 /// Reads rows of either kind and hands each to `take` with its number.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file; a property that is missing; fewer chunks than splats ask for.
-/// Errors of `take` pass through.
+/// [`Error::Input`](crate::Error::Input): unreadable or truncated file; a property that is missing; too few chunks for the splats. Errors
+/// of `take` pass through.
 pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
     let file = ply::open(path)?;
     if !file.has_scalar("vertex", PACKED[0]) {
@@ -137,7 +137,8 @@ fn packed_row(n: &[f64; 32], bounds: &[f64; 18]) -> Row {
     }
 }
 
-/// Which of w, x, y, z is the greatest in magnitude, then the others in that order, from −1/√2 to 1/√2.
+/// Decodes a quaternion. The top bits say which of w, x, y, z is greatest in magnitude; then come the others in this order, from −1/√2 to
+/// 1/√2.
 fn smallest_three(word: u32) -> [f64; 4] {
     let number = |shift: u32| (f64::from(word >> shift & 1023) / 1023.0 - 0.5) * 2.0_f64.sqrt();
     let others = [number(20), number(10), number(0)];

@@ -21,7 +21,7 @@ const MAGIC: u32 = 0x5053_474e;
 
 const HEADER_BYTES: usize = 16;
 
-/// Bytes of splats that a byte of the file may stand for. Splats of real files stand for 1 to 4; deflate could make a thousand of one.
+/// The most bytes of splats per byte of the file. Real files have 1 to 4; deflate could expand one byte to a thousand.
 const MOST_RATIO: u64 = 64;
 
 const WAY_OUT: &str = "check that the file is an .spz file of version 1 to 3 and was copied whole";
@@ -29,7 +29,7 @@ const WAY_OUT: &str = "check that the file is an .spz file of version 1 to 3 and
 /// Reads all splats and hands each to `take` with its number.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no gzip, another version, more splats than its bytes can hold.
+/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no gzip, another version, more splats than the file's size allows.
 /// Errors of `take` pass through.
 pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
@@ -59,13 +59,13 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
             "{count} splats in a file of {size} bytes: more than {MOST_RATIO} times as many bytes"
         )));
     }
-    // No more than is asked for is taken out, whatever else the stream would become.
+    // Only the needed bytes are unpacked, however long the stream is.
     let mut bytes = Vec::with_capacity(needed as usize);
     stream.by_ref().take(needed).read_to_end(&mut bytes).map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
     }
-    // Later bytes are not used, but are read to the end, since the checksum there covers all of them.
+    // Later bytes are not used, but are read to the end, since the checksum at the end covers all bytes.
     let most = size.saturating_mul(MOST_RATIO);
     let rest = std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
         .map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
@@ -84,7 +84,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
                 if version == 1 {
                     half([place[2 * axis], place[2 * axis + 1]])
                 } else {
-                    // The sign goes to the top.
+                    // Shifting down extends the sign of the 24 bits.
                     let word = i32::from_le_bytes([0, place[3 * axis], place[3 * axis + 1], place[3 * axis + 2]]) >> 8;
                     f64::from(word) / f64::from(1u32 << fraction)
                 }
@@ -104,7 +104,8 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     Ok(())
 }
 
-/// Which of x, y, z, w is the greatest in magnitude, then the others, the last lowest: a sign and 9 bits of 1/√2 each.
+/// Decodes a quaternion. The top bits say which of x, y, z, w is greatest in magnitude. The others follow, the last in the lowest bits,
+/// each as a sign and 9 bits that span 1/√2.
 fn smallest_three(mut word: u32) -> [f64; 4] {
     let greatest = (word >> 30) as usize;
     let mut xyzw = [0.0; 4];
@@ -117,7 +118,7 @@ fn smallest_three(mut word: u32) -> [f64; 4] {
     xyzw
 }
 
-/// A half float.
+/// Decodes a half float.
 pub(super) fn half(bytes: [u8; 2]) -> f64 {
     let bits = u16::from_le_bytes(bytes);
     let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));

@@ -1,4 +1,4 @@
-//! Lights and cameras as files give them, and what must hold of them.
+//! Lights and cameras as files describe them, and the checks that they must pass.
 
 use crate::scene::{Camera, Light, LightKind};
 use glam::DVec3;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer};
 /// The sine of the angle below which `up` counts as parallel to the view: the picture's roll would be rounding noise.
 const MIN_UP_SINE: f64 = 1e-6;
 
-/// The narrowest cone of a spot light, and angle of a camera. What is narrower has no tangent in f32.
+/// The narrowest cone of a spot light and the narrowest camera angle. Narrower ones have no usable tangent in f32.
 pub(in crate::scene) const NARROWEST_DEGREES: f64 = 1e-6;
 
 /// A light of a scene file.
@@ -39,7 +39,7 @@ pub(in crate::scene) enum LightEntry {
     },
 }
 
-/// A table or an array of tables. Not an untagged enum, whose errors do not say what is wrong.
+/// Reads a table or an array of tables. An untagged enum could too, but its errors do not name the fault.
 pub(in crate::scene) fn one_or_more<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> std::result::Result<Option<Vec<LightEntry>>, D::Error> {
@@ -80,7 +80,7 @@ fn endless() -> f64 {
     f64::INFINITY
 }
 
-/// The light, or what is wrong with it.
+/// Checks a light; the error text names the fault.
 pub(in crate::scene) fn light(entry: &LightEntry) -> std::result::Result<Light, String> {
     let (kind, radiance, radius) = match *entry {
         LightEntry::Directional { direction, radiance } => {
@@ -106,7 +106,7 @@ pub(in crate::scene) fn light(entry: &LightEntry) -> std::result::Result<Light, 
     Ok(Light { kind, radiance: crate::scene::files::stage::radiance(radiance)?, radius })
 }
 
-/// The radiance in f32, or what is wrong with it.
+/// Checks a radiance and converts it to f32; the error text names the fault.
 pub(in crate::scene) fn radiance(radiance: [f64; 3]) -> std::result::Result<[f32; 3], String> {
     let radiance = radiance.map(|value| value as f32);
     if !radiance.iter().all(|value| value.is_finite() && *value >= 0.0) {
@@ -115,7 +115,7 @@ pub(in crate::scene) fn radiance(radiance: [f64; 3]) -> std::result::Result<[f32
     Ok(radiance)
 }
 
-/// The camera, or what is wrong with it.
+/// Checks a camera; the error text names the fault.
 pub(in crate::scene) fn camera(entry: &CameraEntry) -> std::result::Result<Camera, String> {
     let position = finite("camera position", entry.position)?;
     let target = finite("camera target", entry.target)?;
@@ -132,16 +132,16 @@ pub(in crate::scene) fn camera(entry: &CameraEntry) -> std::result::Result<Camer
     Ok(Camera { position, target, up, fov_y_degrees })
 }
 
-/// The widest coordinate of anything, and the widest radius. Everything is stored or sent to the device as f32 sooner or
-/// later, and the squares of distances must stay finite there.
+/// The greatest coordinate of anything, and the greatest radius. All values become f32 at some point, and squares of distances must stay
+/// finite there.
 pub(in crate::scene) const MAX_COORDINATE: f64 = 1e18;
 
-/// Whether these are coordinates, or radii, that may be.
+/// Whether all these coordinates or radii are in range.
 pub(in crate::scene) fn in_range(values: &[f32]) -> bool {
     values.iter().all(|value| f64::from(value.abs()) <= MAX_COORDINATE)
 }
 
-/// The vector, or that it is farther out than anything may be; `name` says what it is.
+/// Checks that a vector is in range; `name` names it in the error text.
 pub(in crate::scene) fn finite(name: &str, values: [f64; 3]) -> std::result::Result<DVec3, String> {
     if values.iter().all(|value| value.abs() <= MAX_COORDINATE) {
         return Ok(DVec3::from_array(values));
@@ -149,7 +149,7 @@ pub(in crate::scene) fn finite(name: &str, values: [f64; 3]) -> std::result::Res
     Err(format!("{name} {values:?} is not finite or exceeds {MAX_COORDINATE:e}"))
 }
 
-/// The vector at unit length; `None` if it has no direction. Divides first, so that tiny vectors keep theirs.
+/// The vector at unit length; `None` if its length is 0. It is scaled first, so that tiny vectors keep their direction.
 pub(in crate::scene) fn unit(vector: DVec3) -> Option<DVec3> {
     let largest = vector.abs().max_element();
     if largest == 0.0 {

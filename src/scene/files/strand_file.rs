@@ -1,4 +1,4 @@
-//! Hair of any format: what the formats share.
+//! Code that all formats of hair share.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -6,7 +6,7 @@ use crate::scene::files::stage::{MAX_COORDINATE, in_range};
 use crate::scene::{Strand, files::hair_file, files::input, files::tressfx_file};
 use std::path::Path;
 
-/// Values that stand in for the file's own.
+/// Values that replace the file's own.
 #[derive(Clone, Copy, Default)]
 pub(in crate::scene) struct Overrides {
     /// World units.
@@ -26,8 +26,8 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Over
     }
 }
 
-/// A strand that keeps what [`Strand`] promises save that it may have no length, or what is wrong with it. Checked in
-/// f32, because what an f64 holds may be infinite, or zero, there.
+/// A strand that is valid by the documentation of [`Strand`], except that it may have no length; the error text names the fault. Checked in
+/// f32, because a finite f64 may become infinite or zero there.
 pub(in crate::scene) fn checked(
     [start, end]: [[f64; 3]; 2],
     radius: f64,

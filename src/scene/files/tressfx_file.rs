@@ -1,5 +1,5 @@
-//! Strands from TressFX files (`.tfx`) of versions 3 and 4, little-endian: a header, then arrays anywhere, each at an
-//! offset that the header names. All strands have as many points. Those of version 2 are text, and refused.
+//! Strands from TressFX files (`.tfx`) of versions 3 and 4, little-endian: a header, then arrays anywhere, each at an offset that the
+//! header names. All strands have the same number of points. Files of version 2 are text, and are refused.
 //!
 //! | header | version 3 | version 4 |
 //! |---|---|---|
@@ -10,8 +10,8 @@
 //! | offset of each strand's thickness (f32), u32, or 0 | 148 | 24 |
 //! | bytes of the header | 296 | 160 |
 //!
-//! Strands stand as they are in the file: hairs that a program would grow around them are not. Thickness is the diameter,
-//! as of HAIR files. Exporters leave it out, and opacity is not in the format; see [`SIZE_A_RADIUS`] and [`OPACITY`].
+//! Only the strands in the file are used, without the hairs that a program would add around them. Thickness is the diameter, as in HAIR
+//! files. Exporters leave it out, and the format has no opacity; see [`SIZE_A_RADIUS`] and [`OPACITY`].
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -21,14 +21,14 @@ use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a TressFX file and was copied whole";
 
-/// For a file without thickness, the longest side of its bounds is so many radii: a hair is 1/400 of it wide. That is
-/// ten times a real one, which also has ten times as many beside it.
+/// For a file without thickness: the longest side of its bounds, in radii of a hair. So a hair is 1/400 of that side wide. This is ten
+/// times as wide as a real hair, but real heads have ten times as many hairs.
 const SIZE_A_RADIUS: f64 = 800.0;
 
-/// Opacity of every hair that the scene file gives none.
+/// Opacity of hairs where the scene file gives none.
 const OPACITY: f64 = 0.5;
 
-/// Loads the segments of all strands, placed. Segments of no length are left out: they cover nothing.
+/// Loads and places the segments of all strands. Segments of no length are left out, since they cover nothing.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): unreadable or truncated file, another version, no strands, arrays past the
@@ -62,14 +62,14 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Over
     Ok(strands)
 }
 
-/// A file whose arrays are all there and whose positions are finite.
+/// A file that was checked: all arrays are there, and positions are finite.
 struct TressFxFile<'a> {
     strands: usize,
     /// Points per strand, at least 2.
     points: usize,
     positions: &'a [u8],
     position_bytes: usize,
-    /// Four bytes per strand; empty where the file has none.
+    /// Thickness of each strand, four bytes per strand; empty where the file has none.
     thickness: &'a [u8],
 }
 
@@ -140,7 +140,7 @@ impl<'a> TressFxFile<'a> {
     }
 }
 
-/// Four bytes as a number.
+/// Four bytes as a little-endian number.
 fn number(bytes: &[u8], at: usize) -> std::result::Result<u32, String> {
     let four = bytes.get(at..).and_then(<[u8]>::first_chunk);
     four.map(|four| u32::from_le_bytes(*four)).ok_or_else(|| format!("truncated: it has {} bytes", bytes.len()))

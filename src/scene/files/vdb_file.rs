@@ -1,7 +1,8 @@
-//! Grids from OpenVDB files (versions 222 to 224 of the format: OpenVDB 3.0 and later): a tree of floats or half floats, zipped, packed by
-//! Blosc or neither. Source: OpenVDB's io/Archive.cc, io/Compression.h, tree/{Root,Internal,Leaf}Node.h and math/Maps.h.
+//! Grids from OpenVDB files (versions 222 to 224 of the format: OpenVDB 3.0 and later): a tree of floats or half floats, compressed by zip,
+//! by Blosc or not at all. Source: OpenVDB's io/Archive.cc, io/Compression.h, tree/{Root,Internal,Leaf}Node.h and math/Maps.h.
 //!
-//! Samples stand at whole numbers of the grid's index space; its map says where these are. What is not in the tree has to be 0.
+//! Samples are at the integer places of the grid's index space; the grid's map gives their places in space. The background, outside the
+//! tree, must be 0.
 
 use super::{blosc, spz_file};
 use crate::scene::files::volume_file::Grid;
@@ -19,18 +20,18 @@ const VERSIONS: std::ops::RangeInclusive<u32> = 222..=224;
 /// The grid that is read where nothing names one.
 const DENSITY: &str = "density";
 
-/// How values of a node are packed.
+/// Flags for the compression of a node's values.
 const ZIPPED: u32 = 1;
 const ACTIVE_ALONE: u32 = 2;
 const BLOSC: u32 = 4;
 
-/// Logarithms of the nodes' sides in what is below them, from the root's children to the leaves.
+/// Logarithms to base 2 of a node's children per side, from the root's children down to the leaves, whose children are samples.
 const SIDES: [u32; 3] = [5, 4, 3];
 
-/// What is wrong, in words.
+/// A result whose error is a text for users.
 type Words<T> = Result<T, String>;
 
-/// Where the grid is in the file.
+/// A grid's entry in the file's directory.
 struct Described {
     name: String,
     kind: String,
@@ -40,20 +41,20 @@ struct Described {
     blocks: usize,
 }
 
-/// What is the same in all of a grid.
+/// How all values of a grid are stored.
 struct Packing {
     flags: u32,
     is_half: bool,
 }
 
-/// What a grid's tree has.
+/// The contents of a grid's tree.
 #[derive(Default)]
 struct Tree {
-    /// Lowest sample, samples per side, value.
+    /// Tiles of one value: lowest sample, samples per side, value.
     tiles: Vec<([i32; 3], i32, f32)>,
-    /// 8³ samples of tiles.
+    /// Number of blocks of 8³ samples that the tiles fill.
     filled: u64,
-    /// Lowest samples.
+    /// The lowest sample of each leaf.
     leaves: Vec<[i32; 3]>,
 }
 
@@ -62,10 +63,10 @@ struct Bytes<'a> {
     at: usize,
 }
 
-/// Reads the grid of that name; without one, `density`, or the only one.
+/// Reads the grid with the given name; without a name, the grid `density`, or the only grid of floats.
 ///
 /// # Errors
-/// In words: no OpenVDB file, an older one, no such grid, one of other values, a level set; truncated or damaged.
+/// In words: no OpenVDB file, or an older version; no such grid, or a grid of other values or a level set; truncated or damaged.
 pub(super) fn read(all: &[u8], name: Option<&str>) -> Words<Grid> {
     let mut bytes = Bytes { all, at: 0 };
     if bytes.take(8).ok() != Some(&MAGIC) {
@@ -86,7 +87,7 @@ pub(super) fn read(all: &[u8], name: Option<&str>) -> Words<Grid> {
     bytes.grid(grid).map_err(|cause| format!("grid {}: {cause}", grid.name))
 }
 
-/// Which of a file's grids is read.
+/// Chooses the grid to read.
 fn chosen<'a>(all: &'a [Described], name: Option<&str>) -> Words<&'a Described> {
     let names = || all.iter().map(|grid| grid.name.as_str()).collect::<Vec<_>>().join(", ");
     let is_of_floats = |grid: &&Described| grid.kind == "Tree_float_5_4_3";
@@ -145,12 +146,12 @@ impl<'a> Bytes<'a> {
         Ok(String::from_utf8_lossy(self.take(length as usize)?).into_owned())
     }
 
-    /// A place in the file.
+    /// Reads a byte offset in the file.
     fn place(&mut self) -> Words<usize> {
         usize::try_from(i64::from_le_bytes(self.array()?)).map_err(|_| "damaged: a place before the file".into())
     }
 
-    /// Name, type and value of each entry; returns the value of the one that gives the grid's class.
+    /// Reads entries of name, type and value; returns the value of `class`, the kind of the grid.
     fn metadata(&mut self) -> Words<String> {
         let mut class = String::new();
         for _ in 0..self.u32()? {
@@ -164,13 +165,13 @@ impl<'a> Bytes<'a> {
 
     fn described(&mut self) -> Words<Described> {
         let (unique, kind, instance_of) = (self.text()?, self.text()?, self.text()?);
-        // The next grid is described behind this one.
+        // `end` is where the next grid's entry begins.
         let (at, blocks, end) = (self.place()?, self.place()?, self.place()?);
         if end < self.at {
             return Err("damaged: a grid ends before it begins".into());
         }
         self.at = end;
-        // Behind the name stands what tells it from others of the same name.
+        // Text behind this character only distinguishes grids of the same name.
         let name = unique.split('\u{1e}').next().unwrap_or_default().to_owned();
         let of_floats = kind.strip_suffix("_HalfFloat");
         let (is_half, kind) = (of_floats.is_some(), of_floats.unwrap_or(&kind).to_owned());
@@ -197,7 +198,7 @@ impl<'a> Bytes<'a> {
         Ok(Grid { field, origin, steps, extinction: 1.0, color: None })
     }
 
-    /// Where whole numbers stand, and the steps between them.
+    /// Reads the grid's map: the place of sample (0, 0, 0), and the steps between samples.
     fn map(&mut self) -> Words<(DVec3, [DVec3; 3])> {
         let kind = self.text()?;
         let straight = |scale: DVec3| [DVec3::X * scale.x, DVec3::Y * scale.y, DVec3::Z * scale.z];
@@ -212,7 +213,7 @@ impl<'a> Bytes<'a> {
             }
             "TranslationMap" => Ok((self.numbers().map(DVec3::from_array)?, straight(DVec3::ONE))),
             "AffineMap" | "UnitaryMap" => {
-                // Rows, by which a row of coordinates is multiplied from the left.
+                // Rows of a matrix for row vectors: position = (x, y, z, 1) · matrix.
                 let rows = self.numbers::<16>()?;
                 let row = |i: usize| DVec3::from_slice(&rows[4 * i..]);
                 Ok((row(3), [row(0), row(1), row(2)]))
@@ -223,7 +224,7 @@ impl<'a> Bytes<'a> {
 
     fn corner(&mut self) -> Words<[i32; 3]> {
         let corner = [self.array()?, self.array()?, self.array()?].map(i32::from_le_bytes);
-        // So far that nothing overflows; a field says what is too far.
+        // Only guards against overflow; [`Field::new`] refuses places that are too far out.
         if corner.iter().any(|at| at.unsigned_abs() > 1 << 30) {
             return Err(format!("a node at {corner:?}"));
         }
@@ -249,7 +250,7 @@ impl<'a> Bytes<'a> {
         Ok(tree)
     }
 
-    /// What is below the root: tiles, and places of leaves.
+    /// Collects tiles and places of leaves below a node.
     fn node(&mut self, at: [i32; 3], level: usize, packing: &Packing, tree: &mut Tree) -> Words<()> {
         let (bits, count) = (SIDES[level], 1usize << (3 * SIDES[level]));
         if level == 2 {
@@ -273,11 +274,11 @@ impl<'a> Bytes<'a> {
         Ok(())
     }
 
-    /// All values of a node, of which only active ones may be there.
+    /// Reads all values of a node; the file may store only the active ones.
     fn values(&mut self, active: &[u8], packing: &Packing) -> Words<Vec<f32>> {
         let count = 8 * active.len();
         let how = self.u8()?;
-        // Others are 0, of either sign, or one of two values by another mask.
+        // Values that are not stored are 0, or one of two values, chosen by another mask.
         let inactive = match how {
             2 | 4 => [self.f32()?, 0.0],
             5 => [self.f32()?, self.f32()?],
@@ -332,7 +333,7 @@ impl<'a> Bytes<'a> {
         Ok(raw)
     }
 
-    /// Leaves follow each other as in the tree; each begins with its mask of active voxels once more.
+    /// The data of leaves follow in the order of the tree; each begins with its mask of active voxels again.
     fn field(&mut self, tree: &Tree, packing: &Packing) -> Words<Field> {
         let tiles = tree.tiles.iter().flat_map(|&(at, side, value)| voxels(at, side).map(move |at| (at, value)));
         let mut failed = None;
@@ -347,7 +348,7 @@ impl<'a> Bytes<'a> {
 }
 
 impl Tree {
-    /// A tile, if there is anything in it.
+    /// Adds a tile, unless its value is 0.
     fn add(&mut self, at: [i32; 3], side: i32, value: f32) -> Words<()> {
         if value == 0.0 {
             return Ok(());
@@ -361,9 +362,9 @@ impl Tree {
     }
 }
 
-/// A cube's samples, z first.
+/// Places of a cube's samples, z fastest.
 fn voxels(at: [i32; 3], side: i32) -> impl Iterator<Item = [i32; 3]> {
-    // 4096³ is no i32: a field has no room for so large a tile.
+    // 4096³ overflows i32; so large a tile has been refused before, since a field has no room for it.
     (0..side.checked_pow(3).unwrap_or(0))
         .map(move |i| [at[0] + i / (side * side), at[1] + i / side % side, at[2] + i % side])
 }
@@ -390,7 +391,7 @@ mod tests {
         grid.field.at(place.map(f64::from))
     }
 
-    /// What results/files/vdb.py writes.
+    /// The densities that results/files/vdb.py writes.
     fn ball([x, y, z]: [i32; 3]) -> f64 {
         let inside = (x - 6).pow(2) + (y + 4).pow(2) + (z - 9).pow(2) < 30;
         if inside { f64::from((7 * x + 11 * y + 13 * z).rem_euclid(29) + 1) / 32.0 } else { 0.0 }
@@ -400,7 +401,7 @@ mod tests {
         (0..22i32.pow(3)).map(|i| [i % 22 - 4, i / 22 % 22 - 14, i / 484 - 2])
     }
 
-    /// Files of OpenVDB 10.0.1, and some that it reads as they are meant: every sample, and where it stands.
+    /// Files written by OpenVDB 10.0.1, and some more that it reads the same way: every sample and its place is right.
     #[test]
     fn balls_are_read() {
         for name in ["ok-blosc", "ok-half", "ok-zipped", "ok-turned"] {
@@ -419,7 +420,7 @@ mod tests {
         }
     }
 
-    /// What is not active has one of two values in turn, along z, the first where it is odd; but where no leaf is.
+    /// Inactive samples inside leaves have one of two values in turn along z, 0.5 where z is even, else 0.25.
     #[test]
     fn other_values_are_read() {
         let grid = grid("ok-two-others", Some("density"));
@@ -430,11 +431,11 @@ mod tests {
             assert!(found == active || active == 0.0 && found == other, "{place:?}: {found}");
             others += usize::from(active == 0.0 && found == other);
         }
-        // Sixteen leaves or fewer, less the ball.
+        // There are at most sixteen leaves, part of which the ball fills.
         assert!(others > 1000 && others < 16 * 512, "{others}");
     }
 
-    /// A slab of whole leaves is stored as tiles; this tests the values in it and around its ends.
+    /// A slab of whole leaves is stored as tiles; this tests the values inside the slab and around its ends.
     #[test]
     fn tiles_are_read() {
         let grid = grid("ok-tiles", None);
@@ -445,7 +446,7 @@ mod tests {
         }
     }
 
-    /// Others by their names, and none of another kind.
+    /// Other grids are read by name, but not grids of another type.
     #[test]
     fn grids_are_named() {
         let temperature = grid("ok-blosc", Some("temperature"));

@@ -1,4 +1,4 @@
-//! Volumes from files: grids of densities, with where they stand.
+//! Volumes from files: grids of densities, with their places in space.
 //!
 //! | ending | what it is |
 //! |---|---|
@@ -33,29 +33,29 @@ pub(in crate::scene) const ENDINGS: [&str; 3] = ["volume", "nrrd", "vdb"];
 /// Albedo of smoke, and of casters whose file has no colour.
 const COLOR: [f32; 3] = [0.92, 0.92, 0.95];
 
-/// A field, and where its file says that it stands.
+/// A field, with its place, extinction and colour from the file.
 pub(in crate::scene) struct Grid {
     pub field: Field,
-    /// Where sample 0, 0, 0 is.
+    /// Place of sample (0, 0, 0).
     pub origin: DVec3,
-    /// From sample to sample.
+    /// Steps from sample to sample along each axis.
     pub steps: [DVec3; 3],
-    /// For density 1.
+    /// Extinction of density 1.
     pub extinction: f64,
     pub color: Option<[f32; 3]>,
 }
 
-/// What a scene file does with it; by default it stands as its file says.
+/// How a scene file places and changes a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct Placing {
     pub translate: DVec3,
     pub rotate: DQuat,
     pub scale: f64,
-    /// In place of the file's.
+    /// Replaces the file's extinction.
     pub extinction: Option<f64>,
     pub color: Option<[f32; 3]>,
     pub side: u32,
-    /// The name of a grid among others.
+    /// The name of the grid to read, in files with several.
     pub grid: Option<String>,
 }
 
@@ -104,7 +104,7 @@ fn one() -> f64 {
 /// Loads a volume and places it.
 ///
 /// # Errors
-/// As [`frame`], and where nothing is in it.
+/// As [`frame`], and where all densities are 0.
 pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
     let volume = frame(path, placing)?;
     if volume.field().is_empty() {
@@ -114,10 +114,10 @@ pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
     Ok(volume)
 }
 
-/// The same of a file among others, in which there may be nothing: smoke begins so.
+/// Loads and places one file of a sequence. Its densities may all be 0, as at the beginning of smoke.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; numbers out of range once it is placed.
+/// [`Error::Input`](crate::Error::Input): a faulty file; numbers out of range after placing.
 pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> {
     let ending = input::ending(path);
     if placing.grid.is_some() && ending != "vdb" {
@@ -157,7 +157,7 @@ pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> 
     Volume::new(Arc::new(grid.field), placed).map_err(wrong)
 }
 
-/// What a `.volume` file names.
+/// Reads a `.volume` file and the raw file that it names.
 fn sidecar(path: &Path) -> Result<Grid> {
     let bytes = input::read(path)?;
     let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save it as UTF-8"))?;

@@ -1,21 +1,21 @@
-//! What stands behind a picture that a person is shown: a sky with the scene's sun, into which the ground fades. No measured
-//! picture has it. Twins: glsl/consume/backdrop.glsl, reference::truth::backdrop.
+//! The background of pictures for people: a sky with the scene's sun, into which the ground fades. Measured pictures do not have it. Twins:
+//! glsl/consume/backdrop.glsl, reference::truth::backdrop.
 
 use crate::scene::model::view::{across, some_up, vec};
 use crate::scene::{LightKind, Mesh, Scene};
 use glam::DVec3;
 
-/// Sky by day and by night, where no sun shines: at the horizon and above, linear RGB.
+/// Colours of the sky at the horizon and at the zenith, linear RGB: by day, and by night, which is where the scene has no sun.
 const DAY: [[f32; 3]; 2] = [[0.15, 0.19, 0.26], [0.03, 0.055, 0.12]];
 const NIGHT: [[f32; 3]; 2] = [[0.055, 0.065, 0.090], [0.008, 0.012, 0.025]];
 
 /// A mesh is a ground if its height is at most this share of its width.
 const FLAT: f64 = 0.05;
 
-/// Where a ground begins to fade at the latest, over where it ends: it does not fade where something stands farther out.
+/// Where a ground begins to fade at the latest, as a share of its reach. If something stands farther out, the ground does not fade.
 const LATEST: f64 = 0.9;
 
-/// Where it begins to fade at the earliest.
+/// Where a ground begins to fade at the earliest, as a share of its reach.
 const EARLIEST: f64 = 0.7;
 
 /// A sky, a sun and a ground.
@@ -25,22 +25,23 @@ pub struct Backdrop {
     pub up: [f32; 3],
     /// The way towards the sun, unit length.
     pub sun: [f32; 3],
-    /// Its radiance; black where there is none.
+    /// The sun's radiance; black where there is no sun.
     pub sunlight: [f32; 3],
-    /// The sky's colour at the horizon, linear RGB; below it grows darker.
+    /// The sky's colour at the horizon, linear RGB; below the horizon the sky gets darker.
     pub horizon: [f32; 3],
-    /// Straight above.
+    /// The sky's colour straight above, linear RGB.
     pub zenith: [f32; 3],
     /// The ground's middle, world units.
     pub middle: [f32; 3],
-    /// How far from its middle the ground begins to fade, and where nothing of it is left, world units; both 0 where none fades.
+    /// The distances from the ground's middle at which it begins to fade and has faded entirely, world units; both 0 where it does not
+    /// fade.
     pub fade: [f32; 2],
     /// How far above and below its middle the ground reaches, world units.
     pub thick: f32,
 }
 
 impl Backdrop {
-    /// The backdrop of a scene: its first directional light is the sun, its camera knows the way up.
+    /// The backdrop of a scene: the first directional light is the sun, and up is the camera's up.
     pub fn of(scene: &Scene) -> Self {
         let up = scene.camera.up.normalize_or(DVec3::Z);
         let sun = scene.lights.iter().find_map(|light| match light.kind {
@@ -64,7 +65,7 @@ impl Backdrop {
     }
 }
 
-/// A box about points: its middle, and half its sides along axes of which the last is up.
+/// The box about points, along the given axes: its middle, and half its sides.
 fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec3, DVec3)> {
     let along = |p: DVec3| DVec3::from_array(axes.map(|axis| axis.dot(p)));
     let bounds = points
@@ -75,8 +76,8 @@ fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec
     Some((axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z, 0.5 * (high - low)))
 }
 
-/// The middle of the flat mesh that reaches farthest, where it fades, and half its height; none where something else stands
-/// where it would.
+/// The ground is the widest flat mesh: its middle, the distances of its fade, and half its height. None where another mesh stands so far
+/// out that fading would hide it.
 fn ground(scene: &Scene, up: DVec3) -> Option<(DVec3, [f64; 2], f64)> {
     let (right, forward) = across(up, some_up(up));
     let axes = [right, forward, up];

@@ -1,11 +1,11 @@
-//! Particles, strands, splats and cells of volumes alike, as the shaders and the reference have them.
+//! One representation for particles, strands, splats and cells of volumes, which the shaders and the reference share.
 
 use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// A caster that lets some light pass. Numbers are rounded to f32 once, here, so that the f64 reference and the device
-/// mean the same. Twin: Caster in glsl/world/caster.glsl.
+/// A caster that lets some light pass. Numbers are rounded to f32 once, here, so that the f64 reference and the device use the same values.
+/// Twin: Caster in glsl/world/caster.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Caster {
@@ -20,7 +20,7 @@ pub struct Caster {
 }
 
 impl Caster {
-    /// Whether it is a strand, and no sphere, Gaussian or cell.
+    /// Whether it is a strand.
     pub fn is_strand(&self) -> bool {
         self.axis != [0.0; 3] && !self.is_packed()
     }
@@ -35,8 +35,7 @@ impl Caster {
         DVec3::from(self.position.map(f64::from))
     }
 
-    /// A centre or a strand's end. The spheres of the caster's radius about [`Caster::start`] and here have it
-    /// in their hull.
+    /// A centre or a strand's end. The caster lies within the convex hull of two spheres of its radius, about [`Caster::start`] and here.
     pub fn end(&self) -> DVec3 {
         if self.is_strand() { self.start() + DVec3::from(self.axis.map(f64::from)) } else { self.start() }
     }
@@ -76,7 +75,7 @@ impl Scene {
         self.volumes.iter().map(|volume| volume.cells().len()).sum()
     }
 
-    /// Whether nothing translucent casts.
+    /// Whether the scene has no translucent casters.
     pub fn has_only_meshes(&self) -> bool {
         self.particles.is_empty() && self.strands.is_empty() && self.gaussians.is_empty() && self.volumes.is_empty()
     }

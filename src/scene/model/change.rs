@@ -1,4 +1,4 @@
-//! Changes to a scene that its file does not have: another camera, another light, thicker or thinner smoke.
+//! Changes to a loaded scene: another camera, another light direction, thicker or thinner smoke.
 
 use crate::scene::{Camera, Light, LightKind, Scene};
 use crate::{Error, Result};
@@ -9,11 +9,11 @@ use glam::DVec3;
 pub struct SceneChange {
     /// Where the camera stands, world units.
     pub eye: Option<DVec3>,
-    /// What it looks at, world units.
+    /// The camera's target, world units.
     pub target: Option<DVec3>,
-    /// The way the light of the first directional or spot light travels; any length above 0.
+    /// The direction in which the light of the first directional or spot light travels; any length above 0.
     pub direction: Option<DVec3>,
-    /// The optical depth of smoke, hair and splats times so much, ≥ 0.
+    /// Factor of the optical depth of smoke, hair and splats, ≥ 0.
     pub extinction: f64,
 }
 
@@ -24,10 +24,10 @@ impl Default for SceneChange {
 }
 
 impl SceneChange {
-    /// That scene, with this of it changed.
+    /// The scene with this change applied.
     ///
     /// # Errors
-    /// [`Error::Input`] where no light of it has a direction, a number is out of range, or the camera stands at what it looks at.
+    /// [`Error::Input`] where no light of the scene has a direction, a number is out of range, or the camera is at its own target.
     pub fn of(&self, scene: &Scene) -> Result<Scene> {
         let (camera, lights) = self.aimed(scene)?;
         if !(self.extinction >= 0.0 && self.extinction.is_finite()) {
@@ -42,10 +42,10 @@ impl SceneChange {
         Ok(changed)
     }
 
-    /// Its camera and its lights alone.
+    /// The camera and the lights of the changed scene, without the rest.
     ///
     /// # Errors
-    /// As [`SceneChange::of`], but for extinction.
+    /// As [`SceneChange::of`], except for extinction.
     pub fn aimed(&self, scene: &Scene) -> Result<(Camera, Vec<Light>)> {
         let fail = |cause: &str, way_out: &str| Err(Error::input(scene.name.clone(), cause, way_out));
         let (mut camera, mut lights) = (scene.camera, scene.lights.clone());
@@ -108,7 +108,7 @@ mod tests {
         assert_eq!((changed.particles[0].extinction, changed.particles[0].radius), (1.0, 1.0));
     }
 
-    /// Half the optical depth twice is all of it: (1 − a)² = 1 − opacity.
+    /// Two layers of half the optical depth equal the whole: (1 − a)² = 1 − opacity.
     #[test]
     fn opacity_follows_the_optical_depth() {
         let mut scene = on_the_axis(&[]);

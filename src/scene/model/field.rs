@@ -1,32 +1,32 @@
-//! A sparse grid of densities: blocks of 8³ cells of those that are not empty. Between its samples density is trilinear; outside
-//! of them it is 0.
+//! A sparse grid of densities, made of blocks of 8³ cells; empty blocks are not stored. Between samples density is trilinear; outside the
+//! grid it is 0.
 
 use fnv::FnvHashMap;
 
 /// Cells along a side of a block.
 pub(crate) const SIDE: usize = 8;
 
-/// Samples along a side of a block: those of its cells' corners.
+/// Samples along a side of a block, which are the corners of its cells.
 pub(crate) const CORNERS: usize = SIDE + 1;
 
-/// Blocks that there may be, of 2.9 KiB each: some 33 million cells.
+/// The most blocks that a field may have, of 2.9 KiB each: some 33 million cells.
 pub const MOST_BLOCKS: usize = 1 << 16;
 
-/// Samples that it may reach over, along each axis: a ray walks through 8 at once.
+/// The most samples that a field may span along each axis, to bound the time of a ray, which skips 8 at once.
 pub const MOST_SIDE: i32 = 1 << 16;
 
-/// Sample numbers that may be, either side of 0.
+/// The greatest distance of a sample from sample 0 along an axis, in samples.
 const FARTHEST_SAMPLE: i32 = 1 << 24;
 
-/// 8³ cells.
+/// A block of 8³ cells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Block {
-    /// Its lowest sample.
+    /// The block's lowest sample.
     pub at: [i32; 3],
     samples: Box<[f32]>,
 }
 
-/// Densities at whole places; a cell lies between eight of them.
+/// Densities at integer places; eight of them are the corners of a cell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Field {
     blocks: Vec<Block>,
@@ -45,14 +45,14 @@ impl Block {
         self.samples[(z * CORNERS + y) * CORNERS + x]
     }
 
-    /// Mean density of the cells from `first` on, `side` of them a side.
+    /// Mean density of a cube of cells that begins at `first` and has `side` cells per side.
     fn mean(&self, first: [usize; 3], side: usize) -> f64 {
         let mut sum = 0.0;
         for z in 0..=side {
             for y in 0..=side {
                 for x in 0..=side {
                     let sample = f64::from(self.sample([first[0] + x, first[1] + y, first[2] + z]));
-                    // A sample is a corner of so many of these cells.
+                    // A sample at an end of an axis belongs to half as many of these cells.
                     let cells = [x, y, z].iter().filter(|at| **at > 0 && **at < side).count();
                     sum += sample * f64::from(1u32 << cells);
                 }
@@ -63,7 +63,7 @@ impl Block {
 }
 
 impl Field {
-    /// From samples (place, density) in any order; those that are not given are 0.
+    /// A field from samples (place, density) in any order; samples that are not given are 0.
     ///
     /// # Errors
     /// In words: a density that is negative or not finite, a place that is too far out, more than [`MOST_BLOCKS`] or [`MOST_SIDE`].
@@ -95,7 +95,7 @@ impl Field {
         if let Some(side) = [0, 1, 2].map(side).into_iter().find(|side| *side > MOST_SIDE) {
             return Err(format!("its densities reach over {side} samples along an axis, of at most {MOST_SIDE}"));
         }
-        // A cell's corners are in its leaf and in those behind it.
+        // A cell's corners may lie in the next leaves along each axis, so leaves before a filled one get cells too.
         let mut all: Vec<[i32; 3]> =
             leaves.keys().flat_map(|leaf| (0..8).map(|i| [0, 1, 2].map(|axis| leaf[axis] - (i >> axis & 1)))).collect();
         all.sort_unstable_by_key(|[x, y, z]| [*z, *y, *x]);
@@ -128,22 +128,22 @@ impl Field {
         Ok(field)
     }
 
-    /// Whether all of it is 0.
+    /// Whether all densities are 0.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
 
-    /// Samples at the lowest and at the highest ends of its cells.
+    /// The lowest and the highest sample of all cells.
     pub fn range(&self) -> [[i32; 3]; 2] {
         self.ends
     }
 
-    /// Its blocks: the lowest sample of each, and the samples of its cells' corners, x first.
+    /// The lowest sample of each block, and the samples at its cells' corners, x fastest.
     pub(crate) fn blocks(&self) -> impl ExactSizeIterator<Item = ([i32; 3], &[f32])> {
         self.blocks.iter().map(|block| (block.at, &*block.samples))
     }
 
-    /// Puts all of it into a checksum.
+    /// Adds the whole field to a checksum.
     #[cfg(feature = "program")]
     pub(super) fn hash(&self, hasher: &mut crc32fast::Hasher) {
         for block in &self.blocks {
@@ -152,13 +152,13 @@ impl Field {
         }
     }
 
-    /// The block of that number of blocks along each axis.
+    /// The block at a place that is counted in blocks along each axis.
     #[cfg(feature = "program")]
     pub(crate) fn block(&self, number: [i32; 3]) -> Option<&Block> {
         self.places.get(&number).map(|place| &self.blocks[*place as usize])
     }
 
-    /// Cubes of `side` cells per side, 1, 2, 4 or 8, that are not empty: their lowest sample and mean density.
+    /// All cubes of `side` cells per side (1, 2, 4 or 8) that are not empty: the lowest sample and mean density of each.
     pub(crate) fn cubes(&self, side: usize) -> impl Iterator<Item = ([i32; 3], f64)> {
         let count = SIDE / side;
         let of_block = move |block: &Block| {
@@ -171,7 +171,7 @@ impl Field {
         self.blocks.iter().flat_map(of_block)
     }
 
-    /// Density at a place in samples.
+    /// Density at a place that is given in samples.
     #[cfg(test)]
     pub(crate) fn at(&self, place: [f64; 3]) -> f64 {
         let whole = place.map(|at| at.floor() as i32);
@@ -181,7 +181,7 @@ impl Field {
     }
 }
 
-/// Between eight corners, x first.
+/// Trilinear interpolation between eight corners, x fastest.
 #[cfg(feature = "program")]
 pub(crate) fn trilinear(corners: &[f32; 8], [x, y, z]: [f64; 3]) -> f64 {
     let along = |i: usize| f64::from(corners[i]) * (1.0 - x) + f64::from(corners[i + 1]) * x;
@@ -210,8 +210,8 @@ mod tests {
         assert!(Field::new([([0; 3], 0.0)]).expect("empty").is_empty());
     }
 
-    /// A lone sample makes eight cells not empty, in eight blocks where it stands at a block's corner, and all cubes together hold as
-    /// much as a trilinear hat does: 1.
+    /// A lone sample fills eight cells, which lie in eight blocks where it stands at a block's corner. All cubes together hold its
+    /// integral, 1.
     #[test]
     fn cubes_hold_what_the_field_does() {
         for place in [[3, 4, 5], [0, 0, 0], [-8, 7, 16], [-1, -1, -1]] {

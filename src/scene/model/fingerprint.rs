@@ -1,9 +1,9 @@
-//! Whether a scene is the one that another run had.
+//! A checksum that tells whether two runs had the same scene.
 
 use crate::scene::Scene;
 
 impl Scene {
-    /// A number that another scene hardly has: of its casters, lights and camera, to the bit; its name is no part of it.
+    /// A checksum of the bits of all casters, lights and the camera, without the name. Different scenes hardly ever share it.
     pub fn fingerprint(&self) -> u32 {
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(bytemuck::cast_slice(&self.particles));
@@ -31,7 +31,7 @@ impl Scene {
         if self.extinction_ratio != Self::GREY {
             hasher.update(bytemuck::bytes_of(&self.extinction_ratio));
         }
-        // Numbers are written so that each reads back as itself.
+        // `{:?}` writes floats so that no two share a text.
         hasher.update(format!("{counts:?} {:?} {:?} {:?}", self.lights, self.camera, self.motion).as_bytes());
         hasher.finalize()
     }

@@ -1,21 +1,22 @@
-//! Views of lights, fitted to what they see. The device does the same in f32 (glsl/maps/bounds.comp, fit.comp).
+//! Views of lights, fitted to the casters that they see. The device does the same in f32 (glsl/maps/bounds.comp, fit.comp).
 
 use crate::scene::model::view::{across, caster_spheres, lasting_spheres, mesh_points, some_up, vec};
 use crate::scene::{FACES, Light, LightKind, Projection, Scene, View};
 use glam::DVec3;
 
-/// What a view is fitted to.
+/// The casters that a view is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Casting {
     /// The translucent casters.
     Volume,
-    /// The meshes alone, so that it stays while smoke moves: in front of them and beside them light goes on, and behind all of
-    /// them a point is in the dark of the first or in none.
+    /// The meshes alone, so that the view stays while smoke moves. Light passes points in front of the meshes and beside them. Behind all
+    /// meshes, a point is in the shadow of the nearest one on its ray, or lit.
     Opaque,
 }
 
 impl Casting {
-    /// A tenth more depth for the opaque map, so that its bias does not push the farthest surface out of range.
+    /// The range of a view relative to what casters need: a tenth more for the opaque map, so that its bias does not push the farthest
+    /// surface out of range.
     fn range(self) -> f32 {
         if self == Self::Opaque { 1.1 } else { 1.0 }
     }
@@ -24,7 +25,7 @@ impl Casting {
 /// Widens a range by a hundredth of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
 const MARGIN: f64 = 1.00001;
 
-/// What rounding to f32 may take away, as a share of the distance from the origin. Twin: ROUNDING.
+/// What rounding to f32 may lose, as a share of the distance from the origin. Twin: ROUNDING.
 const ROUNDING: f64 = 5e-7;
 
 /// The least range of a parallel view, as a share of its width. Twin: THINNEST.
@@ -36,26 +37,26 @@ pub fn gutter_texels(size: u32) -> u32 {
     (size / 8).clamp(1, 9)
 }
 
-/// Tangent of half the angle that such a face covers; at most 2, also where a map is too small to have a gutter.
+/// Tangent of half the angle that such a face covers, at most 2. That holds even where a map is too small for its gutter.
 fn face_tangent(size: u32) -> f64 {
     let share = (f64::from(gutter_texels(size)) / f64::from(size)).min(0.25);
     1.0 / (1.0 - 2.0 * share)
 }
 
-/// What views are aimed by before they are fitted.
+/// The data by which views are aimed before they are fitted.
 #[derive(Clone, Copy, Debug)]
 pub struct Aim<'a> {
     /// All lights.
     pub lights: &'a [Light],
-    /// Where a directional light's views of translucent casters and of meshes measure from.
+    /// Origins of a directional light's views, before fitting: of translucent casters, and of meshes.
     pub anchors: [DVec3; 2],
     /// Whether anything is opaque.
     pub has_triangles: bool,
 }
 
 impl Scene {
-    /// The places at which views of the scene's lights are aimed: that of a caster, the first by x, then y, then z, so that the same
-    /// casters in another order give the same views to the bit. The opaque view aims at the meshes, if there are any.
+    /// The data by which the scene's views are aimed. Their origins are the place of the first caster by x, then y, then z, so that casters
+    /// in another order give the same bits. The opaque view uses the first mesh vertex, if there are meshes.
     pub fn aim(&self) -> Aim<'_> {
         let anchors = [anchor(self, Casting::Volume), anchor(self, Casting::Opaque)];
         Aim { lights: &self.lights, anchors, has_triangles: self.has_triangles() }
@@ -76,7 +77,7 @@ fn anchor(scene: &Scene, casting: Casting) -> DVec3 {
     place.unwrap_or(DVec3::ZERO)
 }
 
-/// [`View::aimed`].
+/// See [`View::aimed`].
 pub(in crate::scene) fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<View> {
     let anchor = match casting {
         Casting::Volume => aim.anchors[0],
@@ -103,11 +104,11 @@ pub(in crate::scene) fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Vie
         LightKind::Directional { direction } => vec![view(anchor, direction, Projection::Parallel, 1.0, 0.0)],
         LightKind::Spot { position, direction, cone_degrees } => {
             let tangent = (cone_degrees.to_radians() * 0.5).tan();
-            // Casters around the light itself are cut off at a thousandth of the range.
+            // Casters around the light itself are cut off nearer than a thousandth of the range.
             vec![view(position, direction, Projection::Perspective, tangent, 1e-3)]
         }
         LightKind::Point { position } | LightKind::Virtual { position, .. } => {
-            // Nothing divides by the z of particles, so that those around the light count whole.
+            // For particles no code divides by z, so particles around the light count in full.
             let nearest = if casting == Casting::Opaque { 1e-3 } else { 0.0 };
             let face = |(_, forward)| view(position, forward, Projection::Perspective, face_tangent(size), nearest);
             FACES.map(face).to_vec()
@@ -116,7 +117,7 @@ pub(in crate::scene) fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Vie
     aim.lights.iter().flat_map(maps).collect()
 }
 
-/// The views of all maps of all lights, in f64, each rounded once.
+/// The fitted views of all maps of all lights, computed in f64 and rounded once.
 pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
     let with_meshes = casting == Casting::Opaque || scene.has_only_meshes();
     let meshes: Vec<_> = if with_meshes { mesh_points(&scene.meshes).collect() } else { Vec::new() };
@@ -124,7 +125,7 @@ pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> V
         Casting::Volume => caster_spheres(&scene.particles, &scene.strands, &scene.gaussians, &scene.volumes).collect(),
         Casting::Opaque => Vec::new(),
     };
-    // A strand may cross a view that sees none of its ends.
+    // A strand may cross a view that sees neither of its ends, so no view can leave strands out by their ends.
     let see_all = !scene.strands.is_empty();
     let fitted = |view: View| {
         let seen = casters.iter().filter(|sphere| see_all || sees(&view, sphere));
@@ -133,7 +134,7 @@ pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> V
     aimed(&scene.aim(), size, casting).into_iter().map(fitted).collect()
 }
 
-/// Whether the view may see a sphere: in perspective not where it lies outside one of the pyramid's four planes.
+/// Whether the view may see a sphere. In perspective it does not where the sphere lies outside one of the pyramid's four planes, or behind.
 fn sees(view: &View, &(centre, radius): &(DVec3, f64)) -> bool {
     if view.projection() == Projection::Parallel {
         return true;
@@ -144,7 +145,7 @@ fn sees(view: &View, &(centre, radius): &(DVec3, f64)) -> bool {
     outside < radius && z + radius > 0.0
 }
 
-/// A view that holds the spheres: along parallel rays fitted in all three directions, from a point in depth.
+/// Fits a view to the spheres: a parallel view in all three directions, a perspective one in depth.
 fn fit(mut view: View, spheres: impl Iterator<Item = (DVec3, f64)>) -> View {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for (centre, radius) in spheres {

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 
-/// A homogeneous medium that scatters all that it takes from a ray, evenly in all directions.
+/// A homogeneous medium that absorbs nothing: all light that it takes from a ray is scattered evenly in all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fog {
     /// Extinction σ, 1 / world unit.
@@ -12,7 +12,7 @@ pub struct Fog {
 }
 
 impl Fog {
-    /// Fog of that extinction, marched in so many steps.
+    /// Fog of the given extinction, marched in `steps` steps.
     ///
     /// # Errors
     /// [`Error::Input`] where the extinction is negative or not finite, or there are no steps.

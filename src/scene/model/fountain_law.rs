@@ -1,23 +1,22 @@
-//! Constants of the motion of `fountain`'s particles: numbers that the device and its twin read alike, in world units
-//! and steps.
+//! Constants of the motion of `fountain`'s particles, in world units and steps. The device and its twin read the same numbers.
 
 use crate::scene::model::time::wave;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// Steps a second of the world's time.
+/// Steps per second of the world's time.
 const STEPS_PER_SECOND: f64 = 60.0;
 
-/// Particles up to whose number each is as large and as dense as it gets.
+/// Up to this number of particles, each has its greatest size and density; more particles are smaller and thinner.
 const FEW: f64 = 1024.0;
 
-/// A particle as the device keeps it. Twin: Body in glsl/simulate/body.glsl.
+/// A particle in the device's layout. Twin: Body in glsl/simulate/body.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Body {
-    /// Its middle, and its radius at the end.
+    /// The particle's middle, then its radius.
     pub place: [f32; 4],
-    /// Its speed along each axis, a step; and its extinction at the end.
+    /// Velocity along each axis, world units per step; then the extinction.
     pub speed: [f32; 4],
 }
 
@@ -25,56 +24,56 @@ pub struct Body {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Jet {
-    /// The middle of a cube.
+    /// The middle of the cube in which particles are born.
     pub position: [f32; 3],
     /// The cube's side.
     pub width: f32,
-    /// Speed of a particle, per step.
+    /// Mean velocity of a new particle, world units per step.
     pub speed: [f32; 3],
-    /// By how much more or less along each axis at most.
+    /// The greatest random change of the velocity, along each axis.
     pub spread: f32,
 }
 
-/// What holds for all particles. Twin: Law in glsl/simulate/law.glsl.
+/// Constants for all particles. Twin: Law in glsl/simulate/law.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Law {
-    /// The box that particles stay in, by their middles.
+    /// Low corner of the box in which particles' middles stay.
     pub low: [f32; 3],
-    /// Its other corner.
+    /// High corner of that box.
     pub high: [f32; 3],
-    /// Speed lost along z.
+    /// Change of velocity per step downwards, along −z.
     pub gravity: f32,
-    /// The share of its speed that a particle keeps in a step.
+    /// The share of its velocity that a particle keeps per step.
     pub drag: f32,
-    /// Speed won for each unit of the way to the attractor, right at it.
+    /// Velocity gained per step and per unit of distance to the attractor, near the attractor.
     pub pull: f32,
-    /// 1 over the square of how far it reaches.
+    /// 1 over the square of the attractor's reach.
     pub reach: f32,
-    /// The share of its speed that a particle keeps across what it hits, turned round; and along it.
+    /// The share of its velocity with which a particle bounces back from what it hits.
     pub bounce: f32,
-    /// Along it.
+    /// The share of its velocity along the surface that a particle keeps when it hits something.
     pub slide: f32,
-    /// Less speed than this along an axis is none.
+    /// A velocity along an axis that is smaller than this becomes 0.
     pub rest: f32,
-    /// More there never is.
+    /// The greatest velocity along an axis.
     pub fastest: f32,
     /// Radius of the largest particle.
     pub radius: f32,
     /// Extinction of a particle in the middle of its life.
     pub extinction: f32,
-    /// 1 over the steps in which a particle appears, and in which it goes.
+    /// 1 over the number of steps in which a new particle fades in.
     pub appear: f32,
-    /// In which it goes.
+    /// 1 over the number of steps in which an old particle fades out.
     pub vanish: f32,
-    /// Steps from a particle's birth to its next.
+    /// Steps from a particle's birth to its next birth.
     pub life: u32,
 }
 
-/// Where a grid stands. Twin: Grid in glsl/grid/grid.glsl.
+/// The place of a grid of voxels in the world. Twin: Grid in glsl/grid/grid.glsl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Its corner, world units.
+    /// The grid's low corner, world units.
     pub origin: [f32; 3],
     /// A voxel's side, world units.
     pub voxel: f32,
@@ -84,30 +83,29 @@ pub struct Place {
     pub size: u32,
 }
 
-/// So many particles that jump, fall and are drawn about.
+/// A fountain of particles that jump, fall and are pulled by an attractor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fountain {
     /// How many, from 1 to 4,000,000.
     pub particles: u32,
-    /// Where the attractor stands; none where it wanders.
+    /// A fixed place for the attractor; none where it wanders.
     pub attractor: Option<[f32; 3]>,
-    /// Gravity, so many times that of the earth, 0 to [`MOST_GRAVITY`].
+    /// Gravity as a multiple of the earth's, 0 to [`MOST_GRAVITY`].
     pub gravity: f32,
 }
 
-/// So many times the earth's: more would be faster than particles get.
+/// The greatest gravity, as a multiple of the earth's. With more, particles would reach [`Law::fastest`].
 pub const MOST_GRAVITY: f64 = 10.0;
 
 impl Fountain {
-    /// So many particles, under the earth's gravity, with an attractor that wanders.
+    /// A fountain of `particles` particles under the earth's gravity, with an attractor that wanders.
     pub fn new(particles: u32) -> Self {
         Self { particles, attractor: None, gravity: 1.0 }
     }
 
-    /// The constants that move them. The more particles there are the smaller they are, so that all together take as
-    /// much light.
+    /// The constants of the motion. More particles are smaller, so that all together take as much light.
     pub fn law(&self) -> Law {
-        // Its fourth root, of which every machine makes the same.
+        // A fourth root by two square roots, which give the same bits on every machine.
         let share = (FEW / f64::from(self.particles)).min(1.0).sqrt().sqrt();
         Law {
             low: [-3.75, -3.75, 0.125],
@@ -129,14 +127,15 @@ impl Fountain {
         }
     }
 
-    /// Corners of the box: spheres in whose hull all particles lie, at any time.
+    /// Spheres at the corners of the box: all particles lie in their convex hull at any time.
     pub(in crate::scene) fn corners(&self) -> [(DVec3, f64); 8] {
         let law = self.law();
         let end = |i: usize, axis: usize| f64::from(if i >> axis & 1 == 1 { law.high[axis] } else { law.low[axis] });
         std::array::from_fn(|i| (DVec3::new(end(i, 0), end(i, 1), end(i, 2)), f64::from(law.radius)))
     }
 
-    /// Where they are born: each in any of these alike, so that the one in the middle has half of them.
+    /// The jets at which particles are born, each with the same probability. Four of them are the same jet in the middle, which so has half
+    /// of the particles.
     pub fn jets(&self) -> [Jet; 8] {
         let middle = Jet { position: [0.0, 0.0, 1.85], width: 0.16, speed: [0.0, 0.0, 0.104], spread: 0.016 };
         let corner = |x: f32, y: f32| Jet {
@@ -159,13 +158,12 @@ impl Fountain {
         at.as_vec3().to_array()
     }
 
-    /// The step that a time is nearest to. The first has as many before it as a particle lives, so that the fountain has always
-    /// been running.
+    /// The step nearest to a time. Time 0 is one particle's life after step 0, so that the fountain is already running then.
     pub fn step_at(&self, time_s: f64) -> u32 {
         self.law().life + (time_s * STEPS_PER_SECOND).round() as u32
     }
 
-    /// The grid of the things that particles bounce off. It is given and not fitted: the twin has it to the bit.
+    /// The grid of the meshes that particles bounce off. Its place is a constant, not fitted, so that the twin has the same bits.
     pub fn place(&self) -> Place {
         // The ground, z = 0, runs through the middle of voxels.
         Place { origin: [-4.0, -4.0, -1.031_25], voxel: 0.0625, per_unit: 16.0, size: 128 }

@@ -1,25 +1,24 @@
-//! Anisotropic Gaussians of extinction, splats: what they are, and how one is packed into the 32 bytes of a caster.
+//! Splats, which are anisotropic Gaussians of extinction, and how a splat is packed into the 32 bytes of a caster.
 //!
-//! Extinction at x is σ₀ exp(−½ (x − μ)ᵀ Σ⁻¹ (x − μ)). Along a ray through x in the unit direction d the optical depth is
-//! σ₀ √(2π) s exp(−ρ²/2), where s = 1/√(dᵀ Σ⁻¹ d) is the deviation along the ray and ρ the least Mahalanobis distance on it. A file's
-//! opacity α is what a splat takes where it is seen at its middle; it is one number, and s depends on the ray. It is taken to be
-//! seen along the shortest axis, as what lies on a surface mostly is: σ₀ = −ln(1 − α) / (√(2π) s₂). From aslant the optical
-//! depth then grows as that of any slab does, by 1/cos, and for ever flatter splats of one α it stays what it is.
+//! Extinction at x is σ₀ exp(−½ (x − μ)ᵀ Σ⁻¹ (x − μ)). Along a ray through x in the unit direction d the optical depth is σ₀ √(2π) s
+//! exp(−ρ²/2), where s = 1/√(dᵀ Σ⁻¹ d) is the deviation along the ray and ρ the least Mahalanobis distance on it. A file's opacity α is the
+//! share of light that a splat takes through its middle. It is one number, while s depends on the ray. α is taken as the opacity along the
+//! shortest axis, since splats mostly lie on surfaces: σ₀ = −ln(1 − α) / (√(2π) s₂). Along slanting rays optical depth then grows by 1/cos,
+//! as in a slab, and it does not depend on how flat the splat is.
 
 use crate::scene::{Caster, MAX_OPTICAL_DEPTH};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Deviations up to which a splat casts: what is farther off takes exp(−4.5), 1.1 %, of its greatest optical depth at most.
-/// Twin: GAUSSIAN_REACH.
+/// Deviations beyond which a splat is cut off: there its optical depth is at most exp(−4.5) = 1.1 % of its greatest. Twin: GAUSSIAN_REACH.
 pub(crate) const REACH: f64 = 3.0;
 
-/// Octaves that the longest axis may be longer than another: a flatter splat is taken to be so flat. Twin: GAUSSIAN_OCTAVES.
+/// The greatest ratio of the longest axis to another, in octaves. Flatter splats are stored with this ratio. Twin: GAUSSIAN_OCTAVES.
 pub(super) const OCTAVES: f64 = 12.0;
 
-/// Bits of an axis by which a caster is a Gaussian: the exponent of 2^100, which no strand is as long as. Twin: GAUSSIAN_MARK.
+/// The exponent bits in a caster's axis that mark a Gaussian: those of 2^100, longer than any strand. Twin: GAUSSIAN_MARK.
 const MARK: u32 = 0x7180_0000;
 
-/// All bits of an exponent.
+/// Mask of a float's exponent bits.
 pub(super) const EXPONENT: u32 = 0x7F80_0000;
 
 /// A splat: an anisotropic Gaussian of extinction.
@@ -29,16 +28,16 @@ pub struct Gaussian {
     pub position: [f32; 3],
     /// Standard deviations along its own axes, world units, > 0.
     pub deviations: [f32; 3],
-    /// Its axes: a quaternion x, y, z, w of length 1.
+    /// The rotation of its axes: a quaternion x, y, z, w of length 1.
     pub rotation: [f32; 4],
-    /// What it takes of a ray along its shortest axis through its middle, in [0, 1]; the optical depth is −ln(1 − opacity), at most
-    /// [`MAX_OPTICAL_DEPTH`].
+    /// The share of light that it takes from a ray through its middle along its shortest axis, in [0, 1]; the optical depth is −ln(1 −
+    /// opacity), at most [`MAX_OPTICAL_DEPTH`].
     pub opacity: f32,
-    /// What it sends back of the light, red, green, blue, in [0, 1].
+    /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
 }
 
-/// The same as a caster has it, rounded once: by at most 5e-5 rad and 0.11 % of a deviation.
+/// The shape of a Gaussian unpacked from a caster. Packing rounds it by at most 5e-5 rad and 0.11 % of a deviation.
 #[cfg(feature = "program")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shape {
@@ -65,12 +64,13 @@ impl From<&Gaussian> for Caster {
     }
 }
 
-/// Deviation of a caster of that radius along an axis that is so many 4095ths of [`OCTAVES`] shorter than the longest.
+/// Deviation along an axis that is shorter than the longest by `octaves`, in units of [`OCTAVES`] / 4095; `radius` is the caster's.
 fn deviation(radius: f32, octaves: u32) -> f64 {
     f64::from(radius) / REACH * (-OCTAVES / 4095.0 * f64::from(octaves)).exp2()
 }
 
-/// A direction and its opposite alike, as two whole numbers below 65536: the octahedron's upper half, turned by 45°.
+/// A direction as two numbers below 65536; the opposite direction gives the same. They are coordinates in the upper half of an octahedron,
+/// turned by 45°.
 fn half_octahedron(direction: DVec3) -> [u32; 2] {
     let d = if direction.z < 0.0 { -direction } else { direction };
     let sum = d.x.abs() + d.y.abs() + d.z;
@@ -85,20 +85,20 @@ fn of_half_octahedron([u, v]: [u32; 2]) -> DVec3 {
     DVec3::new(x, y, 1.0 - x.abs() - y.abs()).normalize()
 }
 
-/// Two unit vectors across one whose z is not negative. Twin: gaussian_across. Source: Duff et al. 2017, *Building an Orthonormal Basis,
-/// Revisited*.
+/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: gaussian_across. Source: Duff et al.
+/// 2017, *Building an Orthonormal Basis, Revisited*.
 fn across(n: DVec3) -> [DVec3; 2] {
     let a = -1.0 / (1.0 + n.z);
     let b = n.x * n.y * a;
     [DVec3::new(1.0 + n.x * n.x * a, b, -n.x), DVec3::new(b, 1.0 + n.y * n.y * a, -n.y)]
 }
 
-/// The shortest and the longest axis, and how much longer that one is, as bits of floats that no driver takes for others; `mark` says which
-/// kind of caster these words belong to.
+/// Packs the shortest and the longest axis, and the ratios of axes, into bits of three floats that are neither NaN nor denormal, so that
+/// drivers keep them. `mark` gives the kind of caster.
 pub(super) fn packed(mark: u32, shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
     let [u, v] = half_octahedron(shortest);
     let [first, second] = across(of_half_octahedron([u, v])).map(|axis| axis.dot(longest));
-    // Which end of it is no matter.
+    // An axis and its opposite are the same.
     let (first, second) = if second < 0.0 { (-first, -second) } else { (first, second) };
     let turn = ((first / (first.abs() + second) * 0.5 + 0.5) * 65535.0).round().clamp(0.0, 65535.0) as u32;
     let bits = octaves[0] | octaves[1] << 12;
@@ -108,7 +108,7 @@ pub(super) fn packed(mark: u32, shortest: DVec3, longest: DVec3, octaves: [u32; 
 
 #[cfg(feature = "program")]
 impl Shape {
-    /// The Gaussian of a caster that is one. Twin: gaussian_shape.
+    /// Unpacks the shape of a caster that is a Gaussian. Twin: gaussian_shape.
     pub fn of(caster: &Caster) -> Self {
         let bits = caster.axis.map(f32::to_bits);
         let [u, v, turn] = bits.map(|bits| bits & 0xFFFF);
@@ -124,14 +124,14 @@ impl Shape {
         }
     }
 
-    /// The same of a cell, in place of deviations half of the sides. Twin: cell_shape.
+    /// Unpacks the shape of a caster that is a cell: `deviations` are half of its sides. Twin: cell_shape.
     pub fn of_cell(caster: &Caster) -> Self {
         let shape = Self::of(caster);
         let by = f64::from(caster.radius) / DVec3::from(shape.deviations).length();
         Self { deviations: shape.deviations.map(|d| d * by), ..shape }
     }
 
-    /// Along the axes, in deviations: one deviation is the unit sphere.
+    /// A vector's coordinates along the axes, in deviations.
     pub fn whitened(&self, v: DVec3) -> DVec3 {
         DVec3::from_array([0, 1, 2].map(|i| self.axes[i].dot(v) / self.deviations[i]))
     }
@@ -161,8 +161,8 @@ mod tests {
     }
 
     proptest! {
-        /// Packed and taken apart it is the ellipsoid that it was, but for what packing rounds; axes have no ends, and two of one
-        /// length no directions.
+        /// Packing and unpacking gives the same ellipsoid up to rounding. Ellipsoids are compared, since an axis may point either way, and
+        /// axes of equal length may point anywhere in their plane.
         #[test]
         fn packing_rounds_little(gaussian in gaussian()) {
             let caster = Caster::from(&gaussian);
@@ -177,7 +177,7 @@ mod tests {
             };
             let longest = shape.deviations[0];
             for i in 0..40 {
-                // Half of the width that is seen along v.
+                // Compares half of the ellipsoid's width along v.
                 let v = DVec3::new((f64::from(i) * 1.7).sin(), (f64::from(i) * 2.9).cos(), (f64::from(i) * 0.7).sin()).normalize();
                 let (given, found) = (given(v), found(v));
                 prop_assert!((given - found).abs() <= 1.2e-3 * given + 1e-4 * longest, "{given} {found}");
@@ -188,7 +188,7 @@ mod tests {
             }
         }
 
-        /// Along the shortest axis through the middle it takes its opacity: by the integral, not by the formula.
+        /// A ray through the middle along the shortest axis loses the splat's opacity, by a numeric integral.
         #[test]
         fn opacity_is_taken_along_the_shortest_axis(gaussian in gaussian()) {
             let caster = Caster::from(&gaussian);
@@ -204,7 +204,7 @@ mod tests {
         }
     }
 
-    /// What is flatter than can be said is as flat as can be said, and takes what it takes.
+    /// A splat that is too flat to store gets the greatest flatness, and a finite density.
     #[test]
     fn the_flattest() {
         let flat = Gaussian {

@@ -1,13 +1,13 @@
-//! Lights, and which of its maps a light is looked up through. Twin: glsl/world/light.glsl.
+//! Lights, and which of a light's maps a look-up uses. Twin: glsl/world/light.glsl.
 
 use glam::{DVec3, Vec3};
 
-/// Where a light stands.
+/// Kind and place of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// Parallel rays.
     Directional {
-        /// The way the light travels, unit length.
+        /// The direction in which the light travels, unit length.
         direction: DVec3,
     },
     /// A cone.
@@ -19,13 +19,13 @@ pub enum LightKind {
         /// Full opening angle, degrees, in (0, 170].
         cone_degrees: f64,
     },
-    /// The same in all directions.
+    /// Shines equally in all directions.
     Point {
         /// World units.
         position: DVec3,
     },
-    /// A patch of a lit surface that stands for all about it: a virtual point light (Keller 1997). It shines into the half
-    /// space of its normal by the cosine law, and less with the square of the distance.
+    /// A virtual point light (Keller 1997), which stands for a patch of a lit surface. It shines into the half space of its normal, by the
+    /// cosine law and the inverse square of the distance.
     Virtual {
         /// World units.
         position: DVec3,
@@ -40,12 +40,12 @@ pub enum LightKind {
 /// A light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Where it stands.
+    /// Kind and place.
     pub kind: LightKind,
     /// Radiance scale, linear RGB; 1 lights a white surface fully, near the light. For a virtual light, the radiance that
     /// leaves its patch, times the patch's area in square world units, over π.
     pub radiance: [f32; 3],
-    /// Where a spot or a point light ends, world units; infinite where it shines the same at any distance.
+    /// The distance at which a spot or point light ends, world units; infinite where its light does not fall off.
     pub radius: f64,
 }
 
@@ -63,7 +63,7 @@ pub const FACES: [(&str, DVec3); 6] = [
 ];
 
 impl Light {
-    /// Maps that the light is looked up through: [`FACES`] for a point light, else one.
+    /// The number of the light's maps: one per face of [`FACES`] for a point light, else one.
     pub fn map_count(&self) -> usize {
         match self.kind {
             LightKind::Directional { .. } | LightKind::Spot { .. } => 1,
@@ -71,7 +71,7 @@ impl Light {
         }
     }
 
-    /// Where it stands; none for a directional light.
+    /// The light's place; none for a directional light.
     pub fn position(&self) -> Option<DVec3> {
         match self.kind {
             LightKind::Directional { .. } => None,
@@ -81,8 +81,7 @@ impl Light {
         }
     }
 
-    /// Which of its maps answers for a position: a function of the position alone, the same in f32 here as on the device.
-    /// Twin: light_map.
+    /// The map that a look-up at a position uses: a function of the position alone, in f32 the same here as on the device. Twin: light_map.
     pub fn map_at(&self, position: [f32; 3]) -> usize {
         let (LightKind::Point { position: light } | LightKind::Virtual { position: light, .. }) = self.kind else {
             return 0;
@@ -111,7 +110,6 @@ impl Light {
 
     /// Attenuation of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual light, by distance and
     /// cosine. Twin: light_falloff.
-    /// light, what distance and the cosine leave. Twin: light_falloff.
     pub fn falloff(&self, position: DVec3) -> f64 {
         match self.kind {
             LightKind::Directional { .. } => 1.0,
@@ -133,7 +131,7 @@ impl Light {
     /// Whether `position` is not outside the cone of a spot light.
     fn opens_towards(&self, position: DVec3) -> bool {
         match self.kind {
-            // For a virtual light the falloff says it.
+            // For a virtual light, [`Light::falloff`] is already 0 behind its plane.
             LightKind::Directional { .. } | LightKind::Point { .. } | LightKind::Virtual { .. } => true,
             LightKind::Spot { direction, cone_degrees, .. } => {
                 -self.towards(position).dot(direction) >= (cone_degrees.to_radians() * 0.5).cos()
@@ -146,7 +144,7 @@ impl Light {
 mod tests {
     use super::*;
 
-    /// By the cosine law and the inverse square, bounded near the light; nothing behind its surface.
+    /// A virtual light falls off by the cosine law and the inverse square, bounded near the light, and is 0 behind its surface.
     #[test]
     fn a_virtual_light_is_a_patch() {
         let kind = LightKind::Virtual { position: DVec3::X, normal: DVec3::Z, nearest: 0.5 };

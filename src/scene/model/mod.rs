@@ -1,4 +1,4 @@
-//! What casts, lights, camera, and in which order casters are drawn.
+//! The scene's parts: casters, lights and camera, and the order in which casters are drawn.
 
 pub(super) mod backdrop;
 pub(super) mod caster;

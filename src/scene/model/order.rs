@@ -4,16 +4,17 @@ use crate::scene::{Caster, Scene, View, Volume};
 use glam::DVec3;
 use std::ops::Range;
 
-/// What a picture is blended of, from far to near by the z of middles. A volume is one thing, which is marched; its cells are for light.
+/// The things that a picture blends, from far to near by the z of their middles. A volume is blended as a whole, by a march; its cells only
+/// cast shadows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Order {
-    /// Indices of casters, but for cells of volumes.
+    /// Indices of casters, without the cells of volumes.
     pub casters: Vec<u32>,
     /// Volumes: how many of `casters` are blended before each, and its number.
     pub volumes: Vec<(u32, u32)>,
 }
 
-/// What is blended next.
+/// A run of casters or a volume, to be blended next.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Blended {
     /// Casters by their places in [`Order::casters`].
@@ -37,7 +38,7 @@ impl Order {
     }
 }
 
-/// What `camera` sees of `scene`, by falling z of middles; ties by index, and casters before volumes.
+/// The order of casters and volumes for `camera`, by falling z of their middles; ties by index, and casters before volumes.
 pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
     let count = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
@@ -52,8 +53,8 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     Order { casters, volumes }
 }
 
-/// Indices by falling depth as [`f64::total_cmp`] has it, ties by index. A picture of smoke that moves needs it each frame: by three
-/// digits of the upper half of each number, and what is alike there by the rest.
+/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. Moving smoke needs it in every frame, so this is a
+/// radix sort by three digits of each number's upper half; equal halves are then sorted by the whole number.
 fn falling(depths: &[f64]) -> Vec<u32> {
     const DIGIT: u32 = 11;
     let key = |depth: &f64| {
@@ -93,7 +94,7 @@ mod tests {
     use crate::scene::{Camera, Field, Light, LightKind, Motion, Particle, Placed, Strand};
     use std::sync::Arc;
 
-    /// A light that shines down -z and a camera that looks down -z, from z 10: what has a greater z is nearer to both.
+    /// A light that shines along −z and a camera that looks along −z, from z = 10: greater z is nearer to both.
     fn scene(particles: &[(f32, f32)], strands: &[(f32, f32)]) -> Scene {
         let particle = |&(z, radius): &(f32, f32)| Particle { position: [0.1, 0.2, z], radius, extinction: 1.0 };
         let strand = |&(start, end): &(f32, f32)| Strand {
@@ -125,7 +126,7 @@ mod tests {
         all(scene).casters
     }
 
-    /// A hat about z, in cells of a 16th.
+    /// A volume of one sample at height `z`, in cells of 1/16.
     fn volume(z: f64) -> Volume {
         let field = Arc::new(Field::new([([0; 3], 1.0)]).expect("a field"));
         let steps = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis / 16.0);
@@ -134,7 +135,8 @@ mod tests {
         Volume::new(field, Placed { origin, steps, extinction: 1.0, color: [1.0; 3], side: 1 }).expect("a volume")
     }
 
-    /// Digits sort as comparisons do: numbers of either sign, whatever is alike in part or whole, and what is none.
+    /// The radix sort gives the same order as comparisons, for numbers of either sign, numbers that are partly or wholly equal, NaN and
+    /// infinity.
     #[test]
     fn digits_sort_as_comparisons_do() {
         let mut random = 1u64;
@@ -152,7 +154,7 @@ mod tests {
         assert!(falling(&[]).is_empty());
     }
 
-    /// Each volume is among the casters by its middle, over those of the same z.
+    /// Each volume is placed among the casters by its middle, after casters of the same z.
     #[test]
     fn volumes_are_among_casters() {
         let mut scene = scene(&[(1.0, 0.5), (2.0, 0.5), (0.0, 0.5)], &[]);
@@ -164,7 +166,7 @@ mod tests {
         assert_eq!(blended, [Volume(1), Casters(0..2), Volume(2), Casters(2..3), Volume(0)]);
     }
 
-    /// By middles: 0, -1, -2, 1.5.
+    /// The order is by middles, whose z are 0, −1, −2 and 1.5.
     #[test]
     fn middles_count() {
         assert_eq!(order(&scene(&[(0.0, 0.25), (-1.0, 3.0), (-2.0, 0.5)], &[(3.0, 0.0)])), [2, 1, 0, 3]);

@@ -1,4 +1,4 @@
-//! A map over the half space that a virtual light shines into, as `ism` has one: a paraboloid. Source: Brabec, Annen and Seidel
+//! The paraboloid map of `ism`, over the half space that a virtual light shines into. Source: Brabec, Annen and Seidel
 //! 2002. Twin: glsl/technique/ism/map.glsl.
 
 use crate::scene::model::view::vec;
@@ -6,8 +6,8 @@ use crate::scene::{Projection, View};
 use glam::{DQuat, DVec3};
 
 impl View {
-    /// The axes and the texels of such a map, `size` per side, of a light at `position` that shines along `normal`. As a view it sees
-    /// the middle of the half space alone, as finely as the map; what the map is anywhere else says [`View::about`].
+    /// A view with the axes of such a map, with `size` texels per side, of a light at `position` that shines along `normal`. It matches the
+    /// map only about the normal; for other directions take [`View::about`].
     pub fn paraboloid(position: DVec3, normal: DVec3, size: u32) -> Self {
         let forward = normal.as_vec3().as_dvec3();
         // Source: Duff et al. 2017. Twin: axes_of.
@@ -30,10 +30,9 @@ impl View {
         }
     }
 
-    /// A paraboloid map as a view that looks at `position`, whose texels lie there as the map's do. A paraboloid turns no angle: a
-    /// texel is a square as seen from the light, 2 (1 + cos θ) / size wide at an angle θ to the normal, and the map's axes are
-    /// there what the shortest way from the normal makes of them. What lies behind the light's plane is in no map, and counts as
-    /// on it.
+    /// A view that looks at `position` and matches a paraboloid map there. The map keeps angles: seen from the light, a texel at an angle θ
+    /// to the normal is a square, 2 (1 + cos θ) / size wide. The view's axes are the map's, rotated the shortest way from the normal to
+    /// that direction. Positions behind the light's plane, which are in no map, count as on the plane.
     pub fn about(&self, position: DVec3) -> Self {
         let [normal, right, up] = [self.forward, self.right, self.up].map(vec);
         let forward = (position - vec(self.origin)).normalize_or(normal);
@@ -51,7 +50,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// What is a texel or less away in a map by its formula is as far away, and that way, in the view about a place.
+        /// Two directions up to a texel apart in the map, by its formula, are apart by the same offset in the view about one of them.
         #[test]
         fn texels_about_a_place_are_the_maps(
             normal in prop::array::uniform3(-1.0f64..1.0),
@@ -78,7 +77,7 @@ mod tests {
             let view = map.about(light + 3.0 * way);
             let (middle, _) = view.project(light + 3.0 * way);
             let (at, _) = view.project(light + offset);
-            // A line that is straight here is curved there, by a texel's angle.
+            // Straight lines of the view are curved in the map, by about a texel's angle.
             let most = 8.0 / f64::from(size);
             prop_assert!((at - middle - DVec2::from(beside)).length() < most, "{:?} is {}", beside, at - middle);
         }

@@ -3,7 +3,7 @@
 use crate::scene::{Projection, View};
 use glam::DVec3;
 
-/// How far a receiver is moved in a grid beyond the reach of a voxel, voxels. Twin: RECEIVER_MARGIN in
+/// In a grid, how much farther than a voxel's reach a receiver is moved, voxels. Twin: RECEIVER_MARGIN in
 /// glsl/technique/voxel_grid/visibility.glsl.
 const GRID_MARGIN: f64 = 1e-3;
 
@@ -11,60 +11,60 @@ const GRID_MARGIN: f64 = 1e-3;
 /// apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
-    /// Whose texels count, and whose range.
+    /// The view whose texels and range the other fields refer to.
     pub view: View,
     /// Whether the view's texels are those of a [paraboloid](View::paraboloid).
     pub paraboloid: bool,
-    /// Whether it is a face of a light that has one each way: a receiver that is moved out of it is looked up in the
-    /// next.
+    /// Whether the view is one of a light's six faces: a receiver that is moved out of it is looked up in the next face.
     pub faces: bool,
-    /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
+    /// How far across the light's rays a surface may affect a look-up, texels.
     pub reach_texels: f64,
-    /// How far a compared texel's centre may be from a point, texels across and down, where what a texel holds is compared with the
-    /// point's surface by what that changes over as much; 0 where it is not.
+    /// Where the bias of a comparison follows the slope of the point's surface: how far a compared texel's centre may be from the point,
+    /// texels across and down. 0 for other techniques.
     pub pushed_texels: f64,
-    /// How much nearer to the light than a point of a surface the point's caster must be, texels.
+    /// How much nearer to the light than a surface point its caster must be to shadow it, in widths of a texel.
     pub nearer_texels: f64,
-    /// How far beside a texel's centre, texels, the depth may have been taken that it holds, and that is compared with a surface's plane; 0
-    /// where there are no such depths.
+    /// For maps whose depths are compared with a surface's plane: how far from a texel's centre its depth may have been taken, texels. 0
+    /// for other techniques.
     pub snap_texels: f64,
-    /// How far along its normal a point of a surface is moved before it is looked up.
+    /// How far along its normal a surface point is moved before its look-up.
     pub moved: Moved,
-    /// Whether it may answer anything inside closed meshes: points closer to their inside than the resolution are boundary too.
+    /// Whether the technique may answer anything inside closed meshes. Points within the resolution of such an inside then belong to the
+    /// boundary too.
     pub free_inside: bool,
-    /// How far along the rays, as a share of the view's range.
+    /// How far along the rays a surface may affect a look-up, as a share of the view's range.
     pub depth: f64,
-    /// Side of a voxel, world units, where rays go through a grid in the world's axes; 0 for none. Then a surface may be felt
-    /// anywhere in the voxels of a ray, and nothing else that stands here counts.
+    /// Side of a voxel, world units, where rays go through a grid along the world's axes; else 0. In a grid, a surface anywhere in a ray's
+    /// voxels may affect the look-up, and the fields about texels do not count.
     pub voxel: f64,
-    /// Whether a surface so near to a ray may be missed too: no voxel holds it, and `voxel` is what rounding moves a ray by.
+    /// Whether rays are tested against triangles instead of voxels. Then `voxel` is the distance by which rounding may move a ray, and a
+    /// surface that near may also be missed.
     pub rounded: bool,
-    /// How far a point of a surface is moved in such a grid along its ray, once it is off the surface, voxels.
+    /// How far a surface point is moved along its ray in such a grid, after it was moved off the surface, voxels.
     pub bias: f64,
 }
 
 impl Resolution {
-    /// The resolution of a grid with voxels of that side, or cells of them, that moves receivers so far along their
-    /// rays.
+    /// The resolution of a grid with voxels, or cells of voxels, of side `voxel`; receivers are moved by `bias` along their rays.
     pub fn of_grid(view: View, voxel: f64, bias: f64) -> Self {
         Self { voxel, bias, ..Self::exact(view) }
     }
 
-    /// The resolution of rays against triangles, both of which may be taken to be so far beside where they are.
+    /// The resolution of rays against triangles, where rounding may move either by `rounding`.
     pub fn of_triangles(view: View, rounding: f64) -> Self {
         Self { voxel: rounding, rounded: true, ..Self::exact(view) }
     }
 
-    /// The resolution of a map whose paraboloid is `view`, asked at the four texels about a place: each of them is up to a texel away, and stands
-    /// for half a texel about its middle. A surface is compared on the rays through these middles, no farther away than its point: so
-    /// what is before the point by less than it changes over a texel is missed, as where depths are pushed back, and what is less than
-    /// half a texel before it. Twins: NEARER_TEXELS, surface_distance in glsl/technique/ism/visibility.glsl.
+    /// The resolution of a paraboloid map with view `view`. A look-up reads four texels, each up to a texel away from the place and
+    /// covering half a texel about its middle. The surface's plane is compared on the rays through these middles, at no more than the
+    /// point's distance. So casters are missed that are before the point by less than the plane's change over a texel, or by less than half
+    /// a texel. Twins: NEARER_TEXELS, surface_distance in glsl/technique/ism/visibility.glsl.
     pub fn of_paraboloid(view: View) -> Self {
         let (reach_texels, pushed_texels, nearer_texels) = (1.5, 1.0, 0.5);
         Self { paraboloid: true, reach_texels, pushed_texels, nearer_texels, ..Self::exact(view) }
     }
 
-    /// The resolution of exact techniques.
+    /// The resolution of exact techniques, which have no boundary.
     pub fn exact(view: View) -> Self {
         Self {
             view,
@@ -83,8 +83,8 @@ impl Resolution {
         }
     }
 
-    /// Where a point of a surface with that normal is looked up, world units, in a grid before it is moved along its ray; and where a grid has
-    /// a virtual light of that normal.
+    /// Where a surface point with normal `normal` is looked up, world units; in a grid, before it is moved along its ray. A grid moves a
+    /// virtual light off its surface the same way.
     pub fn looked_up(&self, position: DVec3, normal: DVec3) -> DVec3 {
         if self.voxel > 0.0 {
             return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;
@@ -107,7 +107,7 @@ impl Resolution {
             return (beside + before).max(least_world);
         }
         if self.snap_texels > 0.0 {
-            // A map of depths leaves nothing out of its light.
+            // A depth map moves a point at most half way to the light's height over the surface.
             let height = (view.ray_through(position).origin - position).dot(normal);
             return (beside + before).min(0.5 * height).max(least_world);
         }
@@ -115,32 +115,31 @@ impl Resolution {
         if z <= 0.0 {
             return 0.0;
         }
-        // A texel is wider behind the point, and a ray steeper before it: as much as that counts where the point is then.
+        // In perspective, the move itself changes the width of a texel and the slope of the ray; this corrects for both.
         let looks = normal.dot(DVec3::from(view.forward.map(f64::from)));
         let more = if looks > 0.0 { beside / z * looks } else { -2.0 * before / z * looks };
         ((beside + before) / (1.0 - more.min(0.5))).max(least_world)
     }
 
-    /// The view whose texels count about a place.
+    /// The view that gives texels about a place.
     pub fn view_about(&self, position: DVec3) -> View {
         if self.paraboloid { self.view.about(position) } else { self.view }
     }
 }
 
-/// How far along its normal a point of a surface is moved, so that the surface stays behind it: texels as much as the normal looks
-/// along the view's right and up, a share of the view's range as much as it looks along the light's ray, texels in full; and what it
-/// is moved by in any case. All are 0 where points stay where they are.
+/// How far a surface point is moved along its normal n, so that its surface stays behind it. The move is the sum of the first three parts,
+/// and at least the fourth. All are 0 where points are not moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
-    /// Times |right · n| + |up · n|.
+    /// Texels, times |right · n| + |up · n|.
     pub across: f64,
-    /// A share of the view's range, times |d · n|, with d the ray's direction, as long as forward counts 1 in it: as far along the light's rays the surface then stays behind
-    /// what is asked.
+    /// A share of the view's range, times |d · n|, where d is the ray's direction with length 1 along forward. The surface then stays
+    /// behind the moved point by this share along the light's rays.
     pub along: f64,
-    /// Whatever the normal.
+    /// Texels, for any normal.
     pub always: f64,
-    /// The least of all that, world units.
+    /// The least move, world units.
     pub least_world: f64,
-    /// How far along the light's rays a look-up may feel a surface from there, of the view's range.
+    /// How far along the light's rays a surface may affect the look-up of a moved point, as a share of the view's range.
     pub felt: f64,
 }

@@ -1,4 +1,5 @@
-//! Which triangles of a mesh belong to closed surfaces, whose inside no light reaches.
+//! Finds the triangles of a mesh that belong to closed surfaces, whose inside no light reaches. A *thing* is a set of triangles that are
+//! connected by edges; a mesh may have several.
 
 use crate::scene::Mesh;
 use glam::DVec3;
@@ -6,16 +7,16 @@ use glam::DVec3;
 /// The kind of space behind a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Nothing: it belongs to no closed thing. A leaf.
+    /// The triangle belongs to no closed thing, as a leaf does not.
     Open,
-    /// The inside of a closed thing, of which its front (counter-clockwise) looks away: as it should be.
+    /// The inside of a closed thing. The triangle's front (counter-clockwise) looks outwards, as it should.
     Outward,
-    /// Its front looks into the closed thing that it belongs to: the mesh is wound inside out.
+    /// The outside of a closed thing. The triangle's front looks inwards: the mesh is wound inside out.
     Inward,
 }
 
 impl Side {
-    /// How often a ray that leaves through the triangle's back, along its normal, has left a closed thing: 1, 0 or −1.
+    /// 1 where a ray along the triangle's normal leaves a closed thing, −1 where it enters one, 0 where the triangle is open.
     pub fn sign(self) -> i32 {
         match self {
             Self::Open => 0,
@@ -25,12 +26,13 @@ impl Side {
     }
 }
 
-/// Share of its surface to the power of 3/2 that a thing must hold to have an inside: both sides of a leaf hold rounding.
+/// The least volume of a closed thing, relative to its surface to the power of 3/2. A leaf with a back of its own has a volume of rounding
+/// only, and is not closed.
 const LEAST_VOLUME: f64 = 1e-9;
 
-/// The side of each triangle. In a solid mesh all are [`Side::Outward`]. In others triangles hang together where they share
-/// an edge, and vertices at the same position are one. What hangs together is closed where every edge is used as often one
-/// way as the other, and it holds a volume. A triangle with two equal corners belongs to whatever its edge does.
+/// The side of each triangle. In a solid mesh all are [`Side::Outward`]. In other meshes, triangles that share an edge belong to one thing;
+/// vertices at the same position count as one. A thing is closed if every edge is used equally often in both directions, and the thing has
+/// a volume. A triangle with two equal corners belongs to the thing of its edge.
 pub fn sides(mesh: &Mesh) -> Vec<Side> {
     if mesh.solid {
         return vec![Side::Outward; mesh.triangles.len()];
@@ -50,7 +52,7 @@ pub fn sides(mesh: &Mesh) -> Vec<Side> {
     }
     for (number, triangle) in (0..).zip(&mesh.triangles) {
         let thing = things.of(number);
-        // Corners are taken from the thing's own first one, so that its distance from the origin rounds nothing away.
+        // Corners are relative to a corner of the thing, so that a distance from the origin costs no precision.
         let origin = mesh.triangles[thing].map(|i| position(mesh, i))[0];
         let [a, b, c] = triangle.map(|i| position(mesh, i) - origin);
         measured[thing].area += 0.5 * (b - a).cross(c - a).length();
@@ -63,7 +65,7 @@ fn position(mesh: &Mesh, index: u32) -> DVec3 {
     mesh.positions.get(index as usize).map_or(DVec3::NAN, |p| DVec3::from(p.map(f64::from)))
 }
 
-/// Sorts elements of which no two are equal; with the feature `program` on all processors.
+/// Sorts elements that are all different; with the feature `program`, in parallel.
 fn sort<T: Ord + Send>(all: &mut [T]) {
     #[cfg(feature = "program")]
     rayon::slice::ParallelSliceMut::par_sort_unstable(all);
@@ -71,7 +73,7 @@ fn sort<T: Ord + Send>(all: &mut [T]) {
     all.sort_unstable();
 }
 
-/// Per vertex, the first in the order of positions that lies where it does.
+/// For each vertex, the vertex that stands for all vertices at its position.
 fn welded(mesh: &Mesh) -> Vec<u32> {
     // Adding 0 makes −0 the same as 0.
     let bits = |p: &[f32; 3]| p.map(|value| (value + 0.0).to_bits());
@@ -90,11 +92,11 @@ struct HalfEdge {
     /// Welded vertices, the lesser first.
     ends: [u32; 2],
     triangle: u32,
-    /// Whether the triangle goes from the lesser to the greater.
+    /// Whether the triangle uses the edge from the lesser to the greater vertex.
     forward: bool,
 }
 
-/// All edges that have a length, those with the same ends together.
+/// All edges with two different ends, sorted so that equal edges are neighbours.
 fn edges(mesh: &Mesh, welded: &[u32]) -> Vec<HalfEdge> {
     let vertex = |i: u32| welded.get(i as usize).copied().unwrap_or(i);
     let mut edges = Vec::with_capacity(3 * mesh.triangles.len());
@@ -109,7 +111,7 @@ fn edges(mesh: &Mesh, welded: &[u32]) -> Vec<HalfEdge> {
     edges
 }
 
-/// Triangles that hang together: each names another of its thing, the last one itself.
+/// A union-find structure: each triangle names another triangle of its thing, and the last one names itself.
 struct Things(Vec<u32>);
 
 impl Things {
@@ -130,7 +132,7 @@ impl Things {
     }
 }
 
-/// Totals over triangles that hang together.
+/// Totals over the triangles of a thing.
 #[derive(Clone, Copy, Default)]
 struct Thing {
     is_open: bool,
@@ -164,7 +166,7 @@ mod tests {
         }
     }
 
-    /// As exporters write them: vertices of a face, or of a triangle, by themselves.
+    /// As exporters write meshes: each face, or each triangle, with vertices of its own.
     #[test]
     fn vertices_at_one_position_are_one() {
         let cube = cube([-1.0, -1.0, 0.0], 1.0);
@@ -175,7 +177,7 @@ mod tests {
         let mut corners: Vec<_> = cube.triangles.iter().flatten().map(at).collect();
         let of_triangles: Vec<_> = (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         assert_eq!(sides(&mesh(corners.clone(), of_triangles.clone())), [Side::Outward; 12]);
-        // One corner of the 36 a bit off, and it is closed no more.
+        // If one corner of the 36 is a bit off, the cube is no longer closed.
         corners[7][1] += 1e-3;
         assert_eq!(sides(&mesh(corners, of_triangles)), [Side::Open; 12]);
     }
@@ -186,7 +188,7 @@ mod tests {
             let mut holed = cube([0.0; 3], 1.0);
             holed.triangles.remove(missing);
             assert_eq!(sides(&holed), [Side::Open; 11]);
-            // One the wrong way round is a hole too.
+            // A triangle that is wound the wrong way counts as a hole too.
             let mut turned = cube([0.0; 3], 1.0);
             turned.triangles[missing].swap(0, 1);
             assert_eq!(sides(&turned), [Side::Open; 12]);
@@ -201,7 +203,7 @@ mod tests {
         holed.triangles.pop();
         let mixed = both(inside_out(cube([0.0; 3], 1.0)), holed);
         assert_eq!(sides(&mixed), [vec![Side::Inward; 12], vec![Side::Open; 11]].concat());
-        // A corner is no bond: neither is what meets there.
+        // Things that meet in a corner alone stay separate.
         let mut holed = cube([1.0; 3], 1.0);
         holed.triangles.pop();
         let at_a_corner = both(cube([0.0; 3], 1.0), holed);
@@ -214,7 +216,7 @@ mod tests {
     fn leaves_are_open() {
         let corners = vec![[0.0; 3], [1.0, 0.0, 0.1], [1.0, 1.0, 0.3], [0.0, 1.0, 0.2]];
         assert_eq!(sides(&mesh(corners.clone(), vec![[0, 1, 2], [0, 2, 3]])), [Side::Open; 2]);
-        // With a back of its own every edge is balanced, but there is nothing in between.
+        // With a back of its own, every edge of the leaf is balanced, but it has no volume.
         let both_sides = vec![[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]];
         assert_eq!(sides(&mesh(corners, both_sides)), [Side::Open; 4]);
     }
@@ -222,12 +224,13 @@ mod tests {
     #[test]
     fn triangles_of_no_area_do_no_harm() {
         let mut cube = cube([0.0; 3], 1.0);
-        // Corners that are the same, of an edge of the cube and of none.
+        // Triangles with equal corners: on an edge of the cube, and elsewhere.
         cube.triangles.extend([[0, 1, 1], [0, 7, 0], [3, 3, 3]]);
         let found = sides(&cube);
         assert_eq!(found[..13], [Side::Outward; 13]);
         assert_eq!(found[13..], [Side::Open; 2]);
-        // A side whose edge has a vertex more than its neighbour's: closed where a triangle on the edge takes up both.
+        // One side's edge has one more vertex than its neighbour's. The cube is closed if a triangle without area on the edge connects
+        // both.
         let middle = cube.positions.len() as u32;
         cube.positions.push([0.5, 0.0, 0.0]);
         cube.triangles.truncate(12);

@@ -1,15 +1,15 @@
-//! Smooth normals of meshes, which have none of their own: for pictures that people are shown.
+//! Smooth normals for meshes, which have no normals of their own. Used in pictures for people.
 
 use crate::scene::Mesh;
 use crate::scene::model::view::vec;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Cosine of the angle between two triangles from which on there is an edge between them that is meant: 30°.
+/// Cosine of the angle between two triangles beyond which the edge between them stays sharp: 30°.
 const EDGE: f64 = 0.866;
 
-/// The normals of each triangle's corners, unit length: the mean of the triangles that meet there and turn less than an edge's angle
-/// away, by their areas. Where a triangle has no area they are 0.
+/// The normals of each triangle's corners, unit length. Each is the mean normal, weighted by area, of all triangles that meet there at less
+/// than a sharp edge's angle. 0 where the triangle has no area.
 pub fn smooth_normals(mesh: &Mesh) -> Vec<[[f32; 3]; 3]> {
     let corners = |t: &[u32; 3]| t.map(|i| mesh.positions.get(i as usize).copied().unwrap_or_default());
     // Adding 0 makes −0 the same as 0.
@@ -28,7 +28,7 @@ pub fn smooth_normals(mesh: &Mesh) -> Vec<[[f32; 3]; 3]> {
     }
     let smooth = |(i, triangle): (usize, &[u32; 3])| {
         let own = areas[i].normalize_or_zero();
-        // Triangles may turn either way round, also those of one surface.
+        // Triangles may be wound either way, even within one surface.
         let with_own = |j: &usize| {
             let cosine = areas[*j].normalize_or_zero().dot(own);
             (cosine.abs() >= EDGE).then(|| areas[*j] * cosine.signum())
@@ -47,7 +47,7 @@ mod tests {
     use crate::scene::tests::{cube, mesh};
     use glam::Vec3;
 
-    /// A box keeps its edges: every normal is along an axis.
+    /// A box keeps its sharp edges: every normal is along an axis.
     #[test]
     fn edges_stay() {
         for corner in smooth_normals(&cube([0.0; 3], 2.0)).into_iter().flatten() {
@@ -56,7 +56,7 @@ mod tests {
         }
     }
 
-    /// On a fine ball corners' normals point away from its middle, much more nearly than those of its triangles.
+    /// On a fine ball, corners' normals point away from the middle much more exactly than the triangles' own normals.
     #[test]
     fn a_ball_is_round() {
         let at = |i: u32, j: u32| {
@@ -68,7 +68,7 @@ mod tests {
         for (i, j) in (1..23).flat_map(|i| (0..48).map(move |j| (i, j))) {
             let first = ball.positions.len() as u32;
             ball.positions.extend([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
-            // Every other triangle is turned round.
+            // Every other triangle is wound the other way.
             ball.triangles.extend([[first, first + 1, first + 2], [first, first + 3, first + 2]]);
         }
         let normals = smooth_normals(&ball);

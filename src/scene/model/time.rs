@@ -5,7 +5,7 @@ use crate::{Error, Result};
 /// The longest `time_s`, seconds.
 const MAX_TIME_S: f64 = 3600.0;
 
-/// Fails where a scene that moves has no such time; `scene` is for messages.
+/// Fails where a time is out of range for scenes that move; `scene` is the name for messages.
 ///
 /// # Errors
 /// [`Error::Input`]: `time_s` is not in [0, 3600].
@@ -17,7 +17,7 @@ pub fn check_time(scene: &str, time_s: f64) -> Result<()> {
     Err(Error::input(scene, cause, "give a time in seconds in that range"))
 }
 
-/// A wave of period 1 and height 1, made of two parabolas: smooth enough to stand in for a sine.
+/// A wave of period 1 and height 1 made of two parabolas, in place of a sine, whose bits depend on the machine.
 pub(in crate::scene) fn wave(periods: f64) -> f64 {
     // Rounds towards zero, in place of `floor`, which is a call on x86-64 without SSE 4.1.
     let rest = periods - periods as i64 as f64;

@@ -5,8 +5,8 @@ use crate::scene::{Camera, Caster, Casting, FACES, Gaussian, Mesh, Motion, Parti
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
-/// A depth or a z farther than any: an unused node's, or where light ends that goes on. Twins: EMPTY in
-/// glsl/maps/curve/node.glsl, INFINITY in glsl/maps/bins/tiles.glsl.
+/// A depth or z farther than any other: of an unused node, or where no mesh ends the light. Twins: EMPTY in glsl/maps/curve/node.glsl,
+/// INFINITY in glsl/maps/bins/tiles.glsl.
 pub const FARTHEST: f32 = 3e38;
 
 /// Parallel rays or rays from one point.
@@ -19,8 +19,8 @@ pub enum Projection {
     Perspective = 1,
 }
 
-/// A view, exactly as the shaders have it: numbers are rounded to f32 once, here, so that the f64 reference and the
-/// device mean the same rays. `z` is the distance along `forward`, world units.
+/// A view, in the layout of the shaders. Numbers are rounded to f32 once, here, so that the f64 reference and the device use the same rays.
+/// `z` is the distance along `forward`, world units.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct View {
@@ -30,7 +30,7 @@ pub struct View {
     pub projection: u32,
     /// Unit length.
     pub right: [f32; 3],
-    /// NDC a world unit (parallel) or a unit of tangent (perspective).
+    /// NDC per world unit (parallel) or per unit of tangent (perspective).
     pub scale_x: f32,
     /// Unit length.
     pub up: [f32; 3],
@@ -68,13 +68,13 @@ pub(in crate::scene) fn vec(v: [f32; 3]) -> DVec3 {
     DVec3::from(v.map(f64::from))
 }
 
-/// Two unit vectors across `forward`, the same for the same input.
+/// Two unit vectors, right and up, at right angles to `forward` and to each other.
 pub(in crate::scene) fn across(forward: DVec3, up: DVec3) -> (DVec3, DVec3) {
     let right = forward.cross(up).normalize();
     (right, right.cross(forward))
 }
 
-/// Any up that is not along `forward`.
+/// An up vector that is not along `forward`.
 pub(in crate::scene) fn some_up(forward: DVec3) -> DVec3 {
     if forward.z.abs() < 0.99 { DVec3::Z } else { DVec3::Y }
 }
@@ -90,7 +90,7 @@ impl View {
         self.project_offset(position - vec(self.origin))
     }
 
-    /// The same of a point that lies so far from the origin, world units.
+    /// As [`View::project`], for a point given by its offset from the view's origin, world units.
     pub fn project_offset(&self, offset: DVec3) -> (DVec2, f64) {
         let z = offset.dot(vec(self.forward));
         let w = if self.projection() == Projection::Parallel { 1.0 } else { z };
@@ -101,7 +101,7 @@ impl View {
         ((ndc * 0.5 + 0.5) * DVec2::new(self.width.into(), self.height.into()), z)
     }
 
-    /// Where a point lies from the origin along right, up and forward, world units.
+    /// A point's coordinates along right, up and forward, from the view's origin, world units.
     pub fn axes(&self, position: DVec3) -> DVec3 {
         let offset = position - vec(self.origin);
         DVec3::new(offset.dot(vec(self.right)), offset.dot(vec(self.up)), offset.dot(vec(self.forward)))
@@ -118,7 +118,7 @@ impl View {
         }
     }
 
-    /// A texel to the right and a texel up at `position`, world units; in front of the view where it is perspective.
+    /// The steps to the next texel right and up at `position`, world units. In perspective, `position` must be in front of the view.
     pub fn texel_at(&self, position: DVec3) -> [DVec3; 2] {
         let spread = if self.projection() == Projection::Parallel { 1.0 } else { self.axes(position).z };
         let texel =
@@ -126,7 +126,7 @@ impl View {
         [texel(self.right, self.scale_x, self.width), texel(self.up, self.scale_y, self.height)]
     }
 
-    /// The ray through the view and `position`.
+    /// The view's ray through `position`.
     pub fn ray_through(&self, position: DVec3) -> Ray {
         let offset = position - vec(self.origin);
         let z = offset.dot(vec(self.forward));
@@ -136,7 +136,7 @@ impl View {
         }
     }
 
-    /// For a light that has a face each way, of which this is one: the face towards `position`.
+    /// For a view that is one of a light's six faces: the face that contains `position`.
     pub fn face_towards(&self, position: DVec3) -> Self {
         let offset = position - vec(self.origin);
         let axis = offset.abs().max_position();
@@ -162,15 +162,15 @@ impl View {
     }
 
     /// The views of all maps of all lights before they are fitted (a point light has one for each of [`crate::scene::FACES`]), `size`
-    /// texels per side: origin and axes, and in perspective the scale. A directional light's origin is a place within `casting`, to which
-    /// the view is fitted, or a corner of the box in which simulated casters stay, so that distances from it are no larger than they need
-    /// to be. `near` is the least share of the range at which the view may begin, `far` its range over the range that the casters need.
+    /// texels per side: origin and axes, and in perspective the scale. A directional light's origin is a place among the casters of
+    /// `casting`; for simulated casters, it is a corner of their box. So distances from it stay small. `near` is the least share of the
+    /// range at which the view may begin; `far` is its range, relative to the range that the casters need.
     pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
         aimed(aim, size, casting)
     }
 
     /// The views of the translucent casters, one for each map of each light, fitted to them (to the meshes where there are none), `size`
-    /// texels per side. In f64: the truth for the views that the device fits.
+    /// texels per side. Computed in f64, as the truth for the views that the device fits.
     pub fn volumes(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Volume)
     }
@@ -207,7 +207,7 @@ impl View {
     }
 }
 
-/// Spheres in whose hull all translucent casters lie.
+/// Spheres whose convex hull contains all translucent casters.
 pub(in crate::scene) fn caster_spheres(
     particles: &[Particle],
     strands: &[Strand],
@@ -221,7 +221,8 @@ pub(in crate::scene) fn caster_spheres(
     particles.chain(strands).chain(gaussians).chain(cells)
 }
 
-/// The same for all later times: simulated particles move without the host, inside a box.
+/// Spheres whose convex hull contains all translucent casters at all later times too: simulated particles move inside a box, without the
+/// host.
 pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
     match scene.motion {
         Motion::Fountain(fountain) => Box::new(fountain.corners().into_iter()),
@@ -240,8 +241,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A point light's point lies in the face that is asked for it, a gutter away from the face's edge: a filter that
-        /// reaches as far needs no other face.
+        /// A point lies in the face of the point light that look-ups use, at least a gutter away from the face's edge, so that a filter of
+        /// that reach needs no other face.
         #[test]
         fn points_lie_inside_the_face_that_is_asked(
             offset in prop::array::uniform3(-10.0f32..10.0),
@@ -250,7 +251,7 @@ mod tests {
         ) {
             let light = [0.3f32, -1.1, 0.7];
             let mut offset = offset;
-            // One in two with two coordinates equal, up to the rounding of the sum.
+            // In half of the cases, two coordinates are equal up to rounding.
             if tie < 3 {
                 offset[tie] = offset[(tie + 1) % 3];
             }

@@ -1,35 +1,35 @@
-//! Volumes: a field of densities that is placed in the world, and the cells that cast in its place on the device.
+//! Volumes: a field of densities placed in the world, and the cells that represent it as casters on the device.
 
 use crate::scene::model::gaussian::{EXPONENT, OCTAVES, packed};
 use crate::scene::{Caster, Field};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Bits of an axis by which a caster is a cell: the exponent of 2^101. Twin: CELL_MARK.
+/// The exponent bits in a caster's axis that mark a cell: those of 2^101. Twin: CELL_MARK.
 pub(super) const CELL_MARK: u32 = 0x7200_0000;
 
-/// Cells that a volume casts by, at most: where there would be more, each stands for 2³, 4³ or 8³ of the field's.
+/// The most casters of a volume. Where there would be more, each caster stands for 2³, 4³ or 8³ of the field's cells.
 pub const MOST_CELLS: usize = 4_000_000;
 
 /// How much longer the longest side of a cell may be than the shortest.
 const LONGEST: f64 = 1000.0;
 
-/// The places of a volume's samples, and their meaning.
+/// Where a volume's samples are, and how densities turn into light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
-    /// Where sample 0, 0, 0 stands, world units.
+    /// Place of sample (0, 0, 0), world units.
     pub origin: DVec3,
-    /// From a sample to the next along each of its axes, world units: at right angles to each other.
+    /// The steps from a sample to the next along each of the field's axes, world units; at right angles to each other.
     pub steps: [DVec3; 3],
     /// Extinction of density 1, 1 / world unit, finite and > 0.
     pub extinction: f64,
     /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
-    /// Cells of the field along a side of each cell that casts: 1, 2, 4 or 8; more where there would be more than [`MOST_CELLS`].
+    /// Cells of the field per side of each caster: 1, 2, 4 or 8. It is raised where there would be more than [`MOST_CELLS`] casters.
     pub side: u32,
 }
 
-/// A field that casts.
+/// A placed field that casts shadows.
 #[derive(Clone, Debug)]
 pub struct Volume {
     field: Arc<Field>,
@@ -45,11 +45,11 @@ impl PartialEq for Volume {
 }
 
 impl Volume {
-    /// A field where it is placed.
+    /// Places a field.
     ///
     /// # Errors
-    /// In words: steps that are not at right angles, have no length or are too different; a density that is no float's extinction;
-    /// numbers out of range.
+    /// In words: steps that are not at right angles, have no length or are too different; an extinction that is no valid float; numbers out
+    /// of range.
     pub fn new(field: Arc<Field>, placed: Placed) -> Result<Self, String> {
         let steps = placed.steps;
         let lengths = steps.map(DVec3::length);
@@ -94,18 +94,18 @@ impl Volume {
         &self.placed
     }
 
-    /// The cells by which it casts on the device, each of its mean density: in f32, rounded once.
+    /// The casters that represent the volume on the device, each with its mean density, rounded to f32 once.
     pub fn cells(&self) -> &[Caster] {
         &self.cells
     }
 
-    /// With the first of its cells alone, for tests that do little: its truth stays.
+    /// Keeps only the first `most` casters, for quick tests; the field stays whole.
     #[cfg(feature = "program")]
     pub(crate) fn truncate(&mut self, most: usize) {
         self.cells = self.cells.iter().take(most).copied().collect();
     }
 
-    /// A cube of cells by its lowest sample and mean density.
+    /// The caster for a cube of cells, from its lowest sample and mean density.
     fn cell(&self, (first, density): ([i32; 3], f64), side: u32) -> Caster {
         let half = 0.5 * f64::from(side);
         let place = |axis: usize| self.placed.steps[axis] * (f64::from(first[axis]) + half);
@@ -114,8 +114,8 @@ impl Volume {
     }
 }
 
-/// A box by its middle and half of its sides, at right angles; sides are rounded by 0.11 % at most where they differ, but its optical depth
-/// is not.
+/// A box by its middle and half of its sides, which are at right angles. Sides of different length are rounded by 0.11 % at most;
+/// extinction makes up for it, so that extinction times volume is exact.
 pub(crate) fn cell(centre: DVec3, halves: [DVec3; 3], extinction: f64) -> Caster {
     let mut sides = halves;
     sides.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
@@ -176,7 +176,7 @@ mod tests {
         }
     }
 
-    /// Middles, sides and the sum of extinction times volume, which is the field's in spite of rounding.
+    /// Checks sides and axes, and that the sum of extinction times volume equals the field's in spite of rounding.
     #[test]
     fn cells_are_boxes_of_what_is_in_them() {
         let field = Arc::new(Field::new([([1, 1, 1], 2.0)]).expect("a field"));
@@ -196,7 +196,7 @@ mod tests {
                     8.0 * shape.deviations.iter().product::<f64>() * f64::from(cell.density)
                 })
                 .sum();
-            // A hat of 2, in cells of 1 × 2 × ¼, times 3.
+            // A sample of 2, in cells of 1 × 2 × ¼, with an extinction of 3.
             assert!((mass - 3.0).abs() < 1e-4, "{side}: {mass}");
         }
     }

@@ -1,5 +1,5 @@
-//! Voxels that triangles meet, to the bit as the device finds them: particles of `fountain` bounce off them, and tests compare the device's
-//! with them. Twin of glsl/grid/overlap.glsl and voxelize.comp: nothing in either is divided, fused or put in another order.
+//! Voxels that triangles meet. Particles of `fountain` bounce off them, and tests compare them with the device's. Twin of
+//! glsl/grid/overlap.glsl and voxelize.comp, with the same bits: neither divides, fuses or reorders operations.
 
 use super::fountain_law::Place;
 use std::array::from_fn;
@@ -8,7 +8,7 @@ use std::array::from_fn;
 const SLACK: f32 = 1e-4;
 
 impl Place {
-    /// In voxels from the corner.
+    /// A position in voxels from the grid's corner.
     pub fn voxels(&self, position: [f32; 3]) -> [f32; 3] {
         from_fn(|i| (position[i] - self.origin[i]) * self.per_unit)
     }
@@ -21,19 +21,19 @@ pub(crate) struct Facet {
     normal: [f32; 3],
     pub(crate) first: [u32; 3],
     pub(crate) last: [u32; 3],
-    /// Voxels, or cells, are so much larger to each side.
+    /// By how much voxels, or cells, are enlarged on each side.
     slack: f32,
-    /// The uncertainty of its plane, in lengths of its normal times voxels.
+    /// The rounding error of its plane, in lengths of its normal times voxels.
     error: f32,
 }
 
 impl Facet {
-    /// A triangle whose corners are in voxels, or in cells of which a voxel's side has so many.
+    /// A triangle whose corners are given in voxels, or in cells, of which there are `cells` per side of a voxel.
     fn of(corners: [[f32; 3]; 3], size: u32, cells: u32) -> Self {
         Self::slack(corners, size, SLACK * cells as f32)
     }
 
-    /// Where it is listed. Twin: glsl/grid/lists/meets.glsl.
+    /// A triangle as it is tested for the lists of voxels, with more slack. Twin: glsl/grid/lists/meets.glsl.
     pub(crate) fn listed(corners: [[f32; 3]; 3], size: u32) -> Self {
         let facet = Self::slack(corners, size, 1.0 / 512.0);
         let side = facet.edges.as_flattened().iter().fold(0.0f32, |side, c| side.max(c.abs()));
@@ -52,18 +52,18 @@ impl Facet {
         Self { corners, edges, normal, first, last, slack, error: 0.0 }
     }
 
-    /// Its box, larger by the slack. Twins: low_of, high_of.
+    /// The triangle's box, enlarged by the slack. Twins: low_of, high_of.
     pub(crate) fn bounds(&self) -> [[f32; 3]; 2] {
         let [a, b, c] = self.corners;
         [from_fn(|i| a[i].min(b[i].min(c[i])) - self.slack), from_fn(|i| a[i].max(b[i].max(c[i])) + self.slack)]
     }
 
-    /// Whether it is one point, which casts nothing. Twin: facet_is_point.
+    /// Whether all corners are the same point, so that it casts nothing. Twin: facet_is_point.
     pub(crate) fn is_point(&self) -> bool {
         self.edges == [[0.0; 3]; 3]
     }
 
-    /// Whether it meets a voxel of its box. Source: Schwarz and Seidel 2010, section 3.
+    /// Whether it meets a voxel that lies in its box. Source: Schwarz and Seidel 2010, section 3.
     pub(crate) fn meets(&self, voxel: [u32; 3]) -> bool {
         let corner = voxel.map(|v| v as f32);
         let seen: [[f32; 3]; 3] = self.corners.map(|c| from_fn(|i| c[i] - corner[i]));
@@ -94,15 +94,15 @@ fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
     at + reach + slack >= 0.0
 }
 
-/// The bits of all levels. Twin: what glsl/grid/grid.glsl says of them.
+/// The bits of all levels, in the layout of glsl/grid/grid.glsl.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bits {
     pub(crate) size: u32,
-    /// Levels one behind the other, 64 bits per word.
+    /// All levels one after the other, 64 bits per word.
     pub words: Vec<u64>,
 }
 
-/// Levels of bits.
+/// Number of levels.
 const LEVELS: u32 = 3;
 
 impl Bits {
@@ -110,13 +110,13 @@ impl Bits {
         size >> (2 * level + 2)
     }
 
-    /// None.
+    /// A grid without any bit set.
     pub(crate) fn none(size: u32) -> Self {
         let words = (0..LEVELS).map(|level| Self::side(size, level).pow(3)).sum::<u32>();
         Self { size, words: vec![0; words as usize] }
     }
 
-    /// The word of a level that a voxel is in, and its bit there.
+    /// The word and bit of a voxel on a level.
     pub(crate) fn place(&self, level: u32, voxel: [u32; 3]) -> (usize, u32) {
         let at = (0..level).map(|l| Self::side(self.size, l).pow(3)).sum::<u32>();
         let [x, y, z] = voxel.map(|v| v >> (2 * level + 2));
@@ -125,12 +125,12 @@ impl Bits {
         ((at + (z * side + y) * side + x) as usize, bit[0] | bit[1] << 2 | bit[2] << 4)
     }
 
-    /// Voxels of triangles whose corners are in voxels. Twin: glsl/grid/voxelize.comp.
+    /// The voxels that triangles meet, whose corners are given in voxels. Twin: glsl/grid/voxelize.comp.
     pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
         Self::voxelize_cells(triangles, size, 1)
     }
 
-    /// Voxels of triangles whose corners are in cells, of which a voxel's side has so many.
+    /// The cells that triangles meet, whose corners are given in cells; a voxel has `cells` cells per side.
     pub(crate) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
         let mut bits = Self::none(size);
         for corners in triangles {

@@ -20,14 +20,15 @@ pub struct Cells {
     pub(super) per_cell: f32,
     /// Optical depth of a unit.
     pub(super) unit: f32,
-    /// Units up to the end of each cell, without `dark`.
+    /// Units of optical depth up to the end of each cell, without the segment in `dark`.
     sums: [u32; CELLS],
-    /// Depths of the first segment that lets nothing through: from where, and where it does so.
+    /// The first segment that ends all light: the depth at which it begins, and the depth at which nothing is left.
     pub(super) dark: Option<(f32, f32)>,
 }
 
 impl Cells {
-    /// Adds up segments, in any order; none of no segments. `bound` is that of the texel's tile.
+    /// Adds up segments, in any order; none where there are no segments. `bound` is the bound of the texel's tile
+    /// ([`bound`](crate::reference::twin::sums::bound)).
     pub fn new(segments: &[Segment], bound: u64) -> Option<Self> {
         if segments.is_empty() {
             return None;
@@ -63,7 +64,7 @@ impl Cells {
         Some(Self { low, per_cell, unit: 1.0 / scale, sums, dark })
     }
 
-    /// Up to the end of a cell.
+    /// Optical depth up to the end of a cell.
     pub(super) fn optical_depth(&self, cell: usize) -> f32 {
         self.sums[cell] as f32 * self.unit
     }
@@ -78,7 +79,7 @@ impl Cells {
         }
     }
 
-    /// The ends, a bit per cell. Twin: ends_that_stay.
+    /// The ends of cells that the curve needs, a bit per cell: leaving out any other end loses less area than `loss`. Twin: ends_that_stay.
     fn ends_that_stay(&self, loss: f32) -> u64 {
         let mut ends = 1 << (CELLS - 1);
         let (mut before, mut extent) = (0.0f32, 1.0);
@@ -96,7 +97,7 @@ impl Cells {
         ends
     }
 
-    /// The ends of cells that the curve is made from, bit i: of cell i. Twin: the masks of main.
+    /// The ends of cells that the curve is made from; bit i stands for cell i. Twin: the masks of main.
     pub fn ends(&self, build: Build) -> u64 {
         let Build { nodes, turns, .. } = build;
         let square = (nodes * nodes) as f32;
@@ -105,7 +106,7 @@ impl Cells {
         (0..GROUPS - 1).map(at).find(|ends| few_enough(*ends)).unwrap_or_else(|| at(GROUPS - 1))
     }
 
-    /// The curve through the ends that stay, compressed. Twin: the rest of main.
+    /// Makes the curve through the ends of cells that it needs, and compresses it. Twin: the rest of main.
     pub fn curve(&self, build: Build) -> Curve {
         let ends = self.ends(build);
         let mut curve = Curve::new(build);
@@ -175,7 +176,7 @@ mod tests {
         })
     }
 
-    /// A bound for the sum over segments, each as if it were a sphere of that optical depth.
+    /// A bound for the sum over segments, treating each as a sphere of its optical depth.
     fn bound_of(segments: &[Segment]) -> u64 {
         let casters: Vec<_> = segments
             .iter()
@@ -185,7 +186,7 @@ mod tests {
     }
 
     proptest! {
-        /// At the ends of cells the sums are the truth, and the order of the segments is no matter.
+        /// At the ends of cells the sums equal the truth, and the order of the segments makes no difference.
         #[test]
         fn sums_are_exact_at_the_ends(list in segments()) {
             let cells = Cells::new(&list, bound_of(&list)).expect("some segments");
@@ -196,8 +197,8 @@ mod tests {
                 let rising = |(from, at): (f32, f32)| (end - f64::from(from)) / f64::from((at - from).max(1e-7));
                 let dark = f64::from(DARK) * cells.dark.map_or(0.0, rising).clamp(0.0, 1.0);
                 let through = (-f64::from(cells.optical_depth(cell)) - dark).exp();
-                // A cell's end is only known up to rounding, and dense short segments are steep there. Beyond an
-                // optical depth of 16 all is dark.
+                // A cell's end is known only up to rounding, where dense short segments are steep. Beyond an optical depth of 16 nothing
+                // counts.
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
             }
@@ -206,8 +207,8 @@ mod tests {
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
         }
 
-        /// Many segments that take a few units in each cell are not all rounded the same way: the error of their sum grows as the root of
-        /// their number.
+        /// Many segments that add a few units to each cell are not all rounded the same way: the error of their sum grows with the square
+        /// root of their number.
         #[test]
         fn roundings_new_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
             const MANY: usize = 4096;
@@ -217,13 +218,13 @@ mod tests {
                 (state >> 40) as f32 / (1u64 << 24) as f32
             };
             let cells_long = length * CELLS as f32;
-            // The bound makes a unit of an optical depth of 2⁻¹⁶. What a segment takes in all is a whole number.
+            // With this bound a unit is an optical depth of 2⁻¹⁶. Each segment is a whole number of units.
             let optical_depth = (units * cells_long).round() / 65536.0;
             let mut list: Vec<_> = (0..MANY)
                 .map(|_| random() * (1.0 - length))
                 .map(|entry| Segment { entry, exit: entry + length, optical_depth })
                 .collect();
-            // From 0 to 1 there are 64 cells.
+            // This segment makes the 64 cells reach from 0 to 1.
             list.push(Segment { entry: 0.0, exit: 1.0, optical_depth: 0.0 });
             let cells = Cells::new(&list, 1 << 22).expect("some segments");
             prop_assert_eq!(cells.unit, 1.0 / 65536.0);
@@ -231,7 +232,8 @@ mod tests {
                 let end = (cell + 1) as f32 / CELLS as f32;
                 let taken = |s: &Segment| f64::from(s.optical_depth) * f64::from(((end - s.entry) / length).clamp(0.0, 1.0));
                 let exact: f64 = list.iter().map(taken).sum::<f64>() * 65536.0;
-                // A cell's share is rounded up or down, by half a unit in the root of the mean square at most; of so many cells.
+                // Each segment's share of a cell is rounded by at most half a unit (root mean square), over as many cells as a segment is
+                // long.
                 let most = 5.0 * (MANY as f64).sqrt() * f64::from(0.5 * cells_long + 1.0);
                 let off = f64::from(cells.sums[cell]) - exact;
                 prop_assert!(off.abs() < most, "{off} units of {exact}, not {most}");

@@ -16,9 +16,9 @@ pub struct Build {
     pub work: usize,
     /// EXPONENTIAL.
     pub interpolation: Interpolation,
-    /// NUDGE: removals keep the area under the curve, and the first node may go.
+    /// NUDGE: a removal moves neighbouring nodes to keep the area under the curve, and the first node may be removed too.
     pub nudge: bool,
-    /// TURNS: how often nodes of odd and of even number are moved to where sums in cells want them.
+    /// TURNS: how many times nodes are moved to fit the sums in cells; odd nodes and even nodes take turns.
     pub turns: usize,
 }
 
@@ -28,8 +28,8 @@ pub struct Curve {
     pub(super) build: Build,
     /// (depth, value), depths rising.
     pub(super) nodes: Vec<(f32, f32)>,
-    /// Smallest relative gap between the cheapest and the second cheapest removal so far. Where it is tiny, a device
-    /// that rounds differently may rightly remove another node.
+    /// Smallest relative gap in cost between the cheapest and the second cheapest removal so far. Where it is tiny, a device that rounds
+    /// differently may correctly remove another node.
     pub margin: f32,
 }
 
@@ -162,7 +162,7 @@ impl Curve {
         }
         let others = costs.iter().enumerate().filter(|(i, _)| *i != cheapest).map(|(_, c)| *c);
         let second = others.fold(f32::INFINITY, f32::min);
-        // Relative to the area of the whole range, 1: two removals that cost next to nothing are no choice either.
+        // At least relative to 1e-5 of the whole range's area: between two removals that cost almost nothing the choice is open too.
         self.margin = self.margin.min((second - costs[cheapest]) / second.max(1e-5));
         let gone = first + cheapest;
         match (nudged, gone) {
@@ -173,7 +173,7 @@ impl Curve {
         self.nodes.remove(gone);
     }
 
-    /// By how much the area under the curve grows when node `i`, not the first, goes. Twin: remove_cheapest.
+    /// By how much the area under the curve grows when node `i`, which is not the first, is removed. Twin: remove_cheapest.
     fn removal_change(&self, i: usize, spans: &[Span]) -> f32 {
         let (before, behind) = (&spans[i - 1], &spans[i]);
         let triangle = 0.5 * (behind.extent * before.rise - before.extent * behind.rise);
@@ -201,7 +201,7 @@ impl Curve {
         Span { extent, rise, mean }
     }
 
-    /// Moves the neighbours of node `gone` by `change`, to make up for it. Twin: remove_cheapest.
+    /// Moves the neighbours of node `gone`, to make up for the `change` of area that its removal causes. Twin: remove_cheapest.
     fn nudge(&mut self, gone: usize, spans: &[Span], change: f32) {
         let span = |i: Option<usize>| i.and_then(|i| spans.get(i));
         let (p, q) = (span(gone.checked_sub(2)), span(Some(gone + 1)));
@@ -222,8 +222,8 @@ impl Curve {
     }
 }
 
-/// When the first node is removed: how far behind it the second one's step is, as a share of the way to the first. Twin:
-/// remove_cheapest.
+/// When the first node is removed, the second node moves towards it: how far behind the first it then stands, as a share of the first span.
+/// Twin: remove_cheapest.
 fn share(first: &Span, second: &Span) -> f32 {
     if second.mean < 0.999 { ((first.mean - second.mean) / (1.0 - second.mean)).clamp(0.0, 1.0) } else { 1.0 }
 }
@@ -304,7 +304,7 @@ mod tests {
             prop_assert!((f64::from(last) - (-total).exp()).abs() < 1e-5, "{last} is not {}", (-total).exp());
         }
 
-        /// What begins where an optical depth of DARK has been taken is left out, and nothing else is. (No node has to go.)
+        /// A segment that begins where the optical depth has reached DARK is left out, and no other. (There is room for all nodes.)
         #[test]
         fn nothing_goes_in_behind_the_dark(list in segments(), linear: bool, at in 0.0..1.0f32) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
@@ -315,7 +315,7 @@ mod tests {
             prop_assert_eq!(curve == before, before.transmittance(at) <= (-DARK).exp());
         }
 
-        /// With room for every node nothing is removed, and the curve is exact at its own interpolation.
+        /// With room for every node, nothing is removed and the curve is exact.
         #[test]
         fn exact_while_there_is_room(list in segments()) {
             let list = &list[..list.len().min(8)];

@@ -8,19 +8,19 @@ const STEEP: f32 = 0.0625;
 const DIM: f32 = 1e-7;
 const STRAIGHT: f32 = 1e-10;
 
-/// A whole curve at the ends of even cells.
+/// A curve before compression, sampled at the ends of even cells.
 pub(super) struct Ends {
     /// Depth at which the first cell begins.
     pub low: f32,
     pub per_cell: f32,
-    /// Depth from which on it is to stay as it is.
+    /// Nodes from this depth on are not moved.
     pub dark_from: f32,
-    /// Up to the end of each cell.
+    /// Optical depth up to the end of each cell.
     pub optical_depth: [f32; CELLS],
 }
 
 impl Ends {
-    /// Nodes (depth, optical depth) of odd and of even number take turns. Twin: curve_fit.
+    /// Moves nodes (depth, optical depth) nearer to the curve; odd nodes and even nodes take turns. Twin: curve_fit.
     pub(super) fn fit(&self, nodes: &mut [(f32, f32)], turns: usize) {
         for parity in (0..turns).map(|turn| (turn + 1) % 2) {
             for i in (parity..nodes.len()).step_by(2) {
@@ -97,7 +97,7 @@ mod tests {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::TestRunner;
 
-    /// As much as cells hold of so few.
+    /// A bound for few and thin segments ([`Cells::new`]).
     const BOUND: u64 = 1 << 12;
 
     fn build(nodes: usize) -> Build {
@@ -111,7 +111,7 @@ mod tests {
         })
     }
 
-    /// What its nodes are off the curve in all, at the ends of cells, as light.
+    /// Sum of the errors in transmittance of a curve through `nodes`, at the ends of cells.
     fn error(cells: &Cells, nodes: &[(f32, f32)]) -> f32 {
         let off = |cell: usize| {
             let depth = cells.low + (cell + 1) as f32 / cells.per_cell;
@@ -126,7 +126,7 @@ mod tests {
         (0..CELLS).map(off).sum()
     }
 
-    /// A curve of enough nodes already is where it should be.
+    /// Where the nodes already are exact, fitting does not move the curve.
     #[test]
     fn what_is_exact_stays() {
         // A whole number of units in each cell.
@@ -135,13 +135,13 @@ mod tests {
             let cells = Cells::new(&[segment], BOUND).expect("a segment");
             let mut nodes = cells.curve(build(8)).nodes;
             cells.ends_of_cells().fit(&mut nodes, 8);
-            // Sums are rounded to a unit, of which a fit may miss each by one more.
+            // Sums are rounded to a unit, and a fit may miss each by one unit more.
             let off = error(&cells, &nodes);
             assert!(off < 2.0 * CELLS as f32 * cells.unit, "{optical_depth}: {off}, {nodes:?}");
         }
     }
 
-    /// In all, and each curve hardly worse.
+    /// Fitting lowers the error of all curves together, and hardly raises that of any.
     #[test]
     fn fitted_curves_err_less() {
         let mut runner = TestRunner::deterministic();
@@ -163,7 +163,7 @@ mod tests {
     }
 
     proptest! {
-        /// Behind the last node the light is what it was; where it is dark nothing moves; depths and optical depths rise.
+        /// The last node keeps its value, nodes in the dark stay where they are, and depths and optical depths still rise.
         #[test]
         fn fit_keeps_what_it_must(
             list in segments(4.0),
@@ -182,7 +182,7 @@ mod tests {
             for (node, old) in nodes.iter().zip(&plain) {
                 prop_assert!(old.0 < from || node == old, "{old:?} went to {node:?}");
             }
-            // Nudging leaves roundings.
+            // Nudging may leave a fall of the size of rounding.
             let rises = |n: &[(f32, f32)]| n[0].0 <= n[1].0 && n[0].1 <= n[1].1 + 1e-5;
             prop_assert!(nodes.windows(2).all(rises), "{nodes:?}");
         }

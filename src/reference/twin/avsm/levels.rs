@@ -1,12 +1,12 @@
-//! CPU twin of glsl/maps/curve/levels.comp: the curve of a texel of a level of detail, in f32.
+//! CPU twin of glsl/maps/curve/levels.comp, in f32: the curve of a texel in a coarser level of detail.
 
 use super::curve::{Build, Curve};
 use super::node::Interpolation;
 
-/// The optical depth that stands for no light.
+/// The optical depth that is stored where no light is left.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// What one of the four below, (depth, value) of its nodes in use, lets through there. Twin: curve_at.
+/// Transmittance at `depth` of one of the four curves in the level below, from its nodes (depth, value). Twin: curve_at.
 fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f32 {
     let passed = nodes.iter().filter(|node| node.0 <= depth).count();
     let Some(before) = passed.checked_sub(1).map(|i| nodes[i]) else { return 1.0 };
@@ -23,13 +23,13 @@ fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f
     }
 }
 
-/// Even steps between whose ends nodes are chosen. Twin: STEPS.
+/// Number of even steps; nodes are chosen among their ends. Twin: STEPS.
 fn steps(nodes: usize) -> usize {
     if nodes < 16 { 16 } else { nodes - 1 }
 }
 
-/// Which ends are nodes, the last among them, at most `count`, so that what is between two is off the means by the least sum of squares; and
-/// that sum. Twin: choose_nodes.
+/// Chooses at most `count` ends as nodes, always with the last, so that the curve between nodes differs from `means` by the least sum of
+/// squares. Returns the ends and that sum. Twin: choose_nodes.
 fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> f32) -> (Vec<usize>, f32) {
     let line = |from: usize, to: usize| {
         let off = |k: usize| {
@@ -56,7 +56,7 @@ fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> 
     best.swap_remove(means.len() - 1)
 }
 
-/// The mean of four curves at as many nodes as `build` has, that of the map.
+/// The mean of four curves, with as many nodes as `build` allows; `build` is that of the map.
 pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
     let Build { nodes: count, interpolation, .. } = build;
     let mut curve = Curve::new(Build { work: count, turns: 0, ..build });
@@ -92,8 +92,8 @@ pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
     curve
 }
 
-/// Sum of squares of the differences between a curve and the mean of the four, at the ends of even steps from the first of their nodes to
-/// the last. Among all curves with nodes at these ends `merged` has the least.
+/// Sum of the squared differences between a curve and the mean of the four, at the ends of even steps from their first node to their last.
+/// No curve with nodes at these ends has a lower cost than [`merged`].
 pub fn cost(below: [&[(f32, f32)]; 4], build: Build, transmittance: impl Fn(f32) -> f32) -> f32 {
     let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
     let casts = below.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 != unshadowed));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     proptest! {
-        /// At its nodes and behind them it is the mean, and in between it does not rise.
+        /// The merged curve equals the mean at its nodes and behind them, and never rises between them.
         #[test]
         fn it_is_the_mean(curves in curves()) {
             let interpolation = Interpolation::Exponential;
@@ -150,7 +150,7 @@ mod tests {
                     prop_assert!((f64::from((-value).exp()) - of(*depth)).abs() < 1e-5, "{curve:?} at {depth}");
                 }
             }
-            // No curve of as many nodes among these ends is nearer: not that of even ones, nor that of another choice.
+            // No curve of as many nodes at other ends comes nearer: here every second, third or fifth end.
             let build = build(8);
             let curve = merged(below(), build);
             let its = cost(below(), build, |depth| curve.transmittance(depth));
@@ -173,8 +173,7 @@ mod tests {
         casts.map(|nodes| nodes[0].0).fold(f32::INFINITY, f32::min)
     }
 
-    /// Four alike are what they are, where these are even from their front to their back; and strands of two alternating texels, one
-    /// dark and one clear, leave half of the light.
+    /// Four equal slabs of even extinction merge to the same slab. Where two of four texels hold a dark strand, half of the light is left.
     #[test]
     fn closed_forms() {
         let interpolation = Interpolation::Exponential;

@@ -5,7 +5,7 @@ use crate::scene::FARTHEST;
 /// Depth of an unused node. Twin: EMPTY.
 pub const EMPTY: f32 = FARTHEST;
 
-/// Twin: EXPONENTIAL. What the nodes hold and how it is interpolated.
+/// What nodes hold, and how that is interpolated. Twin: EXPONENTIAL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
     /// Transmittance, linearly. Source: Intel's sample of 2013, "Sampling from the AVSM data structure".

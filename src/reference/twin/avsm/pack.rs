@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/curve/pack.glsl and glsl/maps/curve/store.glsl: curves in 16 bits of depth and 16 of value per node, in f32; tight
-//! ones in 8 and 8.
+//! CPU twin of glsl/maps/curve/pack.glsl and glsl/maps/curve/store.glsl: curves packed into 16 bits of depth and 16 bits of value per node,
+//! from f32. Tight curves have 8 bits of each.
 
 use super::curve::Curve;
 use super::node::{EMPTY, Interpolation};
@@ -7,7 +7,7 @@ use super::node::{EMPTY, Interpolation};
 /// Twin: LEAST_EXTENT.
 const LEAST_EXTENT: f32 = 1e-30;
 
-/// A packed curve: as many words as it has room for nodes.
+/// A packed curve: one word per node that it has room for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
     /// Depth of the first node; [`EMPTY`] where there is none.
@@ -40,7 +40,7 @@ pub fn unpack_value(code: u32, interpolation: Interpolation) -> f32 {
     }
 }
 
-/// A byte of value. Twin: pack_value where TIGHT.
+/// A value in one byte, for tight curves. Twin: pack_value where TIGHT.
 pub fn tight_value(value: f32, interpolation: Interpolation) -> u32 {
     let code = match interpolation {
         Interpolation::Exponential => 256.0 * (value / (1.0 + value)),
@@ -65,14 +65,14 @@ pub fn pack(nodes: &[(f32, f32)], count: usize, interpolation: Interpolation) ->
     Packed { first, extent, words }
 }
 
-/// The nodes (depth, value), the last one as often as it stands there. Twin: unpack_node.
+/// All nodes (depth, value) of a packed curve; unused words repeat the last node. Twin: unpack_node.
 pub fn unpack(packed: &Packed, interpolation: Interpolation) -> Vec<(f32, f32)> {
     let step = packed.extent * (1.0 / 65535.0);
     let node = |word: &u32| (packed.first + (word >> 16) as f32 * step, unpack_value(word & 0xFFFF, interpolation));
     packed.words.iter().map(node).collect()
 }
 
-/// What is left of a curve where it is stored packed.
+/// A curve after packing and unpacking, with the rounding of both.
 pub fn packed(curve: &Curve) -> Curve {
     let interpolation = curve.build.interpolation;
     let nodes = unpack(&pack(&curve.nodes, curve.build.nodes, interpolation), interpolation);
@@ -86,7 +86,7 @@ mod tests {
 
     const BOTH: [Interpolation; 2] = [Interpolation::Linear, Interpolation::Exponential];
 
-    /// Half a code of transmittance, and as much rounding as f32 has in a code: 65,536 of 24 bits, some operations.
+    /// Half a code's step in transmittance, and a little more for the rounding of f32.
     fn half_code(interpolation: Interpolation) -> f64 {
         let steepest = if interpolation == Interpolation::Linear { 1.0 } else { 4.0 * (-1.0f64).exp() };
         0.51 * steepest / 65535.0
@@ -135,7 +135,7 @@ mod tests {
                 }
             }
         }
-        // Optical depths of none, one and many opaque segments.
+        // Optical depths of no opaque segment, of one, and of many.
         let values = [0.0, 80.0, 80.0 * 64.0, 80.0 * 10_000.0];
         let nodes: Vec<_> = (0..4).map(|i| (i as f32 / 3.0, values[i])).collect();
         let back = unpack(&pack(&nodes, 4, Interpolation::Exponential), Interpolation::Exponential);
@@ -169,7 +169,7 @@ mod tests {
             prop_assert_eq!(back[0].0, nodes[0].0);
             prop_assert!(back[nodes.len() - 1..].windows(2).all(|n| n[0] == n[1]), "unused nodes repeat the last");
             for (node, back) in nodes.iter().zip(&back) {
-                // Half a code, and the rounding of a depth.
+                // Half a code's step, and the rounding of a depth.
                 let bound = 0.51 * f64::from(packed.extent) / 65535.0 + f64::from(f32::EPSILON) * f64::from(node.0);
                 prop_assert!((f64::from(back.0) - f64::from(node.0)).abs() <= bound.max(1e-30), "{node:?} {back:?}");
                 let apart = transmittance(node.1, interpolation) - transmittance(back.1, interpolation);
@@ -179,7 +179,7 @@ mod tests {
                 prop_assert!(pair[0].0 <= pair[1].0, "depths fall");
                 prop_assert!(transmittance(pair[1].1, interpolation) <= transmittance(pair[0].1, interpolation), "rises");
             }
-            // What is packed once more stays what it is: nothing drifts.
+            // Packing again changes nothing, so values do not drift.
             let again = unpack(&pack(&back, 16, interpolation), interpolation);
             for (a, b) in again.iter().zip(&back) {
                 prop_assert_eq!(a.1, b.1);

@@ -1,17 +1,17 @@
-//! CPU twin of glsl/technique/deep_shadow_map/area.glsl: removes nodes that change the area under the curve by little, as AVSM does.
-//! Source: Salvi et al. 2010, the removal; ours: a window that goes along the curve, and a number of nodes that is not fixed.
+//! CPU twin of glsl/technique/deep_shadow_map/area.glsl: removes nodes whose removal hardly changes the area under the curve, as AVSM does.
+//! Source: Salvi et al. 2010, the removal. The window that slides along the curve is ours, and the number of nodes is not fixed.
 
-/// Nodes that may still go. Twin: WINDOW.
+/// How many nodes may still be removed at a time. Twin: WINDOW.
 const WINDOW: usize = 16;
 
 type Node = (f32, f32);
 
-/// The nodes that may still go, behind those that stay.
+/// A window of nodes that may still be removed, behind the nodes that stay.
 pub struct Window {
-    /// Removals that change the area by more are none.
+    /// A removal may change the area by this much at most.
     most: f32,
     stay: Vec<Node>,
-    /// The first is the last of those that stay, where there are any.
+    /// The nodes in the window. Where any nodes stay, the first here is the last of those.
     nodes: Vec<Node>,
 }
 
@@ -25,7 +25,7 @@ impl Window {
         if self.nodes.last() == Some(&node) {
             return;
         }
-        // A step in front of which there is nothing.
+        // The curve begins with a step, which needs no node in front of it.
         if self.stay.is_empty() && self.nodes.len() == 1 && self.nodes[0].0 == node.0 {
             self.nodes.clear();
         }
@@ -35,7 +35,7 @@ impl Window {
         }
     }
 
-    /// All that are left. Twin: window_finish.
+    /// Ends the curve and returns its nodes. Twin: window_finish.
     pub fn nodes(mut self) -> Vec<Node> {
         while self.remove() {}
         let kept = usize::from(!self.stay.is_empty());
@@ -43,7 +43,7 @@ impl Window {
         self.stay
     }
 
-    /// The first that may go stays. Twin: keep_first.
+    /// Moves the first node that may be removed to those that stay. Twin: keep_first.
     fn keep_first(&mut self) {
         if self.stay.is_empty() {
             self.stay.push(self.nodes[0]);
@@ -52,7 +52,7 @@ impl Window {
         self.stay.push(self.nodes[0]);
     }
 
-    /// Removes the node whose going changes the area least, if that is little enough. Twin: remove_least.
+    /// Removes the node whose removal changes the area least, if that is at most `most`. Twin: remove_least.
     fn remove(&mut self) -> bool {
         let n = &self.nodes;
         let change = |i: usize| area(n[i - 1], n[i + 1]) - (area(n[i - 1], n[i]) + area(n[i], n[i + 1]));
@@ -72,7 +72,7 @@ impl Window {
         true
     }
 
-    /// Moves the neighbours of a node that goes, so that the area stays; never the first or the last. Twin: remove_least.
+    /// Moves the neighbours of a removed node to keep the area, but never the first or last node. Twin: remove_least.
     fn nudge(&mut self, gone: usize, change: f32) {
         let n = &mut self.nodes;
         let (has_before, has_behind) = (gone >= 2, gone + 2 < n.len());
@@ -90,7 +90,7 @@ impl Window {
     }
 }
 
-/// Under the transmittance between two nodes. Twin: span_area.
+/// The area under the transmittance between two nodes. Twin: span_area.
 fn area(from: Node, to: Node) -> f32 {
     let (start, end, rise) = ((-from.1).exp(), (-to.1).exp(), to.1 - from.1);
     let square = rise * rise;

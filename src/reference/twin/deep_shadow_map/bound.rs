@@ -1,25 +1,25 @@
-//! CPU twin of glsl/technique/deep_shadow_map/bound.glsl: the fewest nodes that stay within an error, greedily.
+//! CPU twin of glsl/technique/deep_shadow_map/bound.glsl: nodes chosen greedily, as few as stay within an error.
 
-/// A longer rise of optical depth has windows on its way too. Twin: RISE.
+/// Where optical depth rises by more than this between two points, points between them are checked too. Twin: RISE.
 pub const RISE: f32 = 0.25;
 
-/// Part of the error that is kept for what is between two windows. Twin: BETWEEN.
+/// The part of the allowed error that is reserved for errors between checked points. Twin: BETWEEN.
 const BETWEEN: f32 = 1.0 / 64.0;
 
-/// How exact the last node is. Twin: TAIL.
+/// The allowed error of the last node. Twin: TAIL.
 const TAIL: f32 = 1e-4;
 
-/// The optical depth from which on it is so dark that lines do not matter. Twin: dark_from.
+/// The optical depth beyond which so little light is left that points between nodes need no check. Twin: dark_from.
 pub fn dark_from(error: f32) -> f32 {
     5.0 - (2.0 * error).ln()
 }
 
-/// The optical depths that are within `error` of this one. Twin: window.
+/// The range of optical depths whose transmittance is within `error` of that of `value`. Twin: window.
 fn window(value: f32, error: f32) -> [f32; 2] {
     let through = (-value).exp();
     let low = -(through + error).min(1.0).ln();
-    // Where more than half of the light that is left is error, no more than the line that touches the bound there: it is bent, and
-    // what is below it at two ends must be below it between them.
+    // Where `error` is more than half of the light left, the bound is the tangent to the exact bound instead. The exact bound is curved,
+    // and a line below it at two points must be below it between them.
     let high = if through >= 2.0 * error {
         -(through - error).ln()
     } else {
@@ -28,13 +28,13 @@ fn window(value: f32, error: f32) -> [f32; 2] {
     [low.max(0.0), high]
 }
 
-/// Nodes as they come.
+/// Chooses nodes while the points of a curve arrive in order.
 pub struct Lines {
     error: f32,
     /// Optical depth of the whole curve.
     total: f32,
     all: Vec<(f32, f32)>,
-    /// From the last node on: the least and the greatest slope of a line that is in all windows.
+    /// The least and greatest slope of a line from the last node that passes through all windows since.
     slopes: [f32; 2],
     /// The last point.
     end: (f32, f32),
@@ -56,7 +56,7 @@ impl Lines {
         self.end = node;
     }
 
-    /// Ends the line at the last point, as near to it as it can. Twin: line_end.
+    /// Ends the line at the last point's depth, as near to the point as the slopes allow. Twin: line_end.
     fn finish(&mut self) {
         let (depth, value) = self.all[self.all.len() - 1];
         let along = self.end.0 - depth;
@@ -90,7 +90,7 @@ impl Lines {
         }
         let from = self.all[self.all.len() - 1];
         if depth > from.0 {
-            // A line from where the last one ended is in this window.
+            // The last line has just ended, so only this window bounds the next one.
             let along = depth - from.0;
             self.slopes = [((low - from.1) / along).max(0.0), (high - from.1) / along];
             self.end = (depth, value);
@@ -102,7 +102,8 @@ impl Lines {
         }
     }
 
-    /// A step at the depth of the last node. The first has nothing in front of it, and of several the last counts.
+    /// A step at the depth of the last node. A first step needs no node in front of it; where several steps are at one depth, only the last
+    /// counts.
     fn step(&mut self, depth: f32, value: f32) {
         let count = self.all.len();
         if count == 1 || self.all[count - 2].0 == depth {

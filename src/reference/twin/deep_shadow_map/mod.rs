@@ -1,5 +1,5 @@
-//! CPU twin of glsl/technique/deep_shadow_map/: a texel's whole curve, in whole numbers, and its compression. Source:
-//! Lokovic and Veach 2000; the sums are ours.
+//! CPU twin of glsl/technique/deep_shadow_map/: a texel's exact curve, summed in whole numbers, and its compression. Source: Lokovic and
+//! Veach 2000; the sums are ours.
 
 mod area;
 mod bound;
@@ -12,11 +12,11 @@ use super::sums::DARK;
 /// Steps of depth in the light's range. Twin: DEPTH_STEPS.
 const DEPTH_STEPS: f32 = 16_777_216.0;
 
-/// Bits of a texel's optical depth in whole numbers, of 64: two are room for rounding. Twin: SUM_BITS.
+/// Bits of a texel's optical depth in a whole number of 64 bits; the other two are room for rounding. Twin: SUM_BITS.
 const SUM_BITS: i32 = 62;
 
-/// Where each segment begins and where it ends, in the order of depth. An event has the depth where it happens, that of the other
-/// end, and what the segment takes. Twin: events.comp.
+/// The begin and end of each segment, sorted by depth. An event's `entry` is the depth where it happens, and its `exit` the depth of the
+/// segment's other end. Twin: events.comp.
 pub fn events(segments: &[Segment]) -> Vec<Segment> {
     let ends = |s: &Segment| {
         if s.optical_depth <= 0.0 {
@@ -34,17 +34,17 @@ pub fn events(segments: &[Segment]) -> Vec<Segment> {
     events
 }
 
-/// How nodes are left out. Twin: BY_AREA.
+/// Which nodes are left out. Twin: BY_AREA.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Removal {
-    /// Where lines stay within the error.
+    /// Those without which lines stay within the error.
     Bound,
-    /// Where the area under the curve changes by no more than 4 times the error's square.
+    /// Those without which the area under the curve changes by at most 4 times the error's square.
     Area,
 }
 
-/// The nodes of a texel, (depth, optical depth), depths rising; two at one depth are a step. In front of the first the light is
-/// whole, behind the last it stays.
+/// The nodes of a texel, (depth, optical depth), depths rising; two at one depth are a step. In front of the first node all light is left;
+/// behind the last, optical depth stays the same.
 pub fn nodes(segments: &[Segment], removal: Removal, error: f32) -> Vec<(f32, f32)> {
     let events = events(segments);
     match removal {
@@ -61,7 +61,7 @@ pub fn nodes(segments: &[Segment], removal: Removal, error: f32) -> Vec<(f32, f3
     }
 }
 
-/// The look-up. Twin: texel_transmittance in visibility.glsl.
+/// Transmittance at `depth`. Twin: texel_transmittance in visibility.glsl.
 pub fn transmittance(nodes: &[(f32, f32)], depth: f32) -> f32 {
     let before = nodes.partition_point(|node| node.0 <= depth);
     if before == 0 {
@@ -72,7 +72,7 @@ pub fn transmittance(nodes: &[(f32, f32)], depth: f32) -> f32 {
     (-(near.1 * (1.0 - along) + far.1 * along)).exp()
 }
 
-/// Optical depth of all segments; each is counted where it begins.
+/// Optical depth of all segments; only the event at a segment's begin counts.
 fn total(events: &[Segment]) -> f32 {
     events.iter().filter(|e| e.exit >= e.entry).map(|e| e.optical_depth).sum()
 }
@@ -81,9 +81,10 @@ fn steps(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * DEPTH_STEPS) as u32
 }
 
-/// Goes along the curve, whatever its length, in whole numbers, and hands over its points. Twin: sweep.
+/// Sweeps along the curve, summing in whole numbers, and hands its points to `point`: depth, optical depth, and whether it is the last.
+/// Twin: sweep.
 ///
-/// Rises have points on their way as far as `dark`.
+/// Long rises get points on the way, up to an optical depth of `dark`.
 fn sweep(events: &[Segment], mut point: impl FnMut(f32, f32, bool), dark: f32) {
     if events.is_empty() {
         return;

@@ -19,18 +19,18 @@ const LEAST_NEAR: f32 = 0.25;
 /// Twin: TAKEN_BITS.
 const TAKEN_BITS: u32 = 18;
 
-/// Values by which lights choose. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
+/// Values by which each light chooses its points. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
     /// Texels per side of a map.
     pub size: u32,
-    /// Points that a light takes at most.
+    /// Number of points that a light takes, at most.
     pub points: u32,
     /// Area of all triangles.
     pub area: f32,
     /// The viewer's eye.
     pub eye: V3,
-    /// Up to here from the eye nothing is taken for farther.
+    /// Clusters nearer to the eye than this all count as near.
     pub near: f32,
     /// Which points are left out.
     pub culling: Culling,
@@ -41,7 +41,7 @@ pub fn taken_index(code: u32) -> usize {
     (code & ((1 << TAKEN_BITS) - 1)) as usize
 }
 
-/// How often the area of its cluster was halved for a point.
+/// How many times the cluster's area was halved to get the area that a point stands for.
 pub fn halved(code: u32) -> u32 {
     code >> TAKEN_BITS
 }
@@ -103,7 +103,7 @@ fn count_of(rank: u32, rate: u32) -> u32 {
     if rank == 0 { 0 } else { count.clamp(1, CLUSTER as u32) }
 }
 
-/// The points that a light takes: their places in the pool, and how often the area of their cluster was halved.
+/// The points that a light takes. Each is a code of its place in the pool and of how many times its cluster's area was halved.
 pub fn taken(choice: &Choice, light: u32, origin: V3, forward: V3, clusters: &[Cluster]) -> Vec<u32> {
     let ranks: Vec<_> = clusters.iter().map(|cluster| rank_of(choice, origin, forward, cluster)).collect();
     let at = |rank: u32, rate: u32, more: u32| count_of(rank, rate + u32::from(rank >= more));

@@ -3,25 +3,25 @@
 use super::map::{V3, dot, minus};
 use super::splat::Point;
 
-/// Points of a cluster. Twin: CLUSTER.
+/// Number of points in a cluster. Twin: CLUSTER.
 pub const CLUSTER: usize = 64;
 
 /// Twin: IsmCluster.
 #[derive(Clone, Copy, Debug)]
 pub struct Cluster {
-    /// World units.
+    /// Middle of the points' bounding box, world units.
     pub middle: V3,
-    /// How far the farthest point is from there.
+    /// The farthest point's distance from the middle.
     pub reach: f32,
-    /// The mean; 0 where they have none.
+    /// The mean normal; 0 where the normals cancel out.
     pub normal: V3,
-    /// How far a normal is from the mean, at most.
+    /// The greatest distance between a point's normal and the mean.
     pub spread: f32,
-    /// Half the sides of the box about the middle, along the world's axes, that all of them are in.
+    /// Half the sides of the points' bounding box, along the world's axes.
     pub sides: V3,
-    /// How far a point is from the plane through the middle, at most.
+    /// The greatest distance of a point from the plane through the middle.
     pub thick: f32,
-    /// Whether all are of closed things.
+    /// Whether all points lie on closed surfaces.
     pub closed: bool,
 }
 

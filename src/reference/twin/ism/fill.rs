@@ -73,7 +73,7 @@ pub fn push(map: &mut Levels, radius: f32) {
     }
 }
 
-/// All of it. Twin: glsl/technique/ism/fill.comp.
+/// Fills the holes of a map: pull, then push. Twin: glsl/technique/ism/fill.comp.
 pub fn fill(map: &mut Levels, radius: f32) {
     pull(map, radius);
     push(map, radius);

@@ -1,9 +1,9 @@
 //! Twin of glsl/technique/ism/map.glsl.
 
-/// The type of a vector here.
+/// A vector.
 pub type V3 = [f32; 3];
 
-/// The sum of products, from the first on.
+/// The dot product, summed in order.
 pub fn dot(a: V3, b: V3) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -43,14 +43,14 @@ impl Axes {
 /// A map's distances on all levels, the finest first; infinite where nothing is. Twins: ISM_SIZE, ISM_LEVELS.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
-    /// Texels per side of the finest.
+    /// Texels per side of the finest level.
     pub size: u32,
     /// Level after level, rows of texels.
     pub levels: Vec<Vec<f32>>,
 }
 
 impl Levels {
-    /// Empty ones, down to 4 texels per side.
+    /// Empty levels, down to 4 texels per side.
     pub fn new(size: u32) -> Self {
         let sides = std::iter::successors(Some(size), |side| Some(side / 2)).take_while(|side| *side >= 4);
         Self { size, levels: sides.map(|side| vec![f32::INFINITY; (side * side) as usize]).collect() }
@@ -66,7 +66,7 @@ impl Levels {
         self.levels[level][(y * self.side(level) + x) as usize]
     }
 
-    /// Sets it.
+    /// Sets the distance in a texel.
     pub fn set(&mut self, level: usize, [x, y]: [i32; 2], distance: f32) {
         let at = (y * self.side(level) + x) as usize;
         self.levels[level][at] = distance;

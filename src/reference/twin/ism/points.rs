@@ -23,7 +23,7 @@ pub fn point_of(light: u32, stratum: u32, points: u32) -> u32 {
     hash(hash(light).wrapping_add(stratum / RUN)) % SUBSETS * points + stratum
 }
 
-/// The area of a triangle, 0 where it has none or no finite one. Twin: glsl/technique/ism/areas.comp.
+/// The area of a triangle; 0 where it is not finite. Twin: glsl/technique/ism/areas.comp.
 pub fn area(corners: [V3; 3]) -> f32 {
     let normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
     let area = 0.5 * dot(normal, normal).sqrt();
@@ -40,7 +40,7 @@ pub fn scale_of(area: f32) -> f32 {
     f32::from_bits(((127 + 29 - exponent.clamp(-96, 127)) as u32) << 23)
 }
 
-/// The weight up to each triangle, itself included. Twins: glsl/technique/ism/sums.comp, offsets.comp.
+/// Prefix sums of the triangles' weights, each with the triangle itself. Twins: glsl/technique/ism/sums.comp, offsets.comp.
 pub fn sums(areas: &[f32], scale: f32) -> Vec<u32> {
     let mut sum = 0;
     let next = |area: &f32| {
@@ -50,7 +50,7 @@ pub fn sums(areas: &[f32], scale: f32) -> Vec<u32> {
     areas.iter().map(next).collect()
 }
 
-/// A point: its triangle, and where it stands. None where nothing has any area. Twin: glsl/technique/ism/points.comp.
+/// A point on the meshes: its triangle and its position. None where no triangle has an area. Twin: glsl/technique/ism/points.comp.
 pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
     let total = u64::from(*sums.last().filter(|total| **total > 0)?);
     let (subset, stratum) = (index / points, index % points);
@@ -72,7 +72,7 @@ pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Op
 const HALVINGS: u32 = 20;
 const LONGER: f32 = 1.01;
 
-/// The place in a triangle at `weight` of its `wide`, on the curve through it. Twin: place_at.
+/// The place at `weight` of `wide` along a space-filling curve through a triangle. Twin: place_at.
 pub fn place_at(corners: [V3; 3], weight: u32, wide: u32) -> [f32; 2] {
     let places: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     let (mut longest, mut most) = (0, 0.0);
@@ -99,7 +99,7 @@ pub fn place_at(corners: [V3; 3], weight: u32, wide: u32) -> [f32; 2] {
     apex
 }
 
-/// As [`point`], of the pool in order along all triangles. Twin: glsl/technique/ism/points.comp, ISM_ADAPTIVE.
+/// As [`point`], for a pool of points in order along all triangles. Twin: glsl/technique/ism/points.comp, ISM_ADAPTIVE.
 pub fn point_along(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
     let total = u64::from(*sums.last().filter(|total| **total > 0)?);
     let before = |index: u32| total * u64::from(index) / u64::from(points * SUBSETS);

@@ -12,25 +12,25 @@ const DEEP: f32 = 1.5;
 /// Twin: OWN_NEAR.
 const OWN_NEAR: f32 = 0.3;
 
-/// A point: where it stands, its normal, and whether that looks out of something closed.
+/// A point on a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// World units.
     pub position: V3,
     /// Unit length.
     pub normal: V3,
-    /// Whether it belongs to a closed thing.
+    /// Whether the point lies on a closed surface.
     pub closed: bool,
 }
 
 /// Twins: ISM_CULLING, ISM_SLIDE.
 #[derive(Clone, Copy, Debug)]
 pub struct Culling {
-    /// Leave out a side of closed things.
+    /// Leave out the points on one side of closed surfaces.
     pub on: bool,
-    /// That which turns away from the light, else that which faces it.
+    /// Leave out the side that faces the light and keep the far side; else the other way round.
     pub far: bool,
-    /// Tell facing by the normals alone.
+    /// Decide by normals alone which side faces the light.
     pub slide: bool,
 }
 
@@ -44,7 +44,7 @@ pub fn is_before(origin: V3, forward: V3, offset: V3) -> bool {
     dot(forward, offset) > SLANT * sum(offset) + ROUNDING * sum(origin)
 }
 
-/// Whether a point before the light's plane casts. Twin: is_seen.
+/// Whether a point before the light's plane casts a shadow, or is culled. Twin: is_seen.
 pub fn is_seen(point: &Point, forward: V3, offset: V3, culling: Culling) -> bool {
     let along = if culling.slide { forward } else { offset };
     let away = dot(point.normal, along);
@@ -56,29 +56,29 @@ pub fn is_seen(point: &Point, forward: V3, offset: V3, culling: Culling) -> bool
 pub struct Bounds {
     /// World units.
     pub middle: V3,
-    /// Half of them.
+    /// Half the sides of the box.
     pub sides: V3,
 }
 
-/// A point that a light takes: the radius of its disc, and the limit of that, if any.
+/// A point that a light takes, with its disc's radius and the box that limits the disc.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
-    /// Where it stands.
+    /// The point.
     pub point: Point,
     /// World units.
     pub radius: f32,
-    /// None where points do not adapt.
+    /// Box outside which the disc is cut off; none where points do not adapt.
     pub bounds: Option<Bounds>,
 }
 
-/// A point, projected. Twin: Splat.
+/// A point's disc, projected into a light's map. Twin: Splat.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat {
-    /// On which it is splatted.
+    /// The level into which it is splatted.
     pub level: usize,
-    /// Its middle, texels of the level.
+    /// Middle of the disc, texels of the level.
     pub middle: [f32; 2],
-    /// How far texels are that may have it, texels of the level.
+    /// How far from the middle a texel may be covered, texels of the level.
     pub extent: [f32; 2],
     offset: V3,
     normal: V3,
@@ -125,14 +125,14 @@ pub fn project(size: u32, axes: &Axes, origin: V3, taken: &Taken, culling: Culli
 }
 
 impl Splat {
-    /// How far the point's plane is in its own texel. Twin: own_distance.
+    /// Distance of the point's plane, along the ray of the texel that the point falls into. Twin: own_distance.
     fn own_distance(&self, side: i32, own: [i32; 2]) -> f32 {
         let way = map_way(texel_place(side, own));
         let along = self.plane / dot(self.normal, way);
         if along > 0.0 { (along * (2.0 - way[2])).max(self.least).min(self.most) } else { self.distance }
     }
 
-    /// The disc's distance in the middle of a texel; none where it is not there. Twin: disc_at.
+    /// The disc's distance along the ray of a texel's middle; none where the ray misses the disc. Twin: disc_at.
     pub fn disc_at(&self, axes: &Axes, side: i32, texel: [i32; 2]) -> Option<f32> {
         let way = map_way(texel_place(side, texel));
         let along = self.plane / dot(self.normal, way);
@@ -147,7 +147,7 @@ impl Splat {
         covered.then_some(along * (2.0 - way[2]))
     }
 
-    /// Texels and the distances that the point leaves there.
+    /// The texels that the disc covers, and its distance in each.
     pub fn texels(&self, axes: &Axes, side: i32) -> Vec<([i32; 2], f32)> {
         let own = self.middle.map(|m| m.floor() as i32);
         let inside = |t: i32| (0..side).contains(&t);
@@ -165,7 +165,8 @@ impl Splat {
     }
 }
 
-/// All points of a light. Twins: glsl/technique/ism/tiled.comp and splat.comp, up to the holes.
+/// The map of a light from all its points, before holes are filled; and how many points were not culled. Twins:
+/// glsl/technique/ism/tiled.comp and splat.comp.
 pub fn splat(size: u32, normal: V3, origin: V3, points: &[Taken], culling: Culling) -> (Levels, u32) {
     let axes = Axes::of(normal);
     let (mut levels, mut seen) = (Levels::new(size), 0);

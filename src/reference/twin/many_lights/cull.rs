@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/many_lights/cull.comp: the same bits, since nothing in either is divided or fused.
+//! Twin of glsl/consume/many_lights/cull.comp: the same bits, since neither divides or fuses operations.
 
 use crate::scene::View;
 
@@ -9,16 +9,16 @@ pub const TILE: u32 = 16;
 const FAR_ROUNDING: f32 = 2e-6;
 const NEAR_ROUNDING: f32 = 1.0001;
 
-/// Where a light stands, and 1 / radius²; 0 without an end.
+/// A light's place and reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// World units.
     pub position: [f32; 3],
-    /// 1 / world unit².
+    /// 1 / radius², 1 / world unit²; 0 for a light without an end.
     pub falloff: f32,
 }
 
-/// Words of lights of each tile, tiles row by row. `z` of each pixel, 0 where there is sky.
+/// Per tile, words with one bit per light that reaches the tile; tiles row by row. `z` has the depth of each pixel, 0 where there is sky.
 pub fn cull(camera: &View, z: &[f32], lights: &[Reach]) -> Vec<u32> {
     let size = [camera.width, camera.height];
     let words = lights.len().div_ceil(32).max(1);

@@ -1,16 +1,17 @@
 //! Twin of glsl/consume/many_lights/dither.glsl.
 
-/// Where a pixel of an ordered dither asks, along a step and twice across a voxel; `phase` as the device is pushed it.
+/// The place at which a pixel asks with ordered dither: along a step, then in two axes across a voxel, each 0 to 1. `phase` is that of
+/// `ManyLightsPush`.
 pub fn ordered([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
-    // Bayer's matrix of 4 × 4, from that of 2 × 2.
+    // Bayer's matrix of 4 × 4, made from that of 2 × 2.
     let two = |x: u32, y: u32| [[0, 2], [3, 1]][(y & 1) as usize][(x & 1) as usize];
     let place = 4 * two(x, y) + two(x >> 1, y >> 1);
     [4 * place + phase, 16 * (place % 4) + 4 * phase, 16 * (place / 4) + 4 * phase].map(|part| part as f32 / 64.0)
 }
 
-/// The same of noise.
+/// The place at which a pixel asks with noise, as in [`ordered`].
 pub fn noise([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
-    // R2: multiples of 1 / p and 1 / p², p³ = p + 1.
+    // Roberts' R2: multiples of 1 / p and 1 / p², where p³ = p + 1.
     let (a, b) = (3_242_174_889u32, 2_447_445_414u32);
     let half_way = if phase == 3 { 1 << 31 } else { 0 };
     let share = |bits: u32| ((bits >> 8) as f32 + 0.5) / (1 << 24) as f32;
@@ -23,7 +24,7 @@ pub fn noise([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Each of 4 × 4 pixels asks elsewhere, two frames together evenly; noise is even over many.
+    /// Each of 4 × 4 pixels asks at a different place, and two frames together are evenly spaced. Noise is even over many pixels.
     #[test]
     fn places_are_even() {
         let all = |phase: u32| (0..16).map(move |i| ordered([i % 4 + 8, i / 4 + 4], phase));

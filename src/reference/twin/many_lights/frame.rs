@@ -3,18 +3,18 @@
 use crate::scene::View;
 use std::array::from_fn;
 
-/// How a frame sees the world. Twin: Frame.
+/// A camera, and the directions of its pixels' rays. Twin: Frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// The camera.
     pub camera: View,
-    /// The direction at the upper left corner.
+    /// The direction at the upper left corner of the picture, with a length of 1 along z.
     pub corner: [f32; 3],
-    /// Its change per pixel to the right.
+    /// Change of that direction per pixel to the right.
     pub across: [f32; 3],
-    /// And a pixel down.
+    /// Change of that direction per pixel down.
     pub down: [f32; 3],
-    /// How far a point may lie off a surface and belong to it, world units for each of z.
+    /// How far a point may lie off a surface and still belong to it, in world units per unit of z.
     pub edge: f32,
 }
 

@@ -1,5 +1,5 @@
-//! CPU twins of glsl/consume/many_lights/: a file per pass that computes, in f32 and to the bit, but for the division by which a place is
-//! projected.
+//! CPU twins of glsl/consume/many_lights/: one file per pass that computes, in f32. Bits equal the device's, except where a place is
+//! projected by a division.
 
 pub mod cull;
 pub mod dither;

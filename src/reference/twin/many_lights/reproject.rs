@@ -6,14 +6,14 @@ use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_norm
 /// Where a pixel's surface was in the frame before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
-    /// Its index, if it was seen.
+    /// The pixel's index in the frame before, if the surface was visible there.
     pub index: Option<u32>,
-    /// How far, in pixels, from the nearest border between two pixels it was: less than rounding may be another pixel.
+    /// Distance to the nearest border between two pixels, pixels. If it is less than rounding, the device may find the neighbour.
     pub margin: f32,
 }
 
-/// The source of each pixel. `now` and `before` are the surfaces that both frames saw: z, as bits, and the packed
-/// normal.
+/// The source of each pixel. `now` and `before` are the surfaces that this frame and the one before saw, per pixel: z as bits, and the
+/// packed normal.
 pub fn reproject(frames: &[Frame; 2], now: &[[u32; 2]], before: &[[u32; 2]]) -> Vec<Source> {
     let width = frames[0].camera.width;
     let pixel = |i: u32| source(frames, [i % width, i / width], now[i as usize], before);

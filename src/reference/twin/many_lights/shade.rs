@@ -1,21 +1,21 @@
-//! Twin of the blur in glsl/consume/many_lights/shade.comp: weights added up one after the other, light by light.
+//! Twin of the blur in glsl/consume/many_lights/shade.comp: weights are added one by one, separately for each light.
 
 use super::frame::Frame;
 use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};
 
-/// Results of a frame, and of the one before it.
+/// The buffers of a frame that the blur reads.
 pub struct Found<'a> {
     /// z, as bits, and packed normal of each pixel.
     pub geometry: &'a [[u32; 2]],
-    /// First words of all pixels, then the second ones.
+    /// One bit per light and pixel that is shadowed: the first words of all pixels, then all second words, and so on.
     pub shadows: &'a [u32],
-    /// The same of the frame before.
+    /// The shadows of the frame before, in the same layout.
     pub shadows_before: &'a [u32],
-    /// Where each pixel's surface was in it, or [`u32::MAX`]; empty without a history.
+    /// The pixel at which each pixel's surface was in the frame before, or [`u32::MAX`]; empty without a history.
     pub sources: &'a [u32],
 }
 
-/// How much of a light reaches each pixel, averaged over those up to `reach` pixels away.
+/// How much of a light reaches each pixel, averaged over pixels of the same surface up to `reach` pixels away.
 pub fn visibility(frame: &Frame, found: &Found, light: usize, reach: i32) -> Vec<f32> {
     let [width, height] = [frame.camera.width as i32, frame.camera.height as i32];
     let pixels = (width * height) as usize;
@@ -43,7 +43,7 @@ pub fn visibility(frame: &Frame, found: &Found, light: usize, reach: i32) -> Vec
     (0..pixels).map(one).collect()
 }
 
-/// Whether a pixel's surface goes on at another pixel, `by` so many pixels away.
+/// Whether a pixel and the pixel `other`, which is `by` pixels away, see the same surface.
 pub(in crate::reference::twin) fn is_same_surface(
     frame: &Frame,
     geometry: &[[u32; 2]],

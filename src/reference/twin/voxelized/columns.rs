@@ -1,13 +1,15 @@
-//! From triangles to columns, and where the shadow of each begins. Twin of glsl/technique/voxelized/project.comp, facet.glsl and columns.comp.
+//! From triangles to columns of voxels, and the depth at which the shadow in each column begins. Twin of
+//! glsl/technique/voxelized/project.comp, facet.glsl and columns.comp.
 
-/// Parts of a voxel that corners are rounded to. Twin: SUB_VOXELS.
+/// Parts per voxel to which corners are rounded. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
 
-/// Where a pyramid as deep as 1 begins. Twin: NEAREST.
+/// Near plane of a pyramid, as a share of its depth. Twin: NEAREST.
 const NEAREST: f32 = 1e-6;
 
-/// A cube of voxels: its corner, and axes in voxels per world unit. Light travels along the last axis. Or a pyramid: the light at its tip,
-/// axes whose coordinates are columns from the middle one times the depth in voxels, and the depth in voxels.
+/// A cube of voxels for a directional light, which shines along the last axis: the cube's corner, and axes in voxels per world unit. For a
+/// light with a place it is a pyramid with the light at its tip. There the last coordinate is the depth in voxels, and the others are
+/// columns from the middle, times the depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube {
     /// World units.
@@ -20,41 +22,41 @@ pub struct Cube {
     pub perspective: bool,
 }
 
-/// A triangle among columns. Twin: glsl/technique/voxelized/projected.glsl.
+/// A triangle projected onto the columns. Twin: glsl/technique/voxelized/projected.glsl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
     /// 256ths of a voxel across.
     pub corners: [[i64; 2]; 3],
-    /// Voxels along the light of each corner; for a pyramid, 1 over that in the middle of all columns, and what a column to the
-    /// right and one up add.
+    /// Depth of each corner along the light, voxels. For a pyramid: 1 / depth in the middle of all columns, and its change per column to
+    /// the right and up.
     pub z: [f32; 3],
-    /// Least and greatest depth, voxels, of a pyramid.
+    /// For a pyramid, least and greatest depth, voxels.
     pub range: Option<[f32; 2]>,
-    /// Half the columns of that.
+    /// Half the number of columns per side.
     pub half: f32,
-    /// 1 where a ray along its normal leaves a closed thing, −1 where it enters one, 0 where it is open.
+    /// 1 where a ray along the triangle's normal leaves a closed surface, −1 where it enters one, 0 where the surface is open.
     pub side: i32,
 }
 
-/// Along the axes.
+/// A position's coordinates along the cube's axes.
 fn along(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
     let offset = [0, 1, 2].map(|i| position[i] - cube.origin[i]);
     cube.axes.map(|axis| offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2])
 }
 
-/// Where something is that lies so far along the axes, voxels.
+/// The place in voxels of coordinates along the axes.
 fn among(cube: &Cube, [x, y, z]: [f32; 3]) -> [f32; 3] {
     let half = 0.5 * cube.size as f32;
     if cube.perspective { [x / z + half, y / z + half, z] } else { [x, y, z] }
 }
 
-/// Where a position is, voxels. Twin: project in glsl/technique/voxelized/project.comp, to the bit where it divides exactly;
-/// tree_voxel.
+/// The place of a position, voxels. Twin: project in glsl/technique/voxelized/project.comp, with the same bits where the device divides
+/// exactly; and tree_voxel.
 pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
     among(cube, along(cube, position))
 }
 
-/// In pieces where the pyramid cuts it. Twin: glsl/technique/voxelized/project.comp.
+/// Projects a triangle; where the pyramid cuts it, the result has several pieces. Twin: glsl/technique/voxelized/project.comp.
 pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Vec<Projected> {
     let at = corners.map(|corner| along(cube, corner));
     let whole = |v: f32| (v * SUB_VOXELS + 0.5).floor() as i64;
@@ -109,8 +111,9 @@ fn cut(polygon: Vec<[f32; 3]>, size: f32) -> Vec<[f32; 3]> {
     })
 }
 
-/// Entry and exit of every column, row after row; `conservative`: a column is met by what touches its square too. Twin:
-/// glsl/technique/voxelized/columns.comp; the device has edges in two words of 32 bits where this has one of 64, and divides less exactly.
+/// Entry and exit of every column, row after row. `conservative`: a triangle meets a column if it touches the column's square, not only its
+/// middle. Twin: glsl/technique/voxelized/columns.comp, which computes edges in two words of 32 bits instead of one of 64, and divides less
+/// exactly.
 pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: bool) -> Vec<[u32; 2]> {
     let facets: Vec<_> = triangles.iter().filter_map(Facet::of).collect();
     let mut met: Vec<Vec<(f32, i32)>> = vec![Vec::new(); (size * size) as usize];
@@ -121,8 +124,8 @@ pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: b
         let nearest: Vec<_> =
             met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
         let mut touched = vec![f32::INFINITY; met.len()];
-        // Triangles that touch the column and lie more than a voxel in front of all that meet its middle: no part of
-        // the same surface.
+        // Only triangles count that touch the column more than a voxel in front of all that meet its middle: these are not part of the same
+        // surface.
         for facet in &facets {
             facet.columns(size, true, |column, z| {
                 if facet.range[1] + 1.0 < nearest[column] {
@@ -145,19 +148,18 @@ fn between(a: [i64; 2], b: [i64; 2]) -> [i64; 2] {
     [b[0] - a[0], b[1] - a[1]]
 }
 
-/// A triangle that has an area, counter-clockwise. Twin: glsl/technique/voxelized/facet.glsl.
+/// A triangle with an area, turned counter-clockwise. Twin: glsl/technique/voxelized/facet.glsl.
 struct Facet {
     corners: [[i64; 2]; 3],
-    /// At the first corner.
+    /// Depth at the first corner, voxels.
     z: f32,
-    /// Change per 256th of a voxel.
+    /// Change of depth per 256th of a voxel to the right and up.
     slope: [f32; 2],
-    /// In a pyramid: 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its
-    /// columns.
+    /// In a pyramid: 1 / depth in the middle of all columns with its change per column to the right and up; and half the number of columns.
     plane: Option<([f32; 3], f32)>,
     /// Least and greatest z of the corners.
     range: [f32; 2],
-    /// 1 where light enters something closed, −1 where it leaves.
+    /// 1 where light enters a closed surface, −1 where it leaves one, 0 where the surface is open.
     faces: i32,
 }
 
@@ -189,8 +191,8 @@ impl Facet {
         })
     }
 
-    /// Calls `found` with each column whose middle it covers, and its depth there; or with each whose square it touches, and its
-    /// depth at the corner that is farthest away.
+    /// Calls `found` with each column whose middle the triangle covers, and the depth there. With `squares`, it calls it with each column
+    /// whose square the triangle touches, and the greatest depth over that square.
     fn columns(&self, size: u32, squares: bool, mut found: impl FnMut(usize, f32)) {
         let [a, b, c] = self.corners;
         let bounds = |axis: usize| {
@@ -203,14 +205,14 @@ impl Facet {
             for x in bounds(0) {
                 let is_met = [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
                     let edge = between(from, to);
-                    // The middle, or the corner that is farthest inside.
+                    // Tests the column's middle, or the corner of its square that is farthest inside this edge.
                     let inward = [if edge[1] < 0 { 256 } else { 0 }, if edge[0] > 0 { 256 } else { 0 }];
                     let [right, up] = if squares { inward } else { [128; 2] };
                     let value = cross(edge, between(from, [256 * x + right, 256 * y + up]));
                     value > 0 || (value == 0 && (squares || edge[1] < 0 || (edge[1] == 0 && edge[0] > 0)))
                 });
                 if is_met {
-                    // Depths are taken from the corner of a block, as the device does.
+                    // Depths are computed from the corner of a block of 8 × 8 columns, to round like the device.
                     let first = [x & !7, y & !7];
                     let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
                     let base = between([256 * first[0] + 128, 256 * first[1] + 128], a).map(|v| v as f32);
@@ -232,7 +234,7 @@ impl Facet {
     }
 }
 
-/// Entry and exit of a column that meets these surfaces: depth, and 1 into something closed, −1 out of it, 0 for neither.
+/// Entry and exit of a column that meets these surfaces, each with its depth and its `faces` (see [`Facet`]).
 fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
     surfaces.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     let Some(&(nearest, enters)) = surfaces.first() else { return [size; 2] };
@@ -241,7 +243,7 @@ fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
     if enters <= 0 {
         return [middle; 2];
     }
-    // Faces at one depth are passed together.
+    // Surfaces at the same depth count together.
     let mut inside = 0;
     let left = surfaces.chunk_by(|a, b| a.0 == b.0).find(|same| {
         inside += same.iter().map(|(_, faces)| faces).sum::<i32>();
@@ -252,14 +254,14 @@ fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
     if exit < entry { [middle; 2] } else { [entry, exit] }
 }
 
-/// Where a boundary goes that may go anywhere between entry and exit. Twin: FREE in glsl/technique/voxelized/columns.comp.
+/// The place of a shadow's begin, which may be anywhere between entry and exit. Twin: FREE in glsl/technique/voxelized/columns.comp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Free {
     /// At the exit.
     Exit,
     /// At the entry.
     Entry,
-    /// Where the columns of a block agree.
+    /// Where as many columns of a block as possible have the same place.
     Shared,
 }
 
@@ -268,7 +270,7 @@ pub fn roundest(low: u32, high: u32) -> u32 {
     if low == 0 { 0 } else { high & !((1 << ((low - 1) ^ high).ilog2()) - 1) }
 }
 
-/// Where the shadow of each column begins. Twin: the end of glsl/technique/voxelized/columns.comp.
+/// The depth at which the shadow begins in each column. Twin: the end of glsl/technique/voxelized/columns.comp.
 pub fn boundaries(columns: &[[u32; 2]], size: u32, free: Free) -> Vec<u32> {
     match free {
         Free::Exit => columns.iter().map(|c| c[1]).collect(),
@@ -289,7 +291,7 @@ pub fn boundaries(columns: &[[u32; 2]], size: u32, free: Free) -> Vec<u32> {
     }
 }
 
-/// Column `c` of a block of 8 × 8, among all.
+/// Index of column `c` of a block of 8 × 8, among all columns.
 pub(super) fn place(size: u32, block: u32, c: u32) -> usize {
     let across = size / 8;
     let (x, y) = (8 * (block % across) + c % 8, 8 * (block / across) + c / 8);

@@ -1,6 +1,7 @@
-//! Voxelized shadows: from triangles to columns, from columns to nodes, and down them again. Twin of glsl/technique/voxelized/.
+//! Voxelized shadows: bakes triangles to columns and columns to a tree of nodes, and looks voxels up in the tree. Twin of
+//! glsl/technique/voxelized/.
 //!
-//! A bake is the same words here and on the device, since all of it but the depth of a triangle is whole numbers.
+//! A bake gives the same words here and on the device, since everything but a triangle's depth is computed in whole numbers.
 
 mod columns;
 
@@ -9,11 +10,11 @@ pub use columns::{Cube, Free, Projected, boundaries, columns, project, roundest,
 use columns::place;
 use std::collections::HashMap;
 
-/// The kind of a child. Twin: LIT in glsl/technique/voxelized/tree.glsl.
+/// Kind of a child whose voxels are all lit. Twin: LIT in glsl/technique/voxelized/tree.glsl.
 pub const LIT: u32 = 1;
-/// As above.
+/// Kind of a child whose voxels are all shadowed.
 pub const SHADOWED: u32 = 2;
-/// As above.
+/// Kind of a child that has a node of its own.
 pub const INTERSECTED: u32 = 3;
 
 /// The result of a bake. Twin: technique::TreeData, and the words that it points into.
@@ -23,21 +24,21 @@ pub struct Baked {
     pub size: u32,
     /// [`LIT`], [`SHADOWED`], or [`INTERSECTED`] where there are nodes.
     pub root: u32,
-    /// As pointers say it.
+    /// The root, as a pointer would name it.
     pub root_at: u32,
-    /// Where each level's nodes begin, words.
+    /// The word at which each level's nodes begin.
     pub at: Vec<u32>,
-    /// Bits of their pointers.
+    /// Bits per pointer in each level's nodes.
     pub pointer_bits: Vec<u32>,
-    /// Bits before the pointers: 16 in a graph, 32 in a tree.
+    /// Bits per node before its pointers: 16 in a graph, 32 in a tree.
     pub header_bits: u32,
-    /// Where the words of the cells begin.
+    /// The word at which the words of the cells begin.
     pub shortcuts: u32,
     /// All nodes, then a word for each cell of the grid that look-ups begin with.
     pub words: Vec<u32>,
 }
 
-/// Blocks of one level: the least exit and the greatest entry of their columns, and the numbers of their nodes.
+/// Blocks of columns on one level: the least exit and greatest entry of each block's columns, and the numbers of its nodes along the light.
 #[derive(Clone, Default)]
 struct Blocks {
     across: u32,
@@ -53,7 +54,7 @@ impl Blocks {
     }
 }
 
-/// Nodes of a level that are kept.
+/// The nodes of a level, without copies where equal ones merge.
 #[derive(Default)]
 struct Kept {
     all: Vec<Vec<u32>>,
@@ -61,7 +62,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// The number of a node; where they merge, that of an equal one.
+    /// The number of a node. With `merge`, an equal node that is already kept gives its number.
     fn number(&mut self, node: Vec<u32>, merge: bool) -> u32 {
         let next = self.all.len() as u32;
         let number = if merge { *self.numbers.entry(node.clone()).or_insert(next) } else { next };
@@ -72,7 +73,7 @@ impl Kept {
     }
 }
 
-/// Nodes over columns, tile by tile as the device makes them. `merge`: a graph, else a tree.
+/// Builds the nodes over all columns, tile by tile like the device. `merge`: equal nodes merge to a graph; else the result is a tree.
 pub fn bake(columns: &[[u32; 2]], size: u32, tile: u32, free: Free, merge: bool) -> Baked {
     let boundaries = boundaries(columns, size, free);
     let tile = tile.min(size);
@@ -96,7 +97,7 @@ pub fn bake(columns: &[[u32; 2]], size: u32, tile: u32, free: Free, merge: bool)
     pack(&kept, above.nodes[0].first().copied(), if least >= size { LIT } else { SHADOWED }, size, merge)
 }
 
-/// Leaves and bricks of a tile.
+/// The two lowest levels of a tile: leaves of 8 × 8 × 1 voxels, and bricks of eight leaves.
 fn bricks(
     columns: &[[u32; 2]],
     boundaries: &[u32],
@@ -137,7 +138,7 @@ fn bricks(
     blocks
 }
 
-/// A mask, and the numbers of the children that it says there are.
+/// A node's words: a mask with the kind of each child, then the numbers of the intersected children.
 fn node(children: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
     let mut words = vec![0];
     for (c, (kind, number)) in children.enumerate() {
@@ -149,7 +150,7 @@ fn node(children: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
     words
 }
 
-/// The level above.
+/// The blocks of the next level up, each of 2 × 2 blocks below.
 fn octants(below: &Blocks, kept: &mut [Kept], merge: bool) -> Blocks {
     let across = below.across / 2;
     let mut blocks = Blocks { across, side: 2 * below.side, ..Blocks::default() };
@@ -176,17 +177,18 @@ fn octants(below: &Blocks, kept: &mut [Kept], merge: bool) -> Blocks {
     blocks
 }
 
-/// Bits that numbers up to and without `end` need.
+/// Bits needed for numbers from 0 to `end` − 1.
 fn bits_below(end: usize) -> u32 {
     if end > 1 { (end - 1).ilog2() + 1 } else { 1 }
 }
 
-/// Words as look-ups read them. `root`: the root's number, or the kind that all voxels have.
+/// Packs the kept nodes into the words that look-ups read. `root` is the root's number; where there is none, `else_is` is the kind of all
+/// voxels.
 fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) -> Baked {
     let header_bits = if merge { 16 } else { 32 };
     let mut baked =
         Baked { size, header_bits, root: if root.is_some() { INTERSECTED } else { else_is }, ..Baked::default() };
-    // The pointer to each kept node of the level below; and how many units there are.
+    // The pointer to each kept node of the level below; and how many units that level has.
     let (mut names, mut units): (Vec<u32>, usize) = (Vec::new(), 0);
     for (level, nodes) in kept.iter().enumerate() {
         baked.at.push(baked.words.len() as u32);
@@ -219,7 +221,7 @@ fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) 
     baked
 }
 
-/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
+/// Upper levels that a look-up skips by the grid of cells, at most. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
 const SHORTCUT_BITS: u32 = 4;
 
 /// Twin: glsl/technique/voxelized/shortcuts.comp.
@@ -233,7 +235,7 @@ fn shortcuts(baked: &Baked) -> Vec<u32> {
     (0..1 << (3 * bits)).map(cell).collect()
 }
 
-/// A node on the way down. Twin: Walk in glsl/technique/voxelized/walk.glsl.
+/// A node on the way down the tree. Twin: Walk in glsl/technique/voxelized/walk.glsl.
 struct Walk {
     level: usize,
     at: u32,
@@ -247,7 +249,7 @@ impl Baked {
         (bits, self.at.len() - 1 - bits as usize)
     }
 
-    /// Goes down towards a voxel, to a level or to where all is one. Twin: walk_down.
+    /// Goes down towards a voxel, to level `to` or to a node whose voxels are all lit or all shadowed. Twin: walk_down.
     fn walk(&self, mut walk: Walk, voxel: [u32; 3], to: usize) -> Walk {
         while walk.kind == INTERSECTED && walk.level > to {
             let bit = u64::from(self.at[walk.level]) * 32 + u64::from(walk.at) * u64::from(self.header_bits);
@@ -267,7 +269,7 @@ impl Baked {
         walk
     }
 
-    /// Whether a voxel is shadowed, and how many words or nodes have said so, one per level. Twin: glsl/technique/voxelized/walk.glsl.
+    /// Whether a voxel is shadowed, and how many words or nodes were read, one per level. Twin: glsl/technique/voxelized/walk.glsl.
     pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
         let (bits, level) = self.shortcut_bits_and_level();
         let cell = voxel.map(|v| v >> (level + 2));
@@ -287,7 +289,7 @@ impl Baked {
     }
 
     /// A look-up's answer at a place in the cube, voxels: the lit share of `filter` × `filter` columns. Twin:
-    /// glsl/technique/voxelized/visibility.glsl, which counts whole leaves where this asks for each voxel.
+    /// glsl/technique/voxelized/visibility.glsl, which counts bits of whole leaves instead of single voxels.
     pub fn look_up(&self, at: [f32; 3], filter: u32) -> f64 {
         let (size, reach) = (i64::from(self.size), i64::from(filter / 2));
         let [x, y] = [at[0], at[1]].map(|v| v.floor() as i64);
