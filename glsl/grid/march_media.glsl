@@ -23,7 +23,8 @@ float media_of(uvec3 voxel, uvec2 full) {
     return grid_has(full, voxel) ? MEDIA_FULL : media_towards(sum, voxel);
 }
 
-// Every voxel on the way, each by the part of the way inside it, and out of empty space at once. It ends where no light is left.
+// Adds up every voxel on the way, weighted by the length of the way inside it, and leaves empty space in one step. Ends where no
+// light is left.
 float media_exact(vec3 from, vec3 way) {
     March march;
     ivec3 voxel;
@@ -72,7 +73,7 @@ float media_exact(vec3 from, vec3 way) {
     return min(sum, MEDIA_DARK);
 }
 
-// Even steps: each stands for as much of the way.
+// Even steps, each for an equal part of the way.
 float media_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;

@@ -30,7 +30,8 @@ bool sees(View view, vec3 centre, float radius) {
     return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
 }
 
-// What a thread has seen, of casters or of meshes: it goes through many, and atomics on shared memory are slow.
+// Bounds of what one thread has seen, casters or meshes. A thread goes through many before it shares them, since
+// atomics on shared memory are slow.
 struct Seen {
     uvec3 low;
     uvec3 high;
@@ -62,7 +63,7 @@ void main() {
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
         Caster caster = casters[i];
         if (caster.radius == 0.0) {
-            continue;  // behind a count that only the device knows
+            continue;  // no caster: behind their count, which only the device knows
         }
         vec3 start = view_axes(view, caster.position - view.origin);
         if (all || sees(view, start, caster.radius)) {

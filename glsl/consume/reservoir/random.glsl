@@ -21,8 +21,8 @@ float random_share(uint bits) {
     return share;
 }
 
-// Candidate `i` of `candidates` among `lights`: each is drawn from a part of its own, and over all candidates each light is drawn
-// equally often.
+// Candidate `i` of `candidates` among `lights`. The lights are split into equal parts, one per candidate, and each candidate is
+// drawn from its own part. Over all candidates each light is drawn equally often.
 uint candidate_light(uint bits, uint i, uint candidates, uint lights) {
     uint place, low;
     umulExtended(bits, lights, place, low);

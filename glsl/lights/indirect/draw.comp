@@ -33,7 +33,8 @@ uvec2 unit_of(uint light, uvec2 total) {
     return uvec2(part[0] | part[1] << 16, part[2] | part[3] << 16);
 }
 
-// The last of `count` steps of 2^step_bits rows from `first` on that does not begin behind the unit.
+// Finds the last of `count` steps that does not begin behind the unit. Steps have 2^step_bits rows each, from `first`
+// on.
 uint step_of(uvec2 unit, uint first, uint count, uint step_bits) {
     uint low = 0u, high = count;
     while (low + 1u < high) {

@@ -12,7 +12,7 @@ layout(set = 2, binding = 0, scalar) buffer Fluxes { float fluxes[]; };
 layout(set = 2, binding = 1, scalar) buffer Greatest { uint greatest; };
 // Units of each row of texels of a map.
 layout(set = 2, binding = 2, scalar) buffer Sums { uint sums[]; };
-// Units before each row, and of all behind the last.
+// Units before each row; behind the last row, the units of all.
 layout(set = 2, binding = 3, scalar) buffer Starts { uvec2 starts[]; };
 // The texel that each virtual light is drawn from, or NO_TEXEL.
 layout(set = 2, binding = 4, scalar) buffer Picks { uint picks[]; };
