@@ -30,7 +30,7 @@ bool sees(View view, vec3 centre, float radius) {
     return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
 }
 
-// Bounds of what one thread has seen, casters or meshes. A thread goes through many before it shares them, since
+// The bounds of all casters or meshes that one thread has seen. A thread goes through many before it shares them, since
 // atomics on shared memory are slow.
 struct Seen {
     uvec3 low;

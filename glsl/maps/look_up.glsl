@@ -32,7 +32,7 @@ LookUp look_up(uint light, vec3 position, vec3 normal) {
     return l;
 }
 
-// The first row of a map in an image in which the maps stand one above the other.
+// Where a texel of a map is in an image in which the maps stand one above the other.
 ivec2 stacked(LookUp l, ivec2 texel) { return texel + ivec2(0, l.map * l.view.height); }
 
 // Transmittance up to a depth of one texel's ray: a technique with texels defines it.

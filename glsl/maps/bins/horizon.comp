@@ -4,6 +4,7 @@
 // horizon. Twin: reference::twin::bins::horizon. Invariant: a point in space that is behind the horizon of a tile which its look-up
 // reads has an opaque visibility of 0. A lit point of a surface may be behind the horizon, by as much as the surface recedes within the
 // texels of a compare.
+#include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"
 #include "maps/opaque.glsl"
 

@@ -36,7 +36,7 @@ CONSTANT(uint, GRID_SIZE, 128u)
 CONSTANT(uint, MARCH, 0u)
 // Even steps.
 CONSTANT(uint, MARCH_STEPS, 64u)
-// Whether strands take less along them than across.
+// Whether strands take less of light along them than of light across.
 CONSTANT(bool, DIRECTION, false)
 
 const uint MARCH_EVEN = 1u;
@@ -47,7 +47,7 @@ const uint MARCH_RATIO = 2u;
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 
-// Where the way goes, unit length.
+// The way's direction, unit length.
 vec3 look_up_towards = vec3(0.0);
 
 float media_towards(float sum, uvec3 voxel) {

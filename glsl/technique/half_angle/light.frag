@@ -35,7 +35,7 @@ void main() {
     if (depth.x >= end) {
         discard;
     }
-    // The part of a sphere in front of it.
+    // The share of a sphere's segment that is in front of the mesh.
     float share = depth.y > end ? (end - depth.x) / (depth.y - depth.x) : 1.0;
     transmittance = exp(-optical_depth * share);
 }
