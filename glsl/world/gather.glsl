@@ -8,8 +8,8 @@ const uint NOWHERE = 0xFFFFFFFFu;
 
 // Counts of elements. Twin: GatherTotals in src/world/gather.rs.
 struct GatherTotals {
-    uint asked;    // so many, by the caller's count
-    uint refused;  // of those that there is room for, so many have no place or no size
+    uint asked;    // elements that there are, by the caller's count
+    uint refused;  // elements that have room, but no valid place or size
 };
 
 // Numbers are looked at as bits, and copied as bits: a device may flush small ones.

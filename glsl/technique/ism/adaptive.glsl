@@ -15,7 +15,7 @@ const uint CLUSTER_BITS = 6u;
 struct IsmCluster {
     vec3 middle;
     float reach;   // distance from the middle to the farthest point
-    vec3 normal;   // the points' mean normal, if they have one
+    vec3 normal;   // the points' mean normal; 0 where normals point to all sides
     float spread;  // the most by which a point's normal is off the mean
     vec3 sides;    // half the sides of a box around the middle, along the world's axes, that holds all points
     float thick;   // the most by which a point is off the plane through the middle

@@ -9,7 +9,8 @@ layout(set = 0, binding = 7, scalar) readonly buffer DrawListed { vec4 listed[];
 
 layout(location = 0) flat out uvec2 corner;
 
-// Half the side of a square, and how far a corner of a triangle is from its middle, of the area of a disc of radius 1.
+// Half the side of a square, and the distance from a triangle's middle to its corners, each of the area of a disc of
+// radius 1.
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 

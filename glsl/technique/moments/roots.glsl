@@ -2,7 +2,7 @@
 #ifndef TECHNIQUE_MOMENTS_ROOTS_GLSL
 #define TECHNIQUE_MOMENTS_ROOTS_GLSL
 
-// The most that a polynomial has.
+// The most roots that a polynomial has.
 const uint MOST_ROOTS = 4u;
 
 // Laguerre's steps to a root.

@@ -5,12 +5,12 @@
 // Specialization constants SLICES, ADDITIVE and LAYERS as the volume was built.
 // flat: bindings 24, constants 48: SLICES LAYERS ADDITIVE FILTER FILTER_RADIUS
 //
-// Slice k holds what is left behind all casters of the slices 0 to k, which is so at its far face, the depth (k + 1) /
-// SLICES: there it is taken to stand, and in between the values are interpolated. (At the slice's middle, where a
-// texture's texels stand, everything would come half a slice too early, and a caster would lie in all of its own shadow.)
-// So a slice's shadow begins at its near face and is whole at its far face. At the slice's middle, half a slice from both,
-// half of it has come: of a sphere's shadow on its own centre that is also the truth. In front of the first slice all
-// light is left, behind the last what the last leaves.
+// Slice k holds the light that is left behind all casters of the slices 0 to k. That is so at its far face, at the depth
+// (k + 1) / SLICES: the value is taken to stand there, and values between faces are interpolated. (If it stood at the
+// slice's middle, where a texture's texels stand, every shadow would come half a slice too early, and a caster would lie
+// in all of its own shadow.) So a slice's shadow begins at its near face and is whole at its far face. At the slice's
+// middle, half a slice from both, half of it has come, which is also the truth of a sphere's shadow on its own centre. In
+// front of the first slice all light is left; behind the last, the light that the last leaves.
 #define MAP_TRANSMITTANCE slices_transmittance
 #include "maps/look_up.glsl"
 #include "technique/psm/constants.glsl"

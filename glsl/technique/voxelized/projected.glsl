@@ -1,4 +1,4 @@
-// A triangle among columns. Twin: reference::twin::voxelized::Projected.
+// A triangle, projected into columns. Twin: reference::twin::voxelized::Projected.
 #ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 #define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 
@@ -15,7 +15,7 @@ CONSTANT(bool, PERSPECTIVE, false)
 
 // Columns per side of a bin of triangles.
 const uint BIN_COLUMNS = 8u;
-// Bins beyond which a triangle is a workgroup's.
+// The most bins of a triangle that one thread takes.
 const uint MANY_BINS = 16u;
 
 ivec2 projected_corner(uint i, uint c) {
