@@ -1,9 +1,8 @@
 #version 460
-// Fog before the picture: single scattering in a homogeneous medium of albedo 1 with an isotropic phase function. Each camera
-// ray is marched in equal steps as far as the mesh that it meets, or the far plane. Light loses nothing on its way to the ray
-// but what the technique says. Sources: Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011.
-// Inputs: lights, camera, z of the meshes, the technique. Output: scattered light and 1 − transmittance, blended over.
-// Twin: reference::truth::fog.
+// Fog in front of the picture: single scattering in a homogeneous medium of albedo 1 with an isotropic phase function. Each
+// camera ray is marched in equal steps as far as the mesh that it meets, or the far plane. On its way to the ray, light loses
+// only what the technique says. Sources: Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011. Inputs: lights, camera, z
+// of the meshes, the technique. Output: scattered light and 1 − transmittance, blended over. Twin: reference::truth::fog.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/distances_set.glsl"
 #include "consume/picture_set.glsl"

@@ -11,8 +11,8 @@
 vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }
 #endif
 
-// Look-ups from here on are for a receiver this wide across the light, world units: techniques with levels of detail
-// choose a level by it.
+// Sets how wide the receiver is across the light, world units, for the look-ups that follow: techniques with levels of
+// detail choose a level by it.
 void light_footprint(float side) {
 #ifdef TECHNIQUE_FOOTPRINTS
     look_up_footprint = side;

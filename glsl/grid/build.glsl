@@ -23,8 +23,8 @@ layout(push_constant, scalar) uniform GridPush {
 layout(set = 0, binding = 0, scalar) GRID_ACCESS buffer BuildGrid { Grid grid; };
 layout(set = 0, binding = 1, scalar) GRID_ACCESS buffer BuildBits { uint grid_bits[]; };  // two words for 64 bits
 layout(set = 0, binding = 2, scalar) readonly buffer BuildTriangles { Triangle triangles[]; };
-// Triangles with too many voxels for one thread: the count of those that one workgroup takes each, the count of those that all
-// workgroups share; then the former from LISTED on, the latter from the end.
+// Triangles with too many voxels for one thread: the count of those that are taken by one workgroup each, the count of those
+// that all workgroups share; then the former from LISTED on, the latter from the end.
 layout(set = 0, binding = 3, scalar) GRID_ACCESS buffer BuildLarge { uint listed[]; };
 
 const uint LARGE = 0u;

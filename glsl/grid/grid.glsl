@@ -16,7 +16,7 @@ struct Grid {
 
 const uint GRID_LEVELS = 3u;
 
-// Words per side of a level, with a bit per voxel, per brick, or per block of 16 voxels per side.
+// Words of 64 bits per side of a level. A bit stands for a voxel, a brick, or a block of 16 voxels per side.
 uint grid_side(uint size, uint level) { return size >> (2u * level + 2u); }
 
 // Where a level's words begin.

@@ -15,7 +15,7 @@ uvec2 cast_bits(uint level, uvec3 word) {
     return uvec2(visibility_cast_bits[at], visibility_cast_bits[at + 1u]);
 }
 
-// `from` and `way` are voxels; the ray is the same way in world units. Both end at 1.
+// `from` and `way` are in voxels; the ray is the same way in world units. Both end at 1.
 float march_casters(vec3 from, vec3 way, Ray ray) {
     March march;
     ivec3 voxel;

@@ -43,22 +43,23 @@ Shear shear_of(vec3 origin, vec3 direction) {
     return Shear(origin, axis, vec3(turned.xy / turned.z, 1.0 / turned.z));
 }
 
-// x and y: how far beside the ray; z: where along it, in lengths of its direction.
+// A corner relative to the ray. x and y: how far it is beside the ray; z: where along the ray, in lengths of its
+// direction.
 vec3 sheared(Shear shear, vec3 corner) {
     precise vec3 v = shear_turned(corner - shear.origin, shear.axis);
     precise vec2 beside = v.xy - shear.by.xy * v.z;
     return vec3(beside, v.z * shear.by.z);
 }
 
-// Twice the area between the ray and a side. From the other triangle at that side it is the same with the other sign, to the bit,
-// so that no ray goes between the two.
+// Twice the area of the triangle between the ray and a side, with a sign. The other triangle at that side has the same area with
+// the other sign, to the bit, so that no ray goes between the two.
 float side_area(vec2 from, vec2 to) {
     precise float area = from.x * to.y - from.y * to.x;
     return area;
 }
 
-// How far rounding may move a point off a plane that it lies in: by the largest coordinate of the grid for the point's own place,
-// by the point's distance from the triangle's corner for the rest. docs/notebook/voxel-grid.md derives both.
+// How far rounding may move a point off a plane that it lies in: by a share of the grid's largest coordinate, for the point
+// itself, and by a share of the point's distance from the triangle's corner. docs/notebook/voxel-grid.md derives both.
 const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
 const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
 

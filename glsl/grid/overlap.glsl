@@ -3,7 +3,7 @@
 #ifndef GRID_OVERLAP_GLSL
 #define GRID_OVERLAP_GLSL
 
-// In cells of which size triangles are measured: how many per side of a voxel, a power of two.
+// Cells per side of a voxel, a power of two: a triangle's coordinates are in such cells.
 #ifndef FACET_CELLS
 #define FACET_CELLS 1
 #endif

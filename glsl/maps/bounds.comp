@@ -25,7 +25,7 @@ shared uint high[6];
 bool sees(View view, vec3 centre, float radius) {
     float tangent = 1.0 / view.scale_x;
     float outside = max(abs(centre.x), abs(centre.y)) - tangent * centre.z;
-    // Generous by the rounding of the three coordinates.
+    // A margin for the rounding of the three coordinates.
     radius += 1e-5 * (abs(centre.x) + abs(centre.y) + abs(centre.z));
     return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
 }
@@ -63,7 +63,7 @@ void main() {
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
         Caster caster = casters[i];
         if (caster.radius == 0.0) {
-            continue;  // no caster: behind their count, which only the device knows
+            continue;  // an unused entry: only the device knows how many casters there are
         }
         vec3 start = view_axes(view, caster.position - view.origin);
         if (all || sees(view, start, caster.radius)) {

@@ -1,5 +1,5 @@
 #version 460
-// Fits the views of all maps to their casters and meshes. Twin: reference::twin::fit; scene::View in f64 is the truth of it. A thread per
+// Fits the views of all maps to their casters and meshes. Twin: reference::twin::fit; its truth is scene::View, in f64. One thread per
 // map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins, and `far` the view's range,
 // as a multiple of the casters' range. Output: maps. Invariant: a view contains all casters that it was fitted to; its margin is more than
 // the rounding of the extents.
@@ -24,8 +24,8 @@ layout(push_constant, scalar) uniform FitPush {
 const float MARGIN = 1.00001;
 // A margin for rounding, as a share of the distance from the origin.
 const float ROUNDING = 5e-7;
-// The least range of a parallel view, as a share of its width: floats resolve no less for level ground straight under the
-// light.
+// The least range of depths of a parallel view, as a share of its width. Level ground straight under the light has next
+// to no range, and floats would not resolve it.
 const float THINNEST = 1e-3;
 
 struct Range {
@@ -47,7 +47,7 @@ Range range_of(uint map, uint first) {
     return range;
 }
 
-// Around all of the range; the origin becomes the middle of its near side.
+// Fits a parallel view around all of the range; the view's origin becomes the middle of its near side.
 void fit_parallel(inout View view, Range range) {
     if (range.low.x > range.high.x) {
         range = Range(vec3(0.0), vec3(1.0));

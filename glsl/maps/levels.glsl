@@ -1,7 +1,7 @@
 // Look-ups through levels of detail: each texel of a level holds the mean transmittance of the four below it, and a look-up takes the
 // levels whose texels are about as wide as its footprint. A technique includes this file before maps/look_up.glsl, stores its texels where
 // texel_place says, and defines MAP_TRANSMITTANCE as leveled_transmittance or calls it. Invariant: with LEVELS 1, and where
-// look_up_footprint is 0, it is filtered_transmittance.
+// look_up_footprint is 0, the answer is that of filtered_transmittance.
 #ifndef MAPS_LEVELS_GLSL
 #define MAPS_LEVELS_GLSL
 #define TECHNIQUE_FOOTPRINTS

@@ -18,7 +18,7 @@ ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
 // The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; those outside the map are other
 // maps' texels.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
-    // Where the four texels meet: as far as a place can be from those that would give others.
+    // The corner that the four texels share: there a gather returns these four and no others.
     vec2 middle = vec2(corner + texel + 1);
     return textureGather(depth_map, middle / vec2(textureSize(depth_map, 0))).wzxy;
 }

@@ -163,8 +163,8 @@ vec3 view_axes(View view, vec3 offset) {
     return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
 }
 
-// In the view's axes: values that are the same for all texels are worked out once per caster. Distances and z stay the
-// same.
+// Turns a caster into the view's axes, so that values that are the same for all texels are worked out once per caster.
+// Distances and z stay the same.
 Caster view_caster(View view, Caster caster) {
     caster.position = view_axes(view, caster.position - view.origin);
     if (caster_is_strand(caster)) {

@@ -7,8 +7,8 @@
 // How a frame sees the world.
 struct Frame {
     View camera;
-    // The direction of a pixel's ray, z along it being 1: corner + (x + ½) · across + (y + ½) · down. Computed once, on the host,
-    // so that devices that divide differently find the same edges.
+    // The direction of a pixel's ray, as long as z along it is 1: corner + (x + ½) · across + (y + ½) · down. Computed once, on
+    // the host, so that devices that divide differently find the same edges.
     vec3 corner;
     vec3 across;
     vec3 down;

@@ -1,6 +1,6 @@
-// Random numbers of a pixel in a frame, and draws by them. All of it in whole numbers or precise, so that its twin draws the same. Source:
-// O'Neill 2014, PCG (the permutation), as a hash: Jarzynski and Olano 2020, Hash functions for GPU rendering. Twin:
-// reference::twin::reservoir.
+// Random numbers of a pixel in a frame, and random choices by them. All of it is computed in whole numbers or `precise`, so that the twin
+// draws the same. Source: O'Neill 2014, PCG (the permutation), as a hash: Jarzynski and Olano 2020, Hash functions for GPU rendering.
+// Twin: reference::twin::reservoir.
 #ifndef CONSUME_RESERVOIR_RANDOM_GLSL
 #define CONSUME_RESERVOIR_RANDOM_GLSL
 

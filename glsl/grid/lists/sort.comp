@@ -32,7 +32,7 @@ void sort(uint begin, uint end) {
             barrier();
             for (uint p = gl_LocalInvocationIndex; p < all / 2u; p += 64u) {
                 uint low = p / step * 2u * step + p % step;
-                // First with the mirror image in the block, then with the entry `step` behind.
+                // An entry is compared first with its mirror image in the block, then with the entry `step` behind it.
                 uint high = step == block / 2u ? low - low % block + block - 1u - low % block : low + step;
                 if (high < count) {
                     exchange(begin, low, high);

@@ -12,7 +12,8 @@ layout(push_constant, scalar) uniform DrawPush {
     uint map_count;
 };
 
-// The place of a light in the square, in 1 / 65536 of its sides. Roberts' R2: any run of it is spread evenly.
+// The place of a light in the square, in 1 / 65536 of its sides. By Roberts' R2, lights that follow one another are
+// spread evenly.
 uvec2 place_of(uint light) { return uvec2(light * 3242174889u, light * 2447445413u) >> 16; }
 
 // The unit in the middle of a light's equal part of `total` units: (light + 1/2) / light_count of them, rounded down.

@@ -60,13 +60,13 @@ Patch patch_of(uint texel) {
         return NO_PATCH;
     }
     normal = cosine < 0.0 ? -normal : normal;
-    // A pyramid of rays from a point: its solid angle, times the distance squared.
+    // In perspective a texel is a pyramid of rays: its cross-section is its solid angle times the distance squared.
     float slant = length(ray.direction);
     float crossed = 4.0 / (float(view.width) * float(view.height) * view.scale_x * view.scale_y * PI);
     crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / slant;
     return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
 }
 
-// The weight by which patches are drawn: luminance by Rec. 709.
+// The weight by which patches are chosen: luminance by Rec. 709.
 float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 #endif

@@ -1,16 +1,16 @@
-// The segment that a caster leaves in a texel: that of the ray through its centre, or with AREA one that lets as much light through as the
-// mean of all rays through the texel. texel_part averages each caster alone: whether two casters cover the same part of the texel is left
-// to chance. A shader that goes through casters in order asks area_seen as well, which knows what is left in each of 4×4 cells of the
-// texel: strands one behind the other take the same light, strands side by side do not. Source: ours; coverage by cells as in the A-buffer
-// (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
+// The segment that a caster leaves in a texel: that of the ray through the texel's centre, or with AREA one that lets as much light
+// through as the mean of all rays through the texel. texel_part averages each caster by itself: whether two casters cover the same part of
+// the texel is left to chance. A shader that goes through casters in order also calls area_seen, which knows how much light is left in
+// each of 4×4 cells of the texel. So strands one behind the other take the same light, and strands side by side do not. Source: ours;
+// coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/texel.glsl"
 #include "maps/bins/view_caster.glsl"
 
-// A sphere of at least so many texels' radius is not missed by one ray; smaller ones are averaged over SPHERE_RAYS²
-// rays.
+// A sphere with a radius of at least WIDE texels is met by one ray. A smaller one, which a single ray may miss, is
+// averaged over SPHERE_RAYS² rays.
 const float WIDE = 2.0;
 const uint SPHERE_RAYS = 4u;
 // Lines on which a texel's share of a ribbon is measured.

@@ -48,7 +48,7 @@ void sort_barrier(bool in_shared) {
 }
 
 // Every comparison moves the smaller entry to the lower place, so entries past `count`, thought of as infinite, never move
-// and need not exist. Shifts, since division takes long.
+// and need not exist. Places are found by shifts, since division takes long.
 void sort_places(bool in_shared, bool by_casters, uint first, uint count) {
     uint levels = count > 1u ? uint(findMSB(count - 1u)) + 1u : 0u, pairs = (1u << levels) >> 1u;
     for (uint half_size = 1u; half_size <= pairs; half_size <<= 1u) {
@@ -110,7 +110,7 @@ void sort_tile(uint first, uint count) {
     if (gl_LocalInvocationIndex == 0u) {
         sort_many = false;
     }
-    // Twice the text, so that no entry is picked from two memories: lavapipe 22.3 would read both.
+    // One call per memory: if a single call picked the memory of each entry, lavapipe 22.3 would read both.
     if (count > SORT_SHARED) {
         barrier();
         sort_all(false, first, count);

@@ -1,4 +1,4 @@
-// Which rays through its square a texel of a curve or of sums stands for.
+// Which rays a texel of a curve or of sums stands for: the ray through its centre, or all rays through its square.
 #ifndef MAPS_BINS_TEXEL_GLSL
 #define MAPS_BINS_TEXEL_GLSL
 #include "world/caster.glsl"

@@ -8,7 +8,7 @@ layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
     uint capacity;  // of the entries
     uint room;      // not 0: every tile has room for so many entries, which are not counted before
-    uint mark;      // what met[] has for casters in some tile; where entries are kept, another number for each build
+    uint mark;      // in met[], marks casters in some tile; where entries are kept, another number for each build
     uint map_count;
 };
 
@@ -22,7 +22,7 @@ CONSTANT(bool, HIDE, false)
 // Threads of a workgroup of the passes that bin.
 const uint BIN_THREADS = 64u;
 
-// Place of a pass's thread among all of its map, however the workgroups are shared out over two dimensions.
+// The number of this thread among all threads for its map, in a dispatch over two dimensions.
 uint map_thread() {
     return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * BIN_THREADS + gl_LocalInvocationIndex;
 }

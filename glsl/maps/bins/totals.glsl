@@ -12,7 +12,7 @@ struct BinTotals {
     uint entries_high;  // how often the entries have passed 2³²
     uint tiles_used;
     uint parts;  // listed parts of tiles
-    // VkDispatchIndirectCommand: a workgroup a listed part, and up to 63 more.
+    // VkDispatchIndirectCommand: one workgroup per listed part, and up to 63 more.
     uint groups_x;
     uint groups_y;
     uint groups_z;

@@ -16,7 +16,7 @@ struct Segment {
     uint next;  // or NO_SEGMENT
 };
 
-// As it stands in memory, to be read and written at once; .w is the link.
+// A segment as it stands in memory, to be read and written at once; .w is the link.
 uvec4 segment_words(Segment s) { return uvec4(floatBitsToUint(vec3(s.entry, s.exit, s.optical_depth)), s.next); }
 
 Segment segment_of(uvec4 words) {

@@ -16,7 +16,7 @@ shared uint last_low[2];
 shared uint first_high[2];
 shared uint filled[2];
 
-// Whether every ray crosses the caster by a whole chord of a sphere, which is not dark.
+// Whether the caster is a sphere that every ray crosses by a whole chord, with an optical depth below DARK.
 bool is_plain(View view, Caster caster) {
     bool wide = !AREA || all(greaterThan(vec2(caster.radius), WIDE * texel_sides(view, 1.0)));
     return wide && plain_sphere(view, caster) && 2.001 * caster.radius * caster.density < DARK;

@@ -3,9 +3,9 @@
 // Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map. Invariants: optical depth is added up in whole numbers, so that
 // a slope that has ended leaves no rounding error behind, and casters may come in any order; a texel without casters has no nodes.
 
-// First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, by a push constant, it writes. Input:
-// tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does both: drivers that compile on the processor
-// take long for it.
+// The shader first counts nodes. Outputs: starts, within the tile; tile_starts, nodes of each tile. Run again, with is_written in the
+// push constants, it writes them. Input: tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does
+// both, since drivers that compile on the processor take long for it.
 #include "technique/deep_shadow_map/maps.glsl"
 #include "technique/deep_shadow_map/node.glsl"
 #include "technique/deep_shadow_map/wide.glsl"

@@ -11,7 +11,7 @@ layout(push_constant, scalar) uniform DeepPush {
     uint segment_room;   // segments that the lists have room for
     uint node_room;      // nodes that there is room for
     uint round;          // of the search for an error
-    float node_error;    // the error that nodes stay within; 0: that which the search has found
+    float node_error;    // the error that nodes stay within; 0: the error that the search has found
     uint stored_words;   // of a node
     uint is_written;     // 1: nodes are written, 0: counted
 };

@@ -35,8 +35,8 @@ CONSTANT(uint, GRID_SIZE, 64u)
 #include "grid/march_casters.glsl"
 #include "grid/march_triangles.glsl"
 
-// Where a ray to a light ends. A virtual light stands on a surface; so that rounding lets the surface stop no ray, the end is
-// moved off it.
+// Where a ray to a light ends. A virtual light stands on a surface: the end is moved off that surface, so that it stops no
+// ray, however the end is rounded.
 vec3 light_end(Light l) {
     if (l.kind != LIGHT_VIRTUAL) {
         return l.position;

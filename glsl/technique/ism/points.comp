@@ -1,8 +1,9 @@
 #version 460
-// Makes a point for each stratum of each subset. Strata have equal weights; of the triangles that share a stratum, each is met by its
-// share of it. Points of neighbouring strata are spread over their triangle. Sources: Ritschel et al. 2008, section 4.1 (points on
-// surfaces); Roberts 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps
-// its place on its triangle as long as areas keep their shares. Twin: reference::twin::ism::points.
+// Makes a point for each stratum of each subset. Strata have equal weights. A stratum's point falls on each of the triangles in it as
+// often as that triangle's share of the stratum says. Points of neighbouring strata are spread over their triangle. Sources: Ritschel
+// et al. 2008, section 4.1 (points on surfaces); Roberts 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head.
+// Output: the pool. Invariant: a point keeps its place on its triangle as long as areas keep their shares. Twin:
+// reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 
@@ -45,7 +46,7 @@ uint weight_before(uint stratum, uint bits) {
 
 // How often a triangle is halved, to find a place on the curve through it.
 const uint HALVINGS = 20u;
-// How many times as large as the sides before it a side must be, squared, to be the one that is halved.
+// A side's square must be so many times the greatest square before it, for that side to be halved.
 const float LONGER = 1.01;
 
 // The place in a triangle at `weight` of the triangle's `wide`, on a curve through the triangle. The curve halves the longest side, then

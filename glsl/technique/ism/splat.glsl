@@ -21,7 +21,8 @@ const float WIDEST = 3.0;
 const float BESIDE = 0.3;
 
 // In a point's own texel, the point's plane may be so much farther than the point, in texels, even if its disc is narrower. On a map of
-// 32 texels, a plane that is seen at 30° gets as far from its point to the middle of the texel. So far surfaces stay flat as well.
+// 32 texels, a plane that is seen at 30° is so much farther in the middle of the texel than at its point. This keeps far surfaces flat
+// as well.
 const float DEEP = 1.5;
 
 // A box, along the world's axes, that a disc ends at.

@@ -1,5 +1,5 @@
 // Imperfect shadow map look-up: how much of virtual light `light` reaches `position`, 0 to 1. Sources: Ritschel et al. 2008; Reeves,
-// Salesin and Cook 1987 (four comparisons, averaged). light_receiver says a surface's normal, before each look-up. Twin:
+// Salesin and Cook 1987 (four comparisons, averaged). Call light_receiver with a surface's normal before each look-up. Twin:
 // reference::twin::ism::look_up.
 //
 //   binding 0  lights (world/light.glsl)

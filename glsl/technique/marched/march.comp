@@ -25,11 +25,12 @@ layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
-// Errors of a transmittance before a sample is kept: as a share of all light, and of the light that is left.
+// How far the transmittance may differ from the prediction before a sample is kept: as a share of all light, and as a
+// share of the light that is left.
 CONSTANT(float, ABSOLUTE_ERROR, 0.0)
 CONSTANT(float, RELATIVE_ERROR, 0.05)
 
-// Depth in the light's range, by the place on the way.
+// At place p on the way, the depth in the light's range is depth_of.x + depth_of.y · p.
 vec2 depth_of;
 
 // Places on the way, and optical depths up to there: of the last sample that was kept, with the extinction behind it; and of the end of the

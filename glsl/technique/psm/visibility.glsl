@@ -30,7 +30,7 @@ Faces depth_faces(float depth) {
     return Faces(face, max(face, 1u) - 1u, place - float(face));
 }
 
-// Interpolates between the values of two slices, `near` and the face's.
+// Interpolates between the values of slice `near` and of slice `face`.
 float between(Faces f, vec4 near_slices, vec4 far_slices) {
     vec2 ends = vec2(near_slices[f.near % 4u], far_slices[f.face % 4u]);
     ends = ADDITIVE ? 1.0 - ends : ends;

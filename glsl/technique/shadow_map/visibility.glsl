@@ -17,7 +17,7 @@ CONSTANT(bool, GATHERS, true)
 // Maps of a light, each half as wide as the one before.
 CONSTANT(uint, CASCADES, 1u)
 
-// Maps of all lights together, which the list has once for each cascade.
+// Maps of all lights in one cascade; the list has as many for each further cascade.
 CONSTANT(uint, CASCADE_MAPS, 1u)
 
 // The narrowest map of a light that holds the point and so many texels around it, else the widest.

@@ -44,8 +44,9 @@ uint depth_bits(float depth) { return floatBitsToUint(abs(max(depth, 0.0))); }
 // Called for a sample that ends at a depth: each pass defines it.
 void keep_sample(uint place, uint bits);
 
-// Each sample flies on by itself. The rays of a texel are laid end to end: a flight that leaves one ray goes on in the next, which is
-// allowed since free flight has no memory. So the work is proportional to the samples that end. `first`: of the texel's samples.
+// Each sample flies freely, by itself. The rays of a texel are laid end to end: a flight that leaves one ray goes on in the next,
+// which is allowed since free flight has no memory. So the work is proportional to the samples that end. `first`: the first of the
+// texel's samples.
 void fly(uint key, uint first, vec2 depth, float optical_depth) {
     uint i = 0u;
     while (i < SAMPLES) {

@@ -16,7 +16,7 @@ const uint HALVINGS = 16u;
 
 void keep_sample(uint place, uint bits) { samples[place] = bits; }
 
-// How much of a caster lies before each depth; a step has passed at its own.
+// How much of a caster lies before each depth. A step counts as passed at its own depth.
 vec4 shares_before(vec4 at, vec2 z) {
     vec4 within = clamp((at - z.x) / max(z.y - z.x, 1e-30), 0.0, 1.0);
     return mix(within, vec4(1.0), greaterThanEqual(at, vec4(z.y)));

@@ -40,7 +40,7 @@ layout(push_constant, scalar) uniform BuildPush {
     uint table_mask;
     uint child_table_at;
     uint data_capacity;    // words
-    uint columns_at;       // where the tile's columns are in `boundaries`; of a projection, those of the light's first tile
+    uint columns_at;       // where the tile's columns are in `boundaries`; in project.comp, those of the light's first tile
     uint mode;             // WHOLE, SEEN and LAST
 };
 

@@ -2,8 +2,9 @@
 #ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 #define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 
-// Corners, two words each; three of depths; the side; least and greatest depth. The depths are those of the corners, voxels; where
-// the light has a place, 1 over the depth at the middle of all columns, and what a column to the right and a column up add.
+// The words of a triangle: its corners, two words each; three of depths; its side; its least and greatest depth. The depths are
+// those of the corners, in voxels. Where the light has a place, they are instead 1 over the depth at the middle of all columns,
+// and how much that changes per column to the right and per column up.
 const uint PROJECTED_WORDS = 12u;
 const uint PROJECTED_DEPTHS = 6u;
 const uint PROJECTED_SIDE = 9u;

@@ -9,10 +9,10 @@ const uint LIT = 1u;
 const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;
 
-// Levels are leaves, bricks, and nodes of up to 65,536 voxels per side: 15.
-// The voxels of a directional light are a cube: a position's offset from the corner, along right, up and forward, is its place
-// among them. The voxels of a light with a place are a pyramid with the light at its tip, and all columns have as many voxels.
-// There right and up give the column, counted from the middle one, times the voxel along forward.
+// Levels are leaves, bricks, and nodes of up to 65,536 voxels per side: 15. The voxels of a directional light are a cube: a
+// position's offset from the corner, along right, up and forward, is its place among them. The voxels of a light with a place
+// are a pyramid with the light at its tip, and all of its columns have the same number of voxels. There right and up give the
+// column, counted from the middle one, times the voxel along forward.
 struct Tree {
     vec3 origin;   // the corner of the cube, or the light
     uint size;     // voxels per side
