@@ -132,8 +132,8 @@ vec2 cast_clip(vec3 from, vec3 way) {
     return box_clip(from, way, low, high);
 }
 
-// `from` and `way` are in voxels; `origin` and `direction` are the same ray in world units. No loop is left from inside, so that
-// neighbouring threads run together again behind each.
+// `from` and `way` are in voxels; `origin` and `direction` are the same ray in world units. No loop has a break or a return
+// inside, so that neighbouring threads converge again after each loop.
 bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end) {
     March march;
     ivec3 voxel;

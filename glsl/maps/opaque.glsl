@@ -39,7 +39,7 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
 // and rounding can move it.
 CONSTANT(float, NORMAL_BIAS, 0.3)
 
-// The normal of the surface that the next point is on, on the side that light is asked for; 0 for a point in space.
+// The normal of the surface at the next point, towards the side whose light is asked for; 0 for a point in space.
 // light_receiver sets it, light_visibility sets it back to 0.
 vec3 look_up_normal = vec3(0.0);
 

@@ -38,7 +38,7 @@ layout(push_constant, scalar) uniform OpaquePush {
 const uint OPAQUE_ITEMS_X = 64u;
 // Shares that the tiles of one triangle are dealt to, at most: so few that no count of items passes 32 bits.
 const uint OPAQUE_MOST_SHARES = 4096u;
-// From so many items on none are listed: the workgroups that find large triangles draw these themselves.
+// Once this many items are counted, no more are listed: the workgroups that find large triangles draw these themselves.
 const uint OPAQUE_MOST_ITEMS = 0x80000000u;
 
 // The upper left texel of a map among all. Twin: maps::opaque_corner.

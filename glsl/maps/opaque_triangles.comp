@@ -5,7 +5,7 @@
 layout(local_size_x = 64) in;
 #include "maps/opaque_draw.glsl"
 
-// Texels of a triangle's bounds that its thread draws by itself, at most.
+// The most texels of a triangle's bounds with which one thread draws the triangle alone.
 CONSTANT(uint, OPAQUE_SMALL, 64u)
 
 // A triangle of the workgroup that is not small.

@@ -43,7 +43,8 @@ void gaussian_across(vec3 n, out vec3 first, out vec3 second) {
     second = vec3(b, 1.0 + n.y * n.y * a, -n.y);
 }
 
-// By how many octaves the longest axis is longer than the middle one, and than the shortest, as numbers of 12 bits.
+// By how many octaves the longest axis is longer than the middle one (x) and than the shortest (y), as numbers of 12
+// bits.
 uvec2 gaussian_octaves(uvec3 bits) {
     uvec3 high = (bits >> 16u & 127u) | (bits >> 24u & 128u);
     uint both = high.x | high.y << 8u | high.z << 16u;

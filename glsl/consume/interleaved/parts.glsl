@@ -9,7 +9,7 @@ uint part_count(uint lights) {
     return lights >= 16u ? 16u : lights > 0u ? 1u << uint(findMSB(lights)) : 1u;
 }
 
-// The pixel of a place in the square of 4 × 4: the place's bits in turn go to x and y, so that with only four parts
+// The pixel of a place in the square of 4 × 4. The place's bits go alternately to x and y, so that with only four parts
 // every 2 × 2 pixels have all four.
 uvec2 place_pixel(uint place) { return uvec2(place & 1u | place >> 1 & 2u, place >> 1 & 1u | place >> 2 & 2u); }
 

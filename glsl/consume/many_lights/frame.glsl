@@ -7,8 +7,8 @@
 // How a frame sees the world.
 struct Frame {
     View camera;
-    // The direction of a pixel's ray, as long as z along it is 1: corner + (x + ½) · across + (y + ½) · down. Computed once, on
-    // the host, so that devices that divide differently find the same edges.
+    // The direction of a pixel's ray, scaled so that z along it is 1: corner + (x + ½) · across + (y + ½) · down. Computed
+    // once, on the host, so that devices that divide differently find the same edges.
     vec3 corner;
     vec3 across;
     vec3 down;
@@ -18,7 +18,7 @@ struct Frame {
 layout(push_constant, scalar) uniform ManyLightsPush {
     uvec2 size;       // pixels
     uint words;       // per pixel: a bit per light
-    uint phase;       // offset within a step of the dither, in quarters: 2, or 1 and 3 in turn where two frames are averaged
+    uint phase;       // offset within a step of the dither, in quarters: 2; where two frames are averaged, 1 and 3 alternately
     uint has_before;  // 1 where there is a frame before
     float sky_red;
     float sky_green;

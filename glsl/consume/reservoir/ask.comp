@@ -132,7 +132,7 @@ void main() {
             own = other;
             visible = visibility(light, here);
         }
-        // How many of all these frames could have kept this light.
+        // How many of the counted frames, this one included, could have kept this light.
         uint could = is_old ? frames_before : 0u;
         could += any(greaterThan(visible, vec3(0.0))) ? 1u : 0u;
         if (!is_old && any(greaterThan(visible, vec3(0.0)))) {

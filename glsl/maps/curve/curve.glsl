@@ -70,7 +70,8 @@ bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 // Removes that one of `count` nodes whose removal changes the area under the transmittance least.
 void remove_cheapest(int count) {
     bool nudged = EXPONENTIAL && NUDGE;
-    // Each node's transmittance; and for the span behind it extent, rise of the value, mean transmittance and area.
+    // `through`: each node's transmittance. The others are of the span behind each node: its extent, the rise of the
+    // value over it, its mean transmittance and its area.
     float through[WORK + 2], extent[WORK + 1], rise[WORK + 1], mean[WORK + 1], area[WORK + 2];
     through[0] = EXPONENTIAL ? exp(-node_values[0]) : 0.0;
     area[WORK + 1] = 0.0;

@@ -52,7 +52,8 @@ shared uint cells[(CELLS + 1) * TEXELS];
 const uint NEVER = 0x7F800000u;
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
-// The first segment that lets nothing through, where there is one: where it does so, and where it begins.
+// The first segment that lets no light through, if a texel has one: the depth where it has become dark, and the depth
+// where it begins.
 shared uint dark_bits[TEXELS];
 shared uint dark_from_bits[TEXELS];
 shared uint bound[2];

@@ -49,9 +49,9 @@ const uint HALVINGS = 20u;
 // A side's square must be so many times the greatest square before it, for that side to be halved.
 const float LONGER = 1.01;
 
-// The place in a triangle at `weight` of the triangle's `wide`, on a curve through the triangle. The curve halves the longest side, then
-// in each half a side that the triangle had before, and so on: neighbours on it are neighbours in the triangle. Only halves are added,
-// which is exact.
+// A place in a triangle, on a curve through it: `weight` of `wide`, as a share, of the way along the curve. The curve halves the longest
+// side, then in each half a side that the triangle had before, and so on: neighbours on the curve are neighbours in the triangle. Only
+// halves are added, which is exact.
 vec2 place_at(Triangle triangle, uint weight, uint wide) {
     vec2 corners[3] = { vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(0.0, 1.0) };
     uint longest = 0u;

@@ -68,7 +68,8 @@ float light_visibility(uint light, vec3 position) {
     bool on_surface = dot(visibility_normal, visibility_normal) > 0.0;
     visibility_normal = vec3(0.0);
     float square = dot(offset, offset);
-    // A light sends nothing behind its plane, so nothing is shadowed there; NaN has no place; without points nothing casts.
+    // A light sends nothing behind its plane, so nothing is shadowed there. A NaN position is not looked up. Without
+    // points, nothing casts a shadow.
     if (!(offset.z > 0.0) || !(square < FARTHEST) || visibility_points.total == 0u) {
         return 1.0;
     }

@@ -33,8 +33,8 @@ CONSTANT(float, RELATIVE_ERROR, 0.05)
 // At place p on the way, the depth in the light's range is depth_of.x + depth_of.y · p.
 vec2 depth_of;
 
-// Places on the way, and optical depths up to there: of the last sample that was kept, with the extinction behind it; and of the end of the
-// last stretch.
+// kept_place, kept_value and kept_rate: the place of the last sample that was kept, the optical depth up to there, and the extinction
+// behind it. last_place and last_value: the end of the last stretch, and the optical depth up to there.
 float kept_place, kept_value, kept_rate;
 float last_place, last_value;
 

@@ -1,6 +1,6 @@
 // Optical depth grid look-up: how much of light `light` reaches `position`, 0 to 1, from the baked optical depth, interpolated linearly
-// between cells' middles. A point outside of the grid takes that of the place where its way to the light enters the grid. Meshes shadow by
-// the light's opaque map. Source: Schneider 2023 (Nubis³). Twin: reference::twin::optical_depth_grid.
+// between cells' middles. A point outside of the grid takes the optical depth of the place where its way to the light enters the grid.
+// Meshes shadow by the light's opaque map. Source: Schneider 2023 (Nubis³). Twin: reference::twin::optical_depth_grid.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  where the cells stand (grid/grid.glsl)

@@ -38,8 +38,8 @@ layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 // at the same time.
 CONSTANT(uint, ROWS, 2u)
 const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
-// Texels of a row that one thread looks at for a caster: more where it takes longer to fetch a caster. Then such spans of
-// a workgroup's texels, and casters that are looked at at the same time.
+// SPAN is how many texels of a row one thread reads a caster for: more where it takes longer to fetch a caster. SPANS is
+// how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
 // Runs of slices that are summed at the same time, each by one thread per texel, and slices of a run: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
@@ -47,8 +47,8 @@ const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 // for each addition: a quarter of a step of a half float.
 const uint MANY = SPLIT ? 128u : 256u;
 
-// Units of optical depth that each slice of each texel takes: sum_place. Before there are sums, two words are used to find their
-// bound.
+// Optical depth of each slice of each texel, in units; sum_place says where. Before there are sums, two of the words are used to
+// find a bound of the sums.
 shared uint slices[SLICES * TEXELS];
 // The batch: centres with radii; densities with places among the slices; axes of strands and Gaussians. A plain sphere has the square
 // of its radius, and its optical depth in units per half of a chord's length; other casters have minus their radius. `filled`: how many

@@ -57,6 +57,6 @@ float slices_transmittance(LookUp l) {
     }
     Faces f = depth_faces(l.depth);
     vec4 far_slices = bilinear_slices(l, f.face);
-    // Slices k and k + 1 share a layer, save where k is its last.
+    // Slices k and k + 1 share a layer, unless slice k is the layer's last.
     return between(f, f.near / 4u == f.face / 4u ? far_slices : bilinear_slices(l, f.near), far_slices);
 }

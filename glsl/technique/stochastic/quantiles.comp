@@ -10,7 +10,8 @@ const uint THREADS = 64u;
 #include "maps/bins/scale.glsl"
 #include "technique/stochastic/draw.glsl"
 
-// Samples that are looked for at once, in vectors of four, and steps of the bisection.
+// AT_ONCE is how many samples are searched at the same time, in vectors of four; HALVINGS is how many steps the
+// bisection takes.
 const uint AT_ONCE = 16u;
 const uint HALVINGS = 16u;
 

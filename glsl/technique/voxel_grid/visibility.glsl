@@ -48,8 +48,8 @@ CONSTANT(uint, MARCH_STEPS, 0u)
 // Where in each step.
 CONSTANT(float, MARCH_OFFSET, 0.5)
 
-// Set by a consumer that dithers: where in each step (x), or where across a voxel (y and z), a look-up is asked, from 0 to 1; below
-// 0: in the voxel's middle, and in each step where MARCH_OFFSET says.
+// Set by a consumer that dithers, from 0 to 1: x is the place of a sample within each step; y and z are where across a voxel the
+// receiver is. Below 0, samples are where MARCH_OFFSET says, and the receiver is not moved.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 // Whether there is smoke or hair.

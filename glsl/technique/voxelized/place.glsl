@@ -11,7 +11,7 @@ uint tree_of(uint light, vec3 position) {
     return first + (faces ? cube_face(position - visibility_trees[first].origin) : 0u);
 }
 
-// A position in voxels; at or behind the tip of a pyramid these mean nothing.
+// A position in voxels. At or behind the tip of a pyramid, the result is meaningless.
 vec3 tree_voxel(uint tree, vec3 position) {
     vec3 offset = position - visibility_trees[tree].origin;
     vec3 voxel = vec3(dot(offset, visibility_trees[tree].right), dot(offset, visibility_trees[tree].up),

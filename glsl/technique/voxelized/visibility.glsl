@@ -42,7 +42,7 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
     uint levels = visibility_trees[light].levels;
     bool one_cell = shortcut_of(levels, uvec3(low, z)) == shortcut_of(levels, uvec3(high, z));
     Walk shared_way = walk_from_cell(light, uvec3(low, z));
-    // As long as all columns lie in the same child.
+    // Walks down once for all columns, as long as they lie in the same child.
     while (one_cell && shared_way.kind == INTERSECTED && shared_way.level > 1u &&
            all(equal(low >> int(shared_way.level + 1u), high >> int(shared_way.level + 1u)))) {
         walk_down(light, uvec3(low, z), shared_way);
