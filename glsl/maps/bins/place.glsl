@@ -6,7 +6,7 @@
 #include "maps/bins/totals.glsl"
 #include "maps/detail/blocks.glsl"
 
-// Parts of a tile that has casters, and of one that has none.
+// How many parts a tile that has casters is listed as, and one that has none.
 CONSTANT(uint, PARTS, 1u)
 CONSTANT(uint, EMPTY_PARTS, 0u)
 

@@ -31,7 +31,8 @@ struct Bounds {
     vec3 sides;  // half of them
 };
 
-// Whether each light chooses its points (technique/ism/adapt.comp). The discs of these end at bounds.
+// Whether each light chooses its points (technique/ism/adapt.comp). The discs of points so chosen are cut off at their
+// bounds.
 CONSTANT(bool, ISM_ADAPTIVE, false)
 
 // With adaptive points: how far a point may be from the middle of its own texel, in texels across and down, for that texel to take it in

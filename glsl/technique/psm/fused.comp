@@ -41,7 +41,8 @@ const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
 // SPAN is how many texels of a row one thread reads a caster for: more where it takes longer to fetch a caster. SPANS is
 // how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
-// Runs of slices that are summed at the same time, each by one thread per texel, and slices of a run: whole layers.
+// RUNS is how many runs of slices are summed at the same time, each by one thread per texel. RUN is how many slices a
+// run has: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 // Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
 // for each addition: a quarter of a step of a half float.

@@ -15,7 +15,7 @@ float kept_transmittance(uint at, float place) {
     }
     float middle = place * float(MEANS) - 0.5, below = floor(middle), along = middle - below;
     uint next = uint(below + 1.0);
-    // From the first and the last middle, the range's ends are half an interval away.
+    // The ends of the range are only half an interval away from the first and the last middle.
     along = next == 0u ? 2.0 * along - 1.0 : next == MEANS ? 2.0 * along : along;
     float low = next == 0u ? 0.0 : kept_sum(at, next - 1u);
     return exp(-mix(low, kept_sum(at, next), along));
