@@ -1,4 +1,4 @@
-// A sky with a sun, into which the ground fades: for pictures that people are shown, never for measured ones. Twins:
+// A sky with a sun, into which the ground fades: for pictures to look at, never for measured ones. Twins:
 // scene::Backdrop, reference::truth::backdrop.
 #ifndef CONSUME_BACKDROP_GLSL
 #define CONSUME_BACKDROP_GLSL
@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform BackdropPush {
     float thick;  // how far above and below the middle the ground reaches
 };
 
-// Cosines of angles from the sun's middle: its disc fades from the first to the second.
+// Cosines of angles from the sun's middle: the disc is whole up to the first, and fades out up to the second.
 const float SUN_WHOLE = 0.99985;
 const float SUN_NONE = 0.99965;
 

@@ -1,10 +1,11 @@
-// A camera ray's stretch in a caster, and the colour of that.
+// The stretch of a camera ray inside a caster, and the colour of that stretch.
 #ifndef CONSUME_CASTER_SEEN_GLSL
 #define CONSUME_CASTER_SEEN_GLSL
 #include "consume/colored.glsl"
 #include "consume/shading.glsl"
 
-// From z.x to z.y, between the near plane and the mesh at `farthest`; false where the ray sees nothing of it.
+// Sets z to where the ray enters and leaves the caster, clipped to the near plane and to the mesh at `farthest`. False
+// where the ray sees nothing of the caster.
 bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z) {
     vec3 within;
     bool hit = caster_overlap(ray, caster, within);

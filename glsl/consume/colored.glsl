@@ -1,5 +1,5 @@
-// Extinction of red, green and blue light in a scene's casters, and each color's transmittance from a look-up's answer. To be included
-// behind visibility.glsl where a technique is asked. Bound by consume::colored. Twins: reference::truth::Casters::colors,
+// Extinction of red, green and blue light in a scene's casters, and each color's transmittance from a look-up's answer. Shaders that
+// ask a technique include this file after visibility.glsl. Bound by consume::colored. Twins: reference::truth::Casters::colors,
 // reference::truth::picture.
 #ifndef CONSUME_COLORED_GLSL
 #define CONSUME_COLORED_GLSL
@@ -8,7 +8,7 @@
 CONSTANT(float, EXTINCTION_RED, 1.0)
 CONSTANT(float, EXTINCTION_GREEN, 1.0)
 CONSTANT(float, EXTINCTION_BLUE, 1.0)
-// The channel that is blended: each has an opacity of its own.
+// The color channel that a draw blends: each channel has its own opacity, but blending takes one alpha.
 CONSTANT(uint, CHANNEL, 0u)
 
 vec3 extinction_ratio() { return vec3(EXTINCTION_RED, EXTINCTION_GREEN, EXTINCTION_BLUE); }

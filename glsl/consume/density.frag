@@ -8,7 +8,7 @@
 layout(set = 0, binding = 0) uniform texture2D counts;
 
 layout(push_constant, scalar) uniform DensityPush {
-    float many;  // particles over a pixel at which 1 − 1/e of the last colour is reached
+    float many;  // particles over a pixel at which the density is 1 − 1/e
 };
 
 layout(location = 0) out vec4 color;
@@ -19,7 +19,7 @@ const vec3 THICK = vec3(0.93, 0.98, 1.0);
 
 void main() {
     float density = 1.0 - exp(-texelFetch(counts, ivec2(gl_FragCoord.xy), 0).r / many);
-    // Seen before it is bright.
+    // Opacity rises faster than brightness, so that few particles are seen too.
     float opacity = 1.0 - (1.0 - density) * (1.0 - density) * (1.0 - density);
     color = vec4(mix(THIN, THICK, density) * opacity, opacity);
 }

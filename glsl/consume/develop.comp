@@ -31,7 +31,7 @@ void main() {
             sum += texelFetch(samples, ivec2(pixel * grid + uvec2(x, y)), 0).rgb;
         }
     }
-    // Beyond it the curve's numbers would overflow, and it is 1 long before.
+    // Beyond 1e6 the curve's terms would overflow; the curve reaches 1 long before that.
     vec3 light = clamp(exposure * sum / float(grid.x * grid.y), 0.0, 1e6);
     imageStore(shown, ivec2(pixel), vec4(filmic(light), 1.0));
 }

@@ -1,9 +1,8 @@
 #version 460
-// Fog before the picture: single scattering in a homogeneous medium of albedo 1 with an isotropic phase function. Each camera
-// ray is marched in equal steps as far as the mesh that it meets, or the far plane. Light loses nothing on its way to the ray
-// but what the technique says. Sources: Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011.
-// Inputs: lights, camera, z of the meshes, the technique. Output: scattered light and 1 − transmittance, blended over.
-// Twin: reference::truth::fog.
+// Fog in front of the picture: single scattering in a homogeneous medium of albedo 1 with an isotropic phase function. Each
+// camera ray is marched in equal steps as far as the mesh that it meets, or the far plane. On its way to the ray, light loses
+// only what the technique says. Sources: Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011. Inputs: lights, camera, z
+// of the meshes, the technique. Output: scattered light and 1 − transmittance, blended over. Twin: reference::truth::fog.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/distances_set.glsl"
 #include "consume/picture_set.glsl"
@@ -22,12 +21,13 @@ layout(push_constant, scalar) uniform FogPush {
 
 layout(location = 0) out vec4 color;
 
-// A light of radiance 1, under which a white surface has radiance 1, brings an irradiance of π, of which the phase function
-// sends 1 / 4π into any direction.
+// A light of radiance 1 gives a white surface radiance 1, so its irradiance is π. The phase function sends 1 / 4π of that
+// into each direction.
 const float PHASE = 0.25;
 
-// Where in its steps a pixel asks, 0 to 1: fixed, and far apart for pixels near each other, so that steps do not show as bands.
-// Source: Roberts 2018, The unreasonable effectiveness of quasirandom sequences: R2, in whole numbers.
+// Where in each step a pixel asks for light, 0 to 1. The offset is fixed per pixel and differs much between neighbours, so that
+// steps do not show as bands. Source: Roberts 2018, The unreasonable effectiveness of quasirandom sequences: R2, in whole
+// numbers.
 float place_in_step(uvec2 pixel) {
     return float((pixel.x * 3242174889u + pixel.y * 2447445414u) >> 8) / 16777216.0;
 }
@@ -53,7 +53,7 @@ void main() {
     float transmittance = 1.0;
     for (uint i = 0u; i < steps; ++i) {
         vec3 position = ray.origin + (float(i) + place) / float(steps) * end * ray.direction;
-        // The share of even light that the step scatters: the integral of extinction · transmittance over it.
+        // The share of uniform light that the step scatters: the integral of extinction · transmittance over the step.
         float behind = exp(-step_depth * float(i + 1u));
         scattered += (transmittance - behind) * light_in_fog(position);
         transmittance = behind;

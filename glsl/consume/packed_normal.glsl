@@ -1,9 +1,10 @@
-// Normals in 10 bits per coordinate, by which surfaces are told apart. All of it in whole numbers or precise, so that its twin finds the
-// same edges. Twin: reference::twin::packed_normal.
+// Normals in 10 bits per coordinate, used to tell surfaces apart. All of it is computed in whole numbers or `precise`, so that the twin
+// finds the same edges. Twin: reference::twin::packed_normal.
 #ifndef CONSUME_PACKED_NORMAL_GLSL
 #define CONSUME_PACKED_NORMAL_GLSL
 
-// A unit, as normals have it here, and of two that are at most 26° apart the least product: 0.9 units².
+// The length of a packed normal, and the least dot product of two that count as one surface: 0.9 · NORMAL_UNIT², at
+// most 26° apart.
 const int NORMAL_UNIT = 511;
 const int SAME_NORMAL = 235009;
 
@@ -19,7 +20,7 @@ bool same_normal(uint a, uint b) {
     return first.x * second.x + first.y * second.y + first.z * second.z >= SAME_NORMAL;
 }
 
-// How far a vector leads along the normal of a surface, in parts of which a unit has NORMAL_UNIT.
+// The component of a vector along a packed normal, times NORMAL_UNIT.
 float along_normal(uint packed, vec3 vector) {
     vec3 normal = vec3(unpack_normal(packed));
     precise float sum = normal.x * vector.x + normal.y * vector.y + normal.z * vector.z;

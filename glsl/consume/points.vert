@@ -14,7 +14,7 @@ layout(location = 0) flat out vec3 middle;
 layout(location = 1) flat out float speed;
 layout(location = 2) flat out float z;
 
-// From the middle to a corner, over the particle's radius.
+// Distance from the middle to a corner, as a multiple of the particle's radius.
 CONSTANT(float, POINT_SIZE, 1.0)
 
 const vec2 CORNERS[3] = vec2[3](vec2(0.0, 1.0), vec2(-0.866025, -0.5), vec2(0.866025, -0.5));

@@ -1,6 +1,6 @@
 #version 460
-// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one
-// number per point, of the channel that is asked about.
+// Asks a technique for the visibility of one light, at a part of a list of points or over squares around them. Inputs: points, a light,
+// the technique. Output: one number per point, for one color channel.
 #include "world/view.glsl"
 #include "visibility.glsl"
 #include "consume/colored.glsl"
@@ -30,7 +30,7 @@ void main() {
         if (areas > 0u) {
             light_footprint(sides[index]);
         }
-        // A normal of 0: the surface looks away.
+        // A normal of 0 marks a surface that faces away from the light.
         bool away = false;
         if (normals > 0u) {
             away = all_normals[index] == vec3(0.0);

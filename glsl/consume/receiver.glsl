@@ -11,8 +11,8 @@
 vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }
 #endif
 
-// Look-ups from here on are for a receiver this wide across the light, world units: techniques with levels of detail
-// choose a level by it.
+// Sets how wide the receiver is across the light, world units, for the look-ups that follow: techniques with levels of
+// detail choose a level by it.
 void light_footprint(float side) {
 #ifdef TECHNIQUE_FOOTPRINTS
     look_up_footprint = side;
@@ -24,14 +24,14 @@ float pixel_side(View camera, float z) {
     return (camera.projection == VIEW_PARALLEL ? 2.0 : 2.0 * z) / abs(float(camera.height) * camera.scale_y);
 }
 
-// Whether a surface is in its own shadow, however coarse a technique is: the outside of something closed looks away from a light that
-// is infinitely far away. (A light with a place may stand inside.) Twin: reference::truth::SurfacePoint::looks_away.
+// Whether a surface is in its own shadow by its normal alone: the outside of a closed mesh that faces away from a light that is
+// infinitely far away. (A light with a place may stand inside the mesh.) Twin: reference::truth::SurfacePoint::looks_away.
 bool looks_away(Light light, vec3 normal, bool closed) {
     return closed && light.kind == LIGHT_DIRECTIONAL && dot(normal, light.direction) > 0.0;
 }
 
-// How much of a light, the scene's `index`-th, reaches a surface. `normal` points out of a closed mesh; on an open one it may be either
-// side's, and the side towards the light is asked for.
+// How much of a light, the scene's `index`-th, reaches a surface. `normal` points out of a closed mesh. On an open mesh it may point to
+// either side: the side towards the light is asked for.
 float surface_visibility(uint index, Light light, vec3 position, vec3 normal, bool closed) {
     if (looks_away(light, normal, closed)) {
 #ifdef TECHNIQUE_COLORS

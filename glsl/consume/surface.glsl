@@ -1,12 +1,13 @@
-// Where the ray of a pixel meets the triangle that covers it. A rasterizer moves corners onto its grid, so that what it
-// interpolates belongs to a ray beside the pixel's: a point whose z is put on the pixel's own ray would lie off the
-// triangle, in its own shadow or in front of it. Forward and deferred shading ask at this point, the same to the bit.
+// Where the ray of a pixel meets the triangle that covers it. A rasterizer moves corners onto its grid, so its
+// interpolated z belongs to a ray beside the pixel's. A point with that z on the pixel's own ray would lie off the
+// triangle, in its own shadow or in front of it. Forward and deferred shading ask at the point that is found here, the
+// same to the bit.
 #ifndef CONSUME_SURFACE_GLSL
 #define CONSUME_SURFACE_GLSL
 #include "world/triangle.glsl"
 #include "world/view.glsl"
 
-// What is given of a triangle: a corner, and the least and the greatest z of all three.
+// A triangle's plane, by a corner and the normal, and the least and the greatest z of its three corners.
 struct Surface {
     vec3 corner;
     vec3 normal;
@@ -35,7 +36,7 @@ vec4 surface_place(View camera, vec3 corner) {
                 (z - camera.near) * camera.far / (camera.far - camera.near), view_w(camera, z));
 }
 
-// The ray through a pixel of a perspective camera. Precise, as all here: two shaders round alike.
+// The ray through a pixel of a perspective camera. All arithmetic here is `precise`, so that two shaders round alike.
 Ray surface_ray(View camera, vec2 pixel) {
     precise vec2 ndc = pixel / vec2(camera.width, camera.height) * 2.0 - 1.0;
     precise vec3 direction =
@@ -43,7 +44,8 @@ Ray surface_ray(View camera, vec2 pixel) {
     return Ray(camera.origin, direction);
 }
 
-// z of the plane on the ray, of the triangle's own; the nearest where the plane is edge on.
+// z at which the ray meets the triangle's plane, clamped to the triangle's own z; the triangle's nearest z where the
+// plane is edge on.
 float surface_z(Ray ray, Surface surface) {
     precise float z = dot(surface.corner - ray.origin, surface.normal) / dot(ray.direction, surface.normal);
     return z >= surface.z.x ? min(z, surface.z.y) : surface.z.x;

@@ -8,7 +8,7 @@
 
 vec3 surface_light(uint light, vec3 position, vec3 normal, bool closed) {
     if (light_radiance(lights[light], position) == vec3(0.0)) {
-        return vec3(0.0);  // not asked for: it ends before, or shines elsewhere
+        return vec3(0.0);  // not asked for: the light ends before, or shines elsewhere
     }
     float visibility = surface_visibility(light, lights[light], position, normal, closed);
     return light_on_surface(lights[light], position, normal, colored(visibility));

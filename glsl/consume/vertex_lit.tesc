@@ -1,7 +1,7 @@
 #version 460
-// lighting=vertex, second stage: a caster's quad, as large as caster_corner draws it, and into how many parts it is cut along x and y, by
-// its size on the screen. Source: Fife and Strugar 2013, Tessellation. Twin: reference::twin::vertex_lit. Inputs: camera, casters. Outputs:
-// the quad, levels. Invariant: casters off the screen have level 0 and no triangles.
+// lighting=vertex, second stage: passes on a caster's quad, as large as caster_corner draws it, and says into how many parts it is cut
+// along x and y, by its size on the screen. Source: Fife and Strugar 2013, Tessellation. Twin: reference::twin::vertex_lit. Inputs: camera,
+// casters. Outputs: the quad, levels. Invariant: casters off the screen have level 0 and no triangles.
 #include "consume/picture_set.glsl"
 #include "world/caster.glsl"
 
@@ -17,8 +17,9 @@ layout(push_constant, scalar) uniform SpacingPush {
 // What every device with tessellation can do.
 const float MAX_LEVEL = 64.0;
 
-// Parts of a side of so many pixels. One part has vertices at the ends alone, on or past the silhouette, where there is
-// the most light: so two from half of `spacing` on, below which a caster has fewer pixels than the nine vertices.
+// Into how many parts a side of so many pixels is cut. One part has vertices only at its ends, on or past the
+// silhouette, where there is the most light. So a side has two parts from half of `spacing` on. A smaller caster has
+// fewer pixels than the nine vertices of 2 × 2 parts.
 float parts(float pixels) {
     return clamp(ceil(pixels / spacing), pixels > 0.5 * spacing ? 2.0 : 1.0, MAX_LEVEL);
 }

@@ -29,10 +29,10 @@ layout(location = 0) out vec4 color;
 
 // Steps of a cell. Twin: STEPS.
 const uint STEPS = 2u;
-// The march ends where so little of the background's light is left: the picture lacks that share of light, at most.
+// The march ends where a smaller share of the background's light is left: the picture lacks that share at most.
 const float HIDDEN = 1e-4;
 
-// The first sample of a block among those of all fields; false where it is empty.
+// Finds the first sample of a block among those of all fields; false where the block is empty.
 bool field_block(FieldPlace place, ivec3 block, out uint first) {
     if (any(lessThan(block, ivec3(0)))) {
         return false;
@@ -55,10 +55,11 @@ bool field_block(FieldPlace place, ivec3 block, out uint first) {
 vec3 scattered = vec3(0.0);
 vec3 transmittance = vec3(1.0);
 
-// Whether anything more is.
+// Whether light from farther back still comes through.
 bool is_seen() { return max(transmittance.x, max(transmittance.y, transmittance.z)) > HIDDEN; }
 
-// A cell from z to z, by its corners; `within` is the ray in samples from its lowest corner, `ray` that of the world.
+// Marches one cell from z.x to z.y. `corners`: densities. `within`: the ray in samples, from the cell's lowest corner;
+// `ray`: in world units.
 void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z) {
     float reach = 0.5 * (z.y - z.x) / float(STEPS);
     float scale = place.extinction * length(ray.direction) * reach;
@@ -78,13 +79,13 @@ void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z)
     }
 }
 
-// The cells of a block from z to z; `within` is the ray in samples from its lowest.
+// Marches the cells of a block from z.x to z.y. `within`: the ray in samples, from the block's lowest corner.
 void march_block(FieldPlace place, Ray ray, Ray within, uint first, vec2 z) {
     FieldWalk walk = field_walk(within, z);
     ivec3 cube;
-    // As many cells as a ray may meet of 8³, and some for rounding.
+    // At least as many cells as a ray may meet in 8³, with some more for rounding.
     for (uint i = 0u; i < 32u && is_seen() && field_next(within, walk, cube, z); ++i) {
-        // Rounding may see a neighbour of the block, where it begins or ends.
+        // At the block's ends, rounding may lead into a cell of a neighbouring block.
         uvec3 at = uvec3(clamp(cube, ivec3(0), ivec3(FIELD_SIDE - 1)));
         float corners[8], most = 0.0;
         for (uint corner = 0u; corner < 8u; ++corner) {

@@ -1,12 +1,13 @@
 // How much a caster puts into which voxels, in the units of grid/media.glsl. Source: ours. Twin: reference::twin::media, to the
-// bit: nothing here may be fused or put in another order, and no float is divided; integers are.
+// bit: no operation here may be fused or reordered, and only integers are divided, never floats.
 //
-// A voxel's number is the mean extinction in it: what there is of extinction times volume, by the voxel's volume. With voxels for
-// units that is σ · the share of the voxel that a sphere fills. A caster smaller than a voxel counts as what it absorbs of the light
-// that meets it: its silhouette times 1 − exp(−optical depth). Such casters stand anywhere in a voxel, so a ray meets a Poisson
-// number of them, of mean m, and E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
-//   A sphere: π r² and its mean chord 4/3 r; where it is thin, σ times its volume.
-//   A strand: 2 r l |sin| of its angle to the ray, whose mean over all directions is π/4, and the optical depth of a crossing.
+// A voxel's number is its mean extinction: the integral of extinction over the voxel, divided by its volume. In units of voxels, a
+// sphere adds σ times the share of the voxel that it fills. A caster smaller than a voxel adds the share of light that it takes, 1 −
+// exp(−τ), times its silhouette; τ is its optical depth. The reason: such casters stand anywhere in a voxel, so the number n of them
+// on a ray is Poisson distributed. With m for its mean, E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
+//   A sphere: silhouette π r², and τ of its mean chord 4/3 r; where it is thin, the product is σ times its volume.
+//   A strand: silhouette 2 r l |sin| of its angle to the ray, by the mean of |sin| over all directions, π/4; τ of one
+//   crossing.
 #ifndef GRID_BLOB_GLSL
 #define GRID_BLOB_GLSL
 #include "grid/media.glsl"
@@ -14,13 +15,13 @@
 
 const float PI = 3.14159265;
 
-// A caster's optical depth over a way of one voxel is clamped to that of an opaque one.
+// `optical_depth`: of a path of one voxel; clamped to that of an opaque voxel.
 uint media_units(float optical_depth) {
     precise float units = min(optical_depth, MAX_OPTICAL_DEPTH) * MEDIA_UNITS;
     return uint(units);
 }
 
-// 1 − exp(−optical depth): a series near 0, and doubled from there.
+// 1 − exp(−optical depth): by a series for a 256th of the optical depth, then doubled eight times.
 float light_taken(float optical_depth) {
     precise float x = min(optical_depth, 16.0) * (1.0 / 256.0);
     precise float taken = x * (1.0 - x * (0.5 - x * (0.16666667 - x * 0.041666668)));
@@ -31,7 +32,7 @@ float light_taken(float optical_depth) {
     return taken;
 }
 
-// 1 / √, by Newton's iteration from the bits; 0 of 0.
+// 1 / √square, by Newton's iteration from a guess by the bits; 0 for 0.
 float inverse_root(float square) {
     if (square < 1e-30) {
         return 0.0;
@@ -49,16 +50,17 @@ float root(float square) {
     return result;
 }
 
-// What is smaller than a voxel: parts at places, each shared by the eight voxels whose middles are about it.
+// A caster smaller than a voxel, as points. Each point's amount is shared by the eight voxels whose middles are around
+// it.
 struct Motes {
     vec3 first;   // voxels
-    vec3 axis;    // from the first to where one more than the last would be, were they one apart by `step`
+    vec3 axis;    // point i is at first + axis · step · i
     float step;   // a power of two
     uint count;
-    uint amount;  // of each
+    uint amount;  // of each point
 };
 
-// A sphere of extinction σ a voxel, smaller than a voxel.
+// A sphere smaller than a voxel; `extinction`: per voxel of path.
 Motes sphere_motes(vec3 centre, float radius, float extinction) {
     precise float silhouette = PI * radius * radius;
     precise float chord = 1.3333334 * radius;
@@ -67,7 +69,7 @@ Motes sphere_motes(vec3 centre, float radius, float extinction) {
     return Motes(centre, vec3(0.0), 1.0, 1u, media_units(amount));
 }
 
-// A strand: parts at most half a voxel apart along each axis. It has no width but that.
+// A strand: points at most half a voxel apart along each axis. Its radius changes their amounts, not their places.
 Motes strand_motes(vec3 start, vec3 axis, float radius, float optical_depth) {
     vec3 far = abs(axis);
     float widest = max(far.x, max(far.y, far.z)), step = 1.0;
@@ -87,11 +89,12 @@ vec3 mote_place(Motes motes, uint i) {
     return place;
 }
 
-// So many 256ths of an amount, rounded down; the rest goes to the other side, so that nothing is lost.
+// `share` 256ths of an amount, rounded down. The caller gives the rest to the neighbouring voxel, so that nothing is
+// lost.
 uint part_of(uint amount, uint share) { return (amount >> 8) * share + (((amount & 255u) * share) >> 8); }
 
-// A sphere of a voxel's radius and more: two samples per voxel and axis, each of which is inside by a share that falls from 1 to 0
-// over half a voxel, the samples' distance, about its border.
+// A sphere with a radius of at least one voxel. Each voxel has two samples per axis. A sample's share falls from 1 inside to 0
+// outside, over half a voxel around the border: the distance between samples.
 struct Ball {
     vec3 centre;    // voxels
     float core;     // square of the radius, less a 12th of the square of the border's width, since the slope adds to the volume

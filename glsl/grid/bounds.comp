@@ -35,7 +35,7 @@ void main() {
     }
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
         if (casters[i].radius == 0.0) {
-            continue;  // behind a count that only the device knows
+            continue;  // an unused entry: only the device knows how many casters there are
         }
         include(casters[i].position, casters[i].radius);
         include(casters[i].position + caster_axis(casters[i]), casters[i].radius);

@@ -8,13 +8,13 @@
 layout(push_constant, scalar) uniform GridPush {
     uint triangle_count;
     uint caster_count;
-    uint threads;  // that share both in grid.bounds
+    uint threads;  // that share triangles and casters in grid.bounds
     uint level;    // of grid.cells
     uint pairs_room;  // of grid.pairs: pairs that there is room for
-    uint share;       // of grid.casters: voxels of a box up to which a caster is listed in each
+    uint share;       // of grid.casters: a caster whose box has more voxels is listed once, for all voxels
 };
 
-// A shader that only reads defines it first (`readonly`): a device need not let vertices write.
+// A shader that only reads defines GRID_ACCESS as `readonly` first: a device need not let vertex shaders write.
 #ifndef GRID_ACCESS
 #define GRID_ACCESS
 #endif
@@ -23,8 +23,8 @@ layout(push_constant, scalar) uniform GridPush {
 layout(set = 0, binding = 0, scalar) GRID_ACCESS buffer BuildGrid { Grid grid; };
 layout(set = 0, binding = 1, scalar) GRID_ACCESS buffer BuildBits { uint grid_bits[]; };  // two words for 64 bits
 layout(set = 0, binding = 2, scalar) readonly buffer BuildTriangles { Triangle triangles[]; };
-// Triangles that meet more voxels than one thread goes through: how many are a workgroup's, how many all workgroups share; then
-// the first from LISTED on, the others from the end.
+// Triangles with too many voxels for one thread: the count of those that are taken by one workgroup each, the count of those
+// that all workgroups share; then the former from LISTED on, the latter from the end.
 layout(set = 0, binding = 3, scalar) GRID_ACCESS buffer BuildLarge { uint listed[]; };
 
 const uint LARGE = 0u;

@@ -2,14 +2,15 @@
 #ifndef GRID_COLUMN_GLSL
 #define GRID_COLUMN_GLSL
 
-// What a column may leave out of a triangle is this far from its plane, voxels: rounding is a thousandth of it.
+// Added to each end of the range of voxels that are tried in a column, in voxels: a thousand times what rounding
+// changes.
 const float COLUMN_MARGIN = 0.0625;
 
-// Dividing by a shorter normal than this says nothing about its plane.
+// If the normal is shorter than this along the column, dividing by it says nothing about the plane.
 const float LEAST_NORMAL = 1e-30;
 
-// The voxels of a column that a triangle meets. Columns stand along the axis that the triangle faces most, so that its plane
-// goes through three of a column's voxels at most: these are tried, by the test that decides, and not all of the triangle's box.
+// Finds the voxels of a column that a triangle meets. Columns stand along the axis that the triangle faces most, so that its
+// plane goes through three of a column's voxels at most. Only these are tested, and not all of the triangle's box.
 void occupy_column(Facet facet, uint axis, ivec3 voxel) {
     uint across = (axis + 1u) % 3u, up = (axis + 2u) % 3u;
     int first = facet.first[axis], last = facet.last[axis];

@@ -1,14 +1,14 @@
 #version 460
-// Adds smoke and hair to the voxels that they lie in. One thread per caster; those of many voxels are listed, and in the variants behind it
-// a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media, their bits, the
-// lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum that overflows 32 bits
-// does so in any order, and sets its voxel's bit.
+// Adds smoke and hair to the voxels that they lie in. One thread per caster. Casters of many voxels are listed, and later variants take
+// them: one workgroup each (STEP 1), or all workgroups together (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media, their bits,
+// the lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum that overflows 32
+// bits does so in any order, and sets its voxel's bit.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 
-// Voxels of a sphere's box, or parts of a strand, up to which a thread takes a caster, and up to which a workgroup does. Any
-// numbers give the same bytes.
+// The most voxels of a sphere's box, or points of a strand, that one thread takes, and that one workgroup takes. Any numbers
+// give the same bytes.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 
@@ -34,7 +34,8 @@ void deposit(uvec3 voxel, uint amount) {
 #include "grid/cell.glsl"
 #include "grid/mote.glsl"
 
-// How much there is to do for a caster, and the part of it from `first` on.
+// Deposits every `step`-th part (voxel or point) of a caster from `first` on, unless it has more than `most` parts.
+// Returns how many parts it has.
 uint deposit_caster(uint i, uint first, uint step, uint most) {
     Caster caster = casters[i];
     precise vec3 place = (caster.position - grid.origin) * grid.per_unit;

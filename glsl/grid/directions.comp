@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 // set 2: grid_directions
 layout(set = 2, binding = 0, scalar) buffer CastDirections { int directions[]; };
 
-// Products of the strand's direction.
+// Products of the coordinates of the strand's direction.
 vec3 squares;
 vec3 products;
 
@@ -21,7 +21,7 @@ void add(uint at, float amount, float product) {
 }
 
 void deposit(uvec3 voxel, uint amount) {
-    // A float has each of these to the bit.
+    // Exact: a float holds 24 bits, so larger amounts lose their lowest 8.
     precise float exact = amount < 16777216u ? float(amount) : float(amount >> 8) * 256.0;
     precise float units = exact * (DIRECTION_UNITS / MEDIA_UNITS);
     uint at = 6u * media_at(grid.size, voxel);

@@ -1,21 +1,23 @@
 // The directions of strands in the voxels of a grid: a symmetric matrix per voxel, the sum over strands of extinction times the outer
-// product of the direction with itself, voxels in the order of grid/media.glsl, numbers in the order xx, yy, zz, xy, yz, zx. Its trace is
-// the strands' extinction. In whole units, so that the order of sums does not matter, two bits fewer than those of media: where a voxel is
-// not full, no number passes 31 bits. Source: ours. Twin: reference::twin::soft::Directions.
+// product of the direction with itself. Voxels are in the order of grid/media.glsl, numbers in the order xx, yy, zz, xy, yz, zx. The trace
+// is the strands' extinction. Numbers are whole, so that the order of sums does not matter, and have two bits fewer than those of media:
+// unless a voxel is full, none passes 31 bits. Source: ours. Twin: reference::twin::soft::Directions.
 #ifndef GRID_DIRECTIONS_GLSL
 #define GRID_DIRECTIONS_GLSL
 
 const float DIRECTION_UNITS = 4194304.0;
 
-// Extinction of a strand across its axis, over its mean over all directions: 4 / π.
+// A strand's extinction across its axis, divided by its mean over all directions: 4 / π.
 const float ACROSS = 1.27323954;
 
-// Between E[sin²] and its root, where the strands of a voxel do not run in one direction.
+// Where E[|sin|] is taken to lie, from E[sin²] (0) to its root (1), if the strands of a voxel do not run in one
+// direction.
 const float SPREAD_SHARE = 0.75;
 
-// What a voxel takes of a way towards there that takes so much on average, by the matrix M of its strands. E[sin²] of their angle to the way
-// follows from it. E[|sin|], which is asked, lies between that and its root: at the root where all run one way, and there |E[cos · d across
-// the way]|² is all that Cauchy and Schwarz leave it, E[cos²] E[sin²], of which it is a share else.
+// A voxel's extinction towards a direction; `sum`: its mean over all directions. `diagonal` and `beside` are the matrix M of its strands,
+// which gives E[sin²] of their angle to that direction. E[|sin|], which is wanted, lies between E[sin²] and its root, and is the root where
+// all strands run one way. There |E[cos · d across the direction]|², d being a strand's direction, is as large as Cauchy and Schwarz allow,
+// E[cos²] E[sin²]. Elsewhere `one_way` is its share of that.
 float directed(float sum, vec3 diagonal, vec3 beside, vec3 towards) {
     float strands = diagonal.x + diagonal.y + diagonal.z;
     vec3 seen = diagonal * towards + beside * towards.yzx + beside.zxy * towards.zxy;

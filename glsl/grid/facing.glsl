@@ -5,7 +5,7 @@
 #include "grid/build.glsl"
 #include "grid/overlap.glsl"
 
-// In voxels, or in cells of which a voxel's side has so many.
+// A triangle in voxels, or in mask cells: FACET_CELLS per side of a voxel.
 Facet facet_at(uint i) {
     Triangle triangle = triangles[i];
     precise vec3 a = (triangle.corners[0] - grid.origin) * grid.per_unit;

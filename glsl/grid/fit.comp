@@ -12,7 +12,7 @@ void main() {
         high[axis] = float_of_order(grid.high[axis]);
     }
     vec3 extent = high - low, middle = 0.5 * (low + high), far = max(abs(low), abs(high));
-    // A single point, too, gets a grid that floats can tell apart.
+    // Even a single point gets a grid whose voxels floats can tell apart.
     float least = max(1.0, max(far.x, max(far.y, far.z))) * 1e-3;
     float widest = max(max(extent.x, max(extent.y, extent.z)), least);
     grid.voxel = widest / float(grid.size - 2u);

@@ -1,6 +1,6 @@
-// A grid of voxels in the world's axes, about all casters: one bit per voxel, set where meshes occupy it, in bricks of 4 × 4 × 4 bits; and
-// two levels above, with bits for each of 64 bricks, and of 64 blocks of these, that is not empty. Source: ours. Twins: grid::GridData,
-// reference::twin::grid.
+// A grid of voxels along the world's axes, around all casters. One bit per voxel is set where meshes occupy it, in bricks of 4 × 4 × 4
+// bits. Two levels above have a bit per brick, and a bit per block of 64 bricks, set where it is not empty. Source: ours. Twins:
+// grid::GridData, reference::twin::grid.
 #ifndef GRID_GRID_GLSL
 #define GRID_GRID_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -10,13 +10,13 @@ struct Grid {
     float voxel;     // a voxel's side, world units
     float per_unit;  // voxels per world unit
     uint size;       // voxels per side
-    uint low[3];     // of all that casts, as maps/extents.glsl orders floats
+    uint low[3];     // bounds of all casters, floats as maps/extents.glsl orders them
     uint high[3];
 };
 
 const uint GRID_LEVELS = 3u;
 
-// Words per side of a level, with a bit per voxel, per brick, or per block of 16 voxels per side.
+// Words of 64 bits per side of a level. A bit stands for a voxel, a brick, or a block of 16 voxels per side.
 uint grid_side(uint size, uint level) { return size >> (2u * level + 2u); }
 
 // Where a level's words begin.
@@ -36,7 +36,7 @@ uint grid_word(uint size, uint level, uvec3 voxel) {
     return grid_level_at(size, level) + (word.z * side + word.y) * side + word.x;
 }
 
-// And its bit there.
+// The voxel's bit in that word.
 uint grid_bit(uint level, uvec3 voxel) {
     uvec3 bit = (voxel >> (2u * level)) & 3u;
     return bit.x | bit.y << 2 | bit.z << 4;

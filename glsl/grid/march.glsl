@@ -8,24 +8,25 @@
 #include "grid/occupied.glsl"
 #include "grid/walk.glsl"
 
-// What is met: a voxel has so many cells per side, two to the power of this.
+// log2 of the tested cells per side of a voxel: a voxel is itself one cell, or has a mask of cells.
 const uint CELL_SHIFT = CELL == CELL_MASK ? MASK_SHIFT : 0u;
 
-// The cells of an occupied voxel; `brick` has its bits.
+// The mask of an occupied voxel, a bit per cell; `brick`: the bits of the voxel's brick.
 uvec2 grid_mask(uvec3 voxel, uvec2 brick) {
     uint word = grid_word(GRID_SIZE, 0u, voxel);
     uint at = mask_word(GRID_SIZE, visibility_masks[word], brick, grid_bit(0u, voxel));
     return uvec2(visibility_masks[at], visibility_masks[at + 1u]);
 }
 
-// The bit of a voxel, of whose word nothing else is asked.
+// The bit of one voxel, where no other bit of its word is needed.
 bool grid_has_voxel(uvec3 voxel) {
     uint bit = grid_bit(0u, voxel);
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Visits every voxel on the way, and no other: from each it goes on into the next one that the way enters, or out of the largest empty cube
-// about it at once. Where voxels have masks it is their cells that are visited, and a voxel is one more level that may be empty.
+// Visits every voxel on the way, and no other. From each voxel the march goes on into the next one that the way enters, or leaves the
+// largest empty cube around it at once. Where voxels have masks, the march visits cells of these, and a voxel is one more level that may be
+// empty.
 bool march_exact(vec3 from, vec3 way) {
     const float cells = float(1u << CELL_SHIFT);
     March march;
@@ -36,7 +37,7 @@ bool march_exact(vec3 from, vec3 way) {
     // The words that the way is in: bricks of a block, voxels of a brick, cells of a voxel.
     uvec3 block = uvec3(~0u), brick = uvec3(~0u), masked = uvec3(~0u);
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u), mask = uvec2(0u);
-    // No way meets more: each turn ends at another plane between cells.
+    // No way takes more turns: each turn ends at another plane between cells.
     for (uint turn = 0u; turn < 3u * march.size + 3u; ++turn) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;
@@ -80,8 +81,8 @@ bool march_exact(vec3 from, vec3 way) {
     return false;
 }
 
-// At the way's beginning, where a face that looks away is dark by its own voxel, and at even steps: voxels between two of them are not
-// seen.
+// Tests the voxel at the way's beginning, which darkens a face that looks away from the light, and voxels at even steps. Voxels
+// between two steps are missed.
 bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     for (uint i = 0u; i <= steps && range.x <= range.y; ++i) {

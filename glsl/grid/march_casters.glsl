@@ -1,8 +1,8 @@
-// Optical depth of smoke and hair along a way through a grid that lists them: goes through every voxel on the way with a list, and through
-// the list's casters. A caster that is listed in many voxels counts in the voxel in which the way enters the caster, or begins: places
-// along the way are floats that all voxels see alike, and each voxel ends where the next begins, so that it counts once. Those that are
-// listed for all voxels are asked first. Needs visibility_cast_bits, visibility_cast_lists (glsl/grid/lists/place.glsl), visibility_casters
-// and GRID_SIZE. Source: ours. Twin: the truth, in f64.
+// Optical depth of smoke and hair along a way through a grid that lists them. The march visits every voxel on the way that has a list, and
+// tests the list's casters. A caster that is listed in many voxels counts once, in the voxel in which the way enters the caster, or begins.
+// This works since all voxels compute places along the way alike, as floats, and each voxel ends where the next begins. Casters that are
+// listed for all voxels are tested first. Needs visibility_cast_bits, visibility_cast_lists (glsl/grid/lists/place.glsl),
+// visibility_casters and GRID_SIZE. Source: ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_CASTERS_GLSL
 #define GRID_MARCH_CASTERS_GLSL
 #include "grid/lists/place.glsl"
@@ -15,7 +15,7 @@ uvec2 cast_bits(uint level, uvec3 word) {
     return uvec2(visibility_cast_bits[at], visibility_cast_bits[at + 1u]);
 }
 
-// `from` and `way` are voxels; the ray is the same way in world units. Both end at 1.
+// `from` and `way` are in voxels; the ray is the same way in world units. Both end at 1.
 float march_casters(vec3 from, vec3 way, Ray ray) {
     March march;
     ivec3 voxel;

@@ -1,18 +1,20 @@
-// Transmittance of a cone through a grid: it meets cells as wide as itself, each of which ends light by its occupied share. Needs
-// visibility_bits, visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; that a wall is opaque on every
-// level is ours. Twin: reference::twin::cone::Cells::march_cone.
+// Transmittance of a cone through a grid. The cone samples cells as wide as itself, and each cell stops light by its occupied share.
+// Needs visibility_bits, visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; that a wall is opaque on
+// every level is ours. Twin: reference::twin::cone::Cells::march_cone.
 #ifndef GRID_MARCH_CONE_GLSL
 #define GRID_MARCH_CONE_GLSL
 #include "grid/cells.glsl"
 #include "grid/march.glsl"
 
-// Less than that is none.
+// Less light than this counts as none.
 const float CONE_DARK = 1.0 / 256.0;
 
-// Between the middles of two cells a wall's cover is weighed, and where steps fall half a cell apart it weighs at least ¾.
+// Makes walls opaque. Between the middles of two cells a wall's cover is interpolated, and with steps half a cell apart
+// one step has at least ¾ of it: 1.34 · ¾ > 1.
 const float CONE_GAIN = 1.34;
 
-// The share of light that a cell stops along an axis: that of a layer of voxels as wide as the cell. Outside of the grid it is 0.
+// The share of light that a cell stops along an axis: its occupied voxels, as a share of one layer of voxels across it. 0 outside
+// of the grid.
 float cell_cover(uint level, ivec3 cell) {
     if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(GRID_SIZE >> level)))) {
         return 0.0;
@@ -32,11 +34,11 @@ float cell_cover(uint level, ivec3 cell) {
             count = grid_has(bits, at) ? 1u : 0u;
         }
     }
-    // By the cell's side's square, a power of two.
+    // Divided by the square of the cell's side, a power of two.
     return min(1.0, float(count) * uintBitsToFloat((127u - 2u * level) << 23));
 }
 
-// At a place, between the eight cells whose middles are about it.
+// The cover at a place, interpolated between the eight cells whose middles are around it.
 float cone_cover(uint level, float side, vec3 place) {
     vec3 at = place / side - 0.5, corner = floor(at), share = at - corner;
     ivec3 cell = ivec3(corner);

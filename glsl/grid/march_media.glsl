@@ -1,8 +1,8 @@
 // How much light smoke and hair take along a way through a grid: in every voxel on it (media_exact), or in voxels at even steps
 // (media_steps). Needs visibility_media, visibility_media_bits, the constant GRID_SIZE, and `media_towards`: a voxel's extinction in the
-// way's direction, from its mean extinction. Where MEDIA_VISIT is defined, `media_visit` is told of each stretch of a way in turn: its
-// extinction times the way's length, and where on the way, 0 to 1, it begins and ends. Source: after Amanatides and Woo 1987; skipping
-// empty space on the levels above is ours. Twin: reference::twin::media::Media, march_exact and march_steps.
+// way's direction, from its mean extinction. Where MEDIA_VISIT is defined, `media_visit` is called for each stretch of a way in turn,
+// with the stretch's extinction times the way's length, and with where on the way, 0 to 1, it begins and ends. Source: after Amanatides
+// and Woo 1987; skipping empty space on the levels above is ours. Twin: reference::twin::media::Media, march_exact and march_steps.
 #ifndef GRID_MARCH_MEDIA_GLSL
 #define GRID_MARCH_MEDIA_GLSL
 #include "grid/media.glsl"
@@ -23,7 +23,8 @@ float media_of(uvec3 voxel, uvec2 full) {
     return grid_has(full, voxel) ? MEDIA_FULL : media_towards(sum, voxel);
 }
 
-// Every voxel on the way, each by the part of the way inside it, and out of empty space at once. It ends where no light is left.
+// Adds up every voxel on the way, weighted by the length of the way inside it, and leaves empty space in one step. Ends where no
+// light is left.
 float media_exact(vec3 from, vec3 way) {
     March march;
     ivec3 voxel;
@@ -72,7 +73,7 @@ float media_exact(vec3 from, vec3 way) {
     return min(sum, MEDIA_DARK);
 }
 
-// Even steps: each stands for as much of the way.
+// Even steps, each for an equal part of the way.
 float media_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;

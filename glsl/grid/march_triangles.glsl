@@ -1,7 +1,7 @@
-// Whether a ray meets a triangle of a grid that lists them: goes through every voxel on the way, as march_exact does
-// (glsl/grid/march.glsl), and in an occupied one tests the triangles whose boxes it passes. A hit counts also beyond the voxel. Needs
-// visibility_triangles, and visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle
-// intersection; boxes and bounds are ours. Twin: the truth, in f64.
+// Whether a ray meets a triangle of a grid that lists them. The march visits every voxel on the way, as march_exact does
+// (glsl/grid/march.glsl), and in an occupied voxel tests the listed triangles whose boxes the ray passes. A hit beyond the voxel counts
+// too. Needs visibility_triangles, and visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight
+// ray/triangle intersection; boxes and bounds are ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_TRIANGLES_GLSL
 #define GRID_MARCH_TRIANGLES_GLSL
 #include "grid/lists/box.glsl"
@@ -11,12 +11,12 @@
 #include "maps/float_order.glsl"
 #include "world/triangle_rows.glsl"
 
-// How far from where it is a ray or a side may be taken to be along each axis, world units: by the longest way and the largest
-// coordinate of a grid. docs/notebook/voxel-grid.md derives it. Twin: Stood::rounding in src/grid/stood.rs.
+// How far rounding may move a ray or a triangle's side along each axis, world units: a share of the longest way and a share of
+// the largest coordinate in a grid. docs/notebook/voxel-grid.md derives both. Twin: Stood::rounding in src/grid/stood.rs.
 const float ROUNDING_OF_WAY = 1.0 / 524288.0;
 const float ROUNDING_OF_PLACE = 1.0 / 2097152.0;
 
-// Its largest coordinate.
+// The largest coordinate of a grid, without its sign.
 float grid_farthest(Grid grid) {
     vec3 far = max(abs(grid.origin), abs(grid.origin + float(grid.size) * grid.voxel));
     return max(far.x, max(far.y, far.z));
@@ -26,11 +26,12 @@ float grid_rounding(Grid grid) {
     return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
-// A ray that looks along z from the origin: the axis along which it goes most, and its slopes along the two others.
+// A ray, as the shear that turns it into the z axis from the origin: the axis along which it goes most, and its slopes
+// along the other two.
 struct Shear {
     vec3 origin;
     uint axis;
-    vec3 by;  // across and up of one along; lengths of the ray
+    vec3 by;  // the two slopes, and lengths of the ray per unit along the axis
 };
 
 vec3 shear_turned(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
@@ -42,22 +43,23 @@ Shear shear_of(vec3 origin, vec3 direction) {
     return Shear(origin, axis, vec3(turned.xy / turned.z, 1.0 / turned.z));
 }
 
-// x and y: how far beside the ray; z: where along it, in lengths of its direction.
+// A corner relative to the ray. x and y: how far it is beside the ray; z: where along the ray, in lengths of its
+// direction.
 vec3 sheared(Shear shear, vec3 corner) {
     precise vec3 v = shear_turned(corner - shear.origin, shear.axis);
     precise vec2 beside = v.xy - shear.by.xy * v.z;
     return vec3(beside, v.z * shear.by.z);
 }
 
-// Twice the area between the ray and a side. From the other triangle at that side it is the same with the other sign, to the bit,
-// so that no ray goes between the two.
+// Twice the area of the triangle between the ray and a side, with a sign. The other triangle at that side has the same area with
+// the other sign, to the bit, so that no ray goes between the two.
 float side_area(vec2 from, vec2 to) {
     precise float area = from.x * to.y - from.y * to.x;
     return area;
 }
 
-// How far a point of a plane may be taken to be from it: by the largest coordinate of the grid for its own place, by how far it is
-// from the triangle's corner for the rest. docs/notebook/voxel-grid.md derives both.
+// How far rounding may move a point off a plane that it lies in: by a share of the grid's largest coordinate, for the point
+// itself, and by a share of the point's distance from the triangle's corner. docs/notebook/voxel-grid.md derives both.
 const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
 const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
 
@@ -69,13 +71,13 @@ bool begins_in_plane(vec3 origin, vec3 corners[3], float farthest) {
     return abs(dot(normal, from)) <= place + plane;
 }
 
-// Whether the ray meets it before `end`, in lengths of its direction. One in whose plane it begins is the surface that it leaves, and
-// is not in its way.
+// Whether the ray meets the triangle before `end`, in lengths of its direction. A triangle in whose plane the ray begins is the
+// surface that the ray leaves, and does not count.
 bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) {
     vec3 corners[3] = triangle_corners(triangle);
     vec3 a = sheared(shear, corners[0]), b = sheared(shear, corners[1]), c = sheared(shear, corners[2]);
     vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
-    // Areas say nothing of a sliver that the ray passes far from.
+    // Bounds first: far from the ray, the areas below say nothing about a sliver.
     if (!(all(lessThanEqual(low.xy, vec2(0.0))) && all(greaterThanEqual(high, vec3(0.0))) && low.z <= end)) {
         return false;
     }
@@ -83,7 +85,7 @@ bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) 
     if (min(u, min(v, w)) < 0.0 && max(u, max(v, w)) > 0.0) {
         return false;
     }
-    // Seen edge on it has no area, and hides nothing.
+    // Seen edge on, the triangle has no area and hides nothing.
     float area = u + v + w, at = (u * a.z + v * b.z + w * c.z) / area;
     if (area == 0.0 || !(at > 0.0 && at < end)) {
         return false;
@@ -91,10 +93,10 @@ bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) 
     return !begins_in_plane(shear.origin, corners, farthest);
 }
 
-// What is listed and is asked at once, since each load is waited for.
+// How many entries of a list are loaded at once, so that all are waited for together.
 const uint ASKED_AT_ONCE = 4u;
 
-// A way through a voxel: a box about each half of it (glsl/grid/lists/box.glsl).
+// The part of a way inside a voxel, as a box around each half of that part (glsl/grid/lists/box.glsl).
 uvec2 boxes_of_way(vec3 from, vec3 way, uvec3 voxel, float begin, float end) {
     vec3 corner = (from - vec3(voxel)) * float(BOX_PLACES), along = way * float(BOX_PLACES);
     vec3 first = corner + along * begin, last = corner + along * end;
@@ -104,7 +106,7 @@ uvec2 boxes_of_way(vec3 from, vec3 way, uvec3 voxel, float begin, float end) {
 
 bool way_meets(uvec2 way, uint box) { return box_is_met(box, way.x) || box_is_met(box, way.y); }
 
-// Which of a list's triangles that are asked at once, from `entry` on, have boxes that the way meets: a bit each.
+// A bit for each of ASKED_AT_ONCE triangles of a list, from `entry` on: whether the way meets its box.
 uint boxes_met(uvec2 way, uint entry, uint behind) {
     uint met = 0u;
     for (uint i = 0u; i < ASKED_AT_ONCE; ++i) {
@@ -115,10 +117,10 @@ uint boxes_met(uvec2 way, uint entry, uint behind) {
     return met;
 }
 
-// Boxes are larger by so much of a voxel: GRID_SLACK in glsl/grid/lists/meets.glsl.
+// Boxes are larger by this share of a voxel to each side: GRID_SLACK in glsl/grid/lists/meets.glsl.
 const float BOX_SLACK = 1.0 / 512.0;
 
-// The part of a way that is in the box about all that casts.
+// The part of a way inside the box around all casters, in lengths of the way.
 vec2 cast_clip(vec3 from, vec3 way) {
     vec3 low, high;
     for (uint axis = 0u; axis < 3u; ++axis) {
@@ -130,8 +132,8 @@ vec2 cast_clip(vec3 from, vec3 way) {
     return box_clip(from, way, low, high);
 }
 
-// `from` and `way` are voxels; the ray is that of `origin` and `direction`, world units. Nothing is left from inside of the loops, so
-// that neighbours meet again behind each.
+// `from` and `way` are in voxels; `origin` and `direction` are the same ray in world units. No loop has a break or a return
+// inside, so that neighbouring threads converge again after each loop.
 bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end) {
     March march;
     ivec3 voxel;
@@ -141,11 +143,11 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
     // Words of the present block and brick; both are loaded when the way enters another one.
     uint block = ~0u, brick = ~0u, side = grid_side(GRID_SIZE, 0u), first = 0u;
     uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
-    // What of a list is not asked.
+    // The entries of the present list that are not tested yet.
     uint entry = 0u, behind = 0u, turn = 0u;
     uvec2 seen = uvec2(0u);
     while (goes_on && !hit) {
-        // On to the next voxel in which a box is met, so that neighbours test triangles at the same time.
+        // Go on to the next voxel where the list's box is met, so that neighbours test triangles at the same time.
         while (goes_on && entry >= behind) {
 #ifdef LOOK_UP_STEPS
             ++look_up_steps;
@@ -163,7 +165,8 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
                     blocks = grid_bits(2u, at >> 6u);
                 }
             }
-            // The level on which something is empty, and its eighth.
+            // The largest empty cube around the voxel, 2^shift voxels per side: from the finest level whose word is not
+            // empty, and the octant there.
             bool is_brick = !grid_is_empty(voxels), is_block = !grid_is_empty(bricks);
             uvec2 bits = is_brick ? voxels : is_block ? bricks : blocks;
             uint shift = is_brick ? 0u : is_block ? 2u : 4u;

@@ -1,4 +1,4 @@
-// Shares a part of a caster that is smaller than a voxel among the eight voxels whose middles are about it. Needs `deposit`. Twin:
+// Shares the amount of one point of a caster among the eight voxels whose middles are around it. Needs `deposit`. Twin:
 // reference::twin::media::mote.
 #ifndef GRID_MOTE_GLSL
 #define GRID_MOTE_GLSL

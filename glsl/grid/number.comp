@@ -1,7 +1,7 @@
 #version 460
-// How many occupied voxels stand before each brick. Three steps: a workgroup adds up its run of bricks (STEP 0), one workgroup adds up all
-// runs (STEP 1), each adds that to its bricks (STEP 2). Source: ours. Input: bits. Outputs: runs, the first part of masks. Twin:
-// reference::twin::masks::Masks.
+// Counts the occupied voxels before each brick, in three steps: each workgroup adds up its run of bricks (STEP 0), one workgroup adds up
+// all runs (STEP 1), and each workgroup adds the sum before its run to its bricks (STEP 2). Source: ours. Input: bits. Outputs: runs, the
+// first part of masks. Twin: reference::twin::masks::Masks.
 // variants: STEP 0 1 2
 #include "grid/masks_set.glsl"
 

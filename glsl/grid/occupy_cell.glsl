@@ -9,7 +9,8 @@ void occupy(uvec3 cell) {
     uvec3 voxel = cell >> MASK_SHIFT;
     uint brick = grid_word(grid.size, 0u, voxel), bit = grid_bit(0u, voxel);
     uvec2 voxels = uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]);
-    // By rounding alone; and where there is no room yet, the host makes some.
+    // Rounding may put a cell into a voxel that is not occupied and has no mask: such a cell is left out. Masks that
+    // have no room yet are left out until the host makes room.
     if ((voxels[bit >> 5] >> (bit & 31u) & 1u) == 0u) {
         return;
     }

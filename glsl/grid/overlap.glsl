@@ -3,7 +3,7 @@
 #ifndef GRID_OVERLAP_GLSL
 #define GRID_OVERLAP_GLSL
 
-// Cells of a voxel's side that triangles are seen in, a power of two.
+// Cells per side of a voxel, a power of two: a triangle's coordinates are in such cells.
 #ifndef FACET_CELLS
 #define FACET_CELLS 1
 #endif
@@ -17,11 +17,11 @@ struct Facet {
     vec3 corners[3];  // voxels
     vec3 edges[3];    // each from its corner
     vec3 normal;
-    ivec3 first;      // voxel of its box
+    ivec3 first;      // first voxel of the triangle's box
     ivec3 last;
 };
 
-// Its box, larger by the slack.
+// Ends of the triangle's box, larger by the slack.
 vec3 low_of(Facet facet) {
     precise vec3 low = min(facet.corners[0], min(facet.corners[1], facet.corners[2])) - GRID_SLACK;
     return low;
@@ -46,13 +46,14 @@ Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
     return facet;
 }
 
-// Whether it is one point, which casts nothing: so are triangles behind a count that only the device knows.
+// Whether a triangle is a single point, which casts nothing. Triangles behind their count, which only the device knows,
+// are such points.
 bool facet_is_point(Facet facet) {
     return facet.edges[0] == vec3(0.0) && facet.edges[1] == vec3(0.0) && facet.edges[2] == vec3(0.0);
 }
 
-// Seen along an axis: whether the voxel's square lies on the inner side of an edge. `from` is the edge's corner, as the voxel's
-// corner sees it.
+// Whether the voxel's square, seen along an axis, reaches the inner side of an edge. `from`: the edge's corner, relative to the
+// voxel's corner.
 bool inside_edge(vec2 from, vec2 edge, float turn) {
     float x = edge.y * turn, y = edge.x * turn;
     precise float at = x * from.x - y * from.y;
@@ -62,7 +63,7 @@ bool inside_edge(vec2 from, vec2 edge, float turn) {
     return inner >= 0.0;
 }
 
-// Seen along each axis: whether the voxel's square meets the triangle.
+// Whether the voxel's square meets the triangle, seen along each axis.
 bool facet_meets_sides(Facet facet, ivec3 voxel) {
     vec3 corner = vec3(voxel), normal = facet.normal;
     vec3 turn = vec3(normal.x >= 0.0 ? 1.0 : -1.0, normal.y >= 0.0 ? 1.0 : -1.0, normal.z >= 0.0 ? 1.0 : -1.0);
@@ -77,7 +78,7 @@ bool facet_meets_sides(Facet facet, ivec3 voxel) {
     return true;
 }
 
-// A voxel of its box.
+// Whether a triangle meets a voxel of its box.
 bool facet_meets(Facet facet, ivec3 voxel) {
     vec3 corner = vec3(voxel), normal = facet.normal;
     precise vec3 a = facet.corners[0] - corner;

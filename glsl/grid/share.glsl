@@ -5,11 +5,13 @@
 
 layout(local_size_x = 64) in;
 
-// Voxels of a box up to which a thread takes a triangle, and columns up to which a workgroup does. Any number gives the same bits.
+// The most voxels of a triangle's box that one thread takes, and the most columns that one workgroup takes. Any numbers give the
+// same bits.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
 
-// The voxels of a listed triangle, from a thread's column on: columns stand along the axis that the triangle faces most.
+// Occupies the voxels of a listed triangle, in every `step`-th column from `first` on. Columns stand along the axis that
+// the triangle faces most.
 void fill(uint i, uint first, uint step) {
     Facet facet = facet_at(i);
     uint axis = facet_axis(facet);

@@ -1,6 +1,6 @@
-// Transmittance of a way where voxels' numbers stand at their middles and are interpolated linearly: by even steps, or at random places
-// (ratio tracking), which has no bias. Needs the same declarations as grid/march_media.glsl. Sources: Novák et al. 2014 (ratio tracking);
-// O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::soft.
+// Transmittance along a way, by voxels' numbers that are interpolated linearly between the middles of voxels: at even steps, or at random
+// places (ratio tracking), which has no bias. Needs the same declarations as grid/march_media.glsl. Sources: Novák et al. 2014 (ratio
+// tracking); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::soft.
 #ifndef GRID_SOFT_GLSL
 #define GRID_SOFT_GLSL
 #include "grid/march_media.glsl"
@@ -21,7 +21,7 @@ float media_soft(vec3 place) {
     return sum;
 }
 
-// Even steps: each stands for as much of the way.
+// Even steps, each for an equal part of the way.
 float media_soft_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;
@@ -34,7 +34,7 @@ float media_soft_steps(vec3 from, vec3 way, uint steps, float offset) {
     return min(sum, MEDIA_DARK);
 }
 
-// A voxel's greatest optical depth with ratio tracking: e⁻⁸ is left behind it.
+// The greatest optical depth per voxel that ratio tracking counts: it leaves e⁻⁸ of the light.
 const float RATIO_MOST = 8.0;
 
 uint ratio_hash(uint bits) {
@@ -47,7 +47,7 @@ uint ratio_hash(uint bits) {
 float media_ratio(vec3 from, vec3 way, float most, uint seed) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float per_voxel = 1.0 / length(way), majorant = min(most, RATIO_MOST), left = 1.0, at = range.x;
-    // A way meets 3 · size voxels at most, and 8 places in each on average.
+    // A way meets 3 · size voxels at most, with up to 8 random places in each on average.
     for (uint i = 0u; i < 64u * GRID_SIZE && majorant > 0.0 && left > 0.0; ++i) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;

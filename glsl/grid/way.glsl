@@ -1,5 +1,5 @@
-// The way from a point to a light through a grid of smoke and hair alone, from which receivers need not be moved away.
-// Source: ours.
+// The way from a point to a light through a grid that holds smoke and hair alone: no receiver need be moved off its own
+// surface. Source: ours.
 #ifndef GRID_WAY_GLSL
 #define GRID_WAY_GLSL
 #include "grid/grid.glsl"

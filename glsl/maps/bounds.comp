@@ -25,12 +25,13 @@ shared uint high[6];
 bool sees(View view, vec3 centre, float radius) {
     float tangent = 1.0 / view.scale_x;
     float outside = max(abs(centre.x), abs(centre.y)) - tangent * centre.z;
-    // Generous by the rounding of the three coordinates.
+    // A margin for the rounding of the three coordinates.
     radius += 1e-5 * (abs(centre.x) + abs(centre.y) + abs(centre.z));
     return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
 }
 
-// What a thread has seen, of casters or of meshes: it goes through many, and atomics on shared memory are slow.
+// The bounds of all casters or meshes that one thread has seen. A thread goes through many before it shares them, since
+// atomics on shared memory are slow.
 struct Seen {
     uvec3 low;
     uvec3 high;
@@ -62,7 +63,7 @@ void main() {
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
         Caster caster = casters[i];
         if (caster.radius == 0.0) {
-            continue;  // behind a count that only the device knows
+            continue;  // an unused entry: only the device knows how many casters there are
         }
         vec3 start = view_axes(view, caster.position - view.origin);
         if (all || sees(view, start, caster.radius)) {

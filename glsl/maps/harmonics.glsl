@@ -5,7 +5,7 @@
 
 const float PI = 3.14159265;
 
-// A shorter segment is a step.
+// A shorter segment counts as a step.
 const float LEAST_LENGTH = 1e-20;
 
 // cos and sin of so many full circles.
@@ -27,7 +27,7 @@ vec2 turned(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y
 struct Harmonic {
     vec2 once;   // cis of the segment's middle
     vec2 half_;  // cis of half its length
-    vec2 at;     // both, times the harmonic's order
+    vec2 at;     // at and chord: cis of both, times the harmonic's order
     vec2 chord;
     float length_;
     float order;
@@ -43,7 +43,7 @@ Harmonic next_harmonic(Harmonic h) {
     return Harmonic(h.once, h.half_, turned(h.at, h.once), turned(h.chord, h.half_), h.length_, h.order + 1.0);
 }
 
-// The mean of cis over the segment, of order times the place: a chord leaves sin(π order length) / (π order length) of its middle's.
+// The mean of cis(order · place) over the segment: cis at its middle, times sin(π order length) / (π order length).
 vec2 harmonic_mean(Harmonic h) {
     return h.at * (h.length_ > LEAST_LENGTH ? h.chord.y / (PI * h.order * h.length_) : 1.0);
 }

@@ -8,11 +8,11 @@
 layout(set = 1, binding = 0) uniform texture2D texels;
 layout(set = 1, binding = 1, scalar) coherent buffer LevelWords { uint level_words[]; };
 
-// The first word of a texel of a coarser level, of its place among those of all maps and levels.
+// The first word of a texel of a coarser level; `place`: the texel's place among those of all maps and levels.
 uint coarser_word(uint place) {
     return LEVEL_WORDS * (place - level_first(map_size(), gl_NumWorkGroups.z, 1u));
 }
 
-// Where a texel of the map is in the image, of that place.
+// Where a texel of the map itself is in the image; `place`: as above.
 ivec2 image_place(uint place) { return ivec2(place % map_size().x, place / map_size().x); }
 #endif

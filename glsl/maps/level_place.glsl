@@ -5,10 +5,10 @@
 
 CONSTANT(uint, LEVELS, 1u)  // levels of detail, the map itself among them
 
-// Texels per side of a level of a map of so many.
+// Texels per side of a level; `size`: those of the map.
 uvec2 level_size(uvec2 size, uint level) { return (size + (1u << level) - 1u) >> level; }
 
-// Texels of all of so many maps before those of a level.
+// How many texels of all `maps` maps come before those of a level.
 uint level_first(uvec2 size, uint maps, uint level) {
     uint first = 0u;
     for (uint i = 0u; i < level; ++i) {

@@ -25,15 +25,16 @@ struct LevelTile {
     uint side;          // texels per side, 4, 2 or 1
     uvec2 corner;       // the first of them
     uvec2 size;         // of the level
-    uvec2 below;        // of the one below
-    uint first;         // texels before those of the map's level
-    uint below_first;   // and before those of the one below
+    uvec2 below;        // of the level below
+    uint first;         // texels before the map's on this level
+    uint below_first;   // texels before the map's on the level below
 };
 
 // No texel.
 const uint NONE = ~0u;
 
-// So far along a range of depths; its end is exact, however a driver computes mix, since the value behind the range depends on it.
+// The depth at a share `along` of a range. The range's end is exact, however a driver computes mix, since the value behind the
+// range depends on it.
 float depth_along(vec2 range, float along) { return along >= 1.0 ? range.y : mix(range.x, range.y, along); }
 
 uint tile_texels(LevelTile tile) { return tile.side * tile.side; }
@@ -44,7 +45,7 @@ uint made_place(LevelTile tile, uint t) {
     return all(lessThan(at, tile.size)) ? tile.first + at.y * tile.size.x + at.x : NONE;
 }
 
-// That of a texel below, of twice as many per side.
+// The place of a texel of the level below, of which the tile has twice as many per side.
 uint below_place(LevelTile tile, uvec2 texel) {
     uvec2 at = 2u * tile.corner + texel;
     return all(lessThan(at, tile.below)) ? tile.below_first + at.y * tile.below.x + at.x : NONE;

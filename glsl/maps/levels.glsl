@@ -1,7 +1,7 @@
 // Look-ups through levels of detail: each texel of a level holds the mean transmittance of the four below it, and a look-up takes the
 // levels whose texels are about as wide as its footprint. A technique includes this file before maps/look_up.glsl, stores its texels where
 // texel_place says, and defines MAP_TRANSMITTANCE as leveled_transmittance or calls it. Invariant: with LEVELS 1, and where
-// look_up_footprint is 0, it is filtered_transmittance.
+// look_up_footprint is 0, the answer is that of filtered_transmittance.
 #ifndef MAPS_LEVELS_GLSL
 #define MAPS_LEVELS_GLSL
 #define TECHNIQUE_FOOTPRINTS
@@ -11,7 +11,8 @@
 // Width of the receiver of the light, such as a pixel, across the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
-// A look-up weighs the texels about a place, so that it sees more than one: so many levels less.
+// A look-up averages several texels around a place, so that it is wider than one of them. A level finer by half makes
+// up for that.
 const float LEVEL_BIAS = -0.5;
 
 // Place of a texel of the look-up among those of all maps and levels.
@@ -39,7 +40,7 @@ LookUp in_level(LookUp l, uint level) {
     l.first = level_first(size, look_up_maps.length(), level);
     l.at *= exp2(-float(level));
     if (level > 0u && inside && l.view.projection == VIEW_PERSPECTIVE) {
-        // A face of a cube ends here while casters go on; wider texels would not fit into its margin.
+        // At its edge a face of a cube ends but casters go on, and wider texels would not fit into the face's margin.
         l.at = clamp(l.at, vec2(0.5), vec2(its) - 0.5);
     }
     l.view.width = its.x;

@@ -14,7 +14,7 @@ struct LookUp {
     View view;
     vec2 at;         // texels
     float depth;     // in the light's range
-    bool in_front;   // of all casters: there is nothing to lose light to
+    bool in_front;   // of all casters, so that none takes light
     float opaque;    // visibility past the meshes
     uint first;      // texels before those of the level of detail that is looked up
 };
@@ -32,10 +32,10 @@ LookUp look_up(uint light, vec3 position, vec3 normal) {
     return l;
 }
 
-// The first row of a map in an image in which the maps stand one above the other.
+// Where a texel of a map is in an image in which the maps stand one above the other.
 ivec2 stacked(LookUp l, ivec2 texel) { return texel + ivec2(0, l.map * l.view.height); }
 
-// Transmittance up to a depth of one texel's ray: a technique with texels defines it.
+// Transmittance along the ray of one texel, up to the look-up's depth: a technique with texels defines it.
 float texel_transmittance(LookUp l, ivec2 texel);
 
 // The mean over the filter's texels.
@@ -44,7 +44,7 @@ float filtered_transmittance(LookUp l) {
     float transmittance = 0.0;
     for (int i = 0; i < filter_side() * filter_side(); ++i) {
         ivec2 texel = filter_texel(f, i);
-        // The map is fitted to the casters: past its edge there is nothing to lose light to.
+        // The map is fitted to the casters: past its edge none takes light.
         transmittance += filter_weight(f, i) * (view_has(l.view, texel) ? texel_transmittance(l, texel) : 1.0);
     }
     return transmittance;

@@ -18,12 +18,12 @@ ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
 // The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; those outside the map are other
 // maps' texels.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
-    // Where the four meet: as far from any other four as a place can be.
+    // The corner that the four texels share: there a gather returns these four and no others.
     vec2 middle = vec2(corner + texel + 1);
     return textureGather(depth_map, middle / vec2(textureSize(depth_map, 0))).wzxy;
 }
 
-// The same with 1, nothing, outside the map.
+// The same, with 1 (no mesh) outside the map.
 vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texel) {
     vec4 hits = opaque_quad(corner, depth_map, texel);
     ivec2 size = ivec2(view.width, view.height);
@@ -39,14 +39,14 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
 // and rounding can move it.
 CONSTANT(float, NORMAL_BIAS, 0.3)
 
-// The normal of the surface that the next point is on, on the side that is asked; 0 of a point in space. light_receiver says it,
-// light_visibility forgets it.
+// The normal of the surface at the next point, towards the side whose light is asked for; 0 for a point in space.
+// light_receiver sets it, light_visibility sets it back to 0.
 vec3 look_up_normal = vec3(0.0);
 
 // The receiver that texels about a point are compared with.
 struct Receiver {
     float point_z;
-    float depth;     // no more than that of nothing
+    float depth;     // at most 1, which stands for no mesh
     float along;     // change of the distance above the surface's plane per unit of z along the point's ray,
     vec2 across;     // by a texel to the right and up, in perspective at z = 1,
     float least;     // the height above the plane from which on a texel shadows the point
@@ -64,12 +64,13 @@ vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     // Twice the rounding that maps/stored.glsl assumes.
     float rounding = 2.4e-7 * (coordinates.x + coordinates.y + coordinates.z) + 1.2e-6 * length(offset);
     float by = NORMAL_BIAS * texels * z;
-    // Never out of the light: half the way to where it stands above the surface at most.
+    // The point never passes the light: it moves by at most half the height at which the light stands above the
+    // surface.
     by = view.projection == VIEW_PARALLEL ? by : min(by, -0.5 * dot(offset, normal));
     return position + normal * max(by, rounding);
 }
 
-// The receiver of a point at `z` that the view sees in that direction.
+// The receiver of a point that the view sees at `z`; `normal`: that of the point's surface, or 0.
 Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
     Receiver receiver;
     receiver.point_z = z;
@@ -81,10 +82,11 @@ Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
     return receiver;
 }
 
-// Whether the surface looks away from the light: it is in its own way.
+// Whether the surface looks away from the light, and so shadows itself.
 bool opaque_is_turned(Receiver receiver) { return receiver.least == 0.0 && receiver.along >= 0.0; }
 
-// Whether a texel whose centre lies `apart` from the point, texels, ends its light. No flat surface does its own.
+// Whether a texel ends the point's light; `apart`: from the point to the texel's centre, in texels. A flat surface
+// never ends its own light.
 bool opaque_ends(View view, Receiver receiver, float hit, vec2 apart) {
     float z = view.near + hit * (view.far - view.near);
     float above = (z - receiver.point_z) * receiver.along +
@@ -92,14 +94,15 @@ bool opaque_ends(View view, Receiver receiver, float hit, vec2 apart) {
     return hit < receiver.depth && above > receiver.least;
 }
 
-// Which of four do; the first is `apart`.
+// The same for four texels; `apart`: to the first.
 bvec4 opaque_quad_ends(View view, Receiver receiver, vec4 hits, vec2 apart) {
     return bvec4(opaque_ends(view, receiver, hits.x, apart), opaque_ends(view, receiver, hits.y, apart + vec2(1.0, 0.0)),
                  opaque_ends(view, receiver, hits.z, apart + vec2(0.0, 1.0)),
                  opaque_ends(view, receiver, hits.w, apart + 1.0));
 }
 
-// Through map `map` of the light, whose opaque view is `view`; `normal` is that of the surface on which the point lies, or 0.
+// Visibility past the meshes in map `map` of the light, whose opaque view is `view`. `normal`: that of the surface on which
+// the point lies, or 0.
 float opaque_visibility(Light light, View view, uint map, sampler2D depth_map, vec3 position, vec3 normal) {
     if (light.has_opaque == 0u) {
         return 1.0;

@@ -4,7 +4,7 @@
 
 layout(push_constant, scalar) uniform MapPush {
     uint map;
-    uvec2 corner;  // where it stands
+    uvec2 corner;  // the map's corner in the image, texels
 };
 
 layout(location = 0) out float z;

@@ -1,7 +1,8 @@
 #version 460
-// Which parts of the triangles the rasterizer draws into each map: those of which it may see any. A thread per triangle, the
-// map in z. Inputs: maps, triangles. Output: draws, of no instance before.
-// Invariant: a triangle that covers a texel's centre is in a part that is drawn: what rounding may move a corner by is left out.
+// Finds which parts of the list of triangles the rasterizer draws into each map: those with a triangle that the map may see. One
+// thread per triangle; z of the workgroup is the map. Inputs: maps, triangles. Output: draws, which have no instance before.
+// Invariant: a triangle that covers a texel's centre is in a part that is drawn, since the test allows for what rounding may
+// move a corner by.
 layout(local_size_x = 64) in;
 #include "maps/scene.glsl"
 
@@ -19,15 +20,15 @@ layout(set = 1, binding = 0, scalar) buffer Draws { OpaqueDraw draws[]; };
 layout(push_constant, scalar) uniform CullPush {
     uint triangle_count;
     uint part_triangles;
-    uint first_map;  // that of the dispatch's first layer
+    uint first_map;  // the map of workgroups at z = 0
 };
 
 // Parts that a map has. Twin: maps::OPAQUE_PARTS.
 const uint OPAQUE_PARTS = 16u;
-// What rounding moves a corner by at most, of its own and the view's coordinates.
+// The most that rounding moves a corner by, as a share of the corner's and the view's coordinates.
 const float OPAQUE_ROUNDING = 1e-5;
 
-// False where all corners are on the far side of a plane that bounds the map's volume.
+// False where all corners are on the outer side of one plane that bounds the map's volume.
 bool may_see(View view, Triangle triangle) {
     vec3 x, y, z, off;
     for (uint c = 0u; c < 3u; ++c) {

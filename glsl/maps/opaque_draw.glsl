@@ -9,13 +9,14 @@
 #include "maps/opaque_set.glsl"
 #include "maps/stored.glsl"
 
-// Steps of a texel.
+// Steps per texel: corners are moved to the nearest.
 const int OPAQUE_STEPS = 256;
-// Corners are cut off where they are so many times as far out as the map's edge: products of edges stay within 52 bits.
+// Triangles are clipped at so many times the distance from the map's middle to its edge, so that products of edges stay
+// within 52 bits.
 const float OPAQUE_GUARD = 1.5;
-// Corners that a triangle has once five planes have cut it, at most.
+// The most corners that a triangle has once five planes have cut it.
 const uint OPAQUE_CORNERS = 8u;
-// The square of twice an area, world units: of less no device would know the normal.
+// The least square of twice an area, world units: a smaller triangle's normal would be all rounding.
 const float OPAQUE_NO_AREA = 1e-30;
 // Texels per side of the square that a workgroup draws at a time.
 const int OPAQUE_TILE = 32;
@@ -25,7 +26,7 @@ struct Seen {
     ivec2 places[OPAQUE_CORNERS];  // steps
     float all_z[OPAQUE_CORNERS];
     uint count;   // corners; 0 where no texel sees it
-    ivec2 first;  // of the texels whose centres lie within its bounds
+    ivec2 first;  // the first of the texels whose centres lie within its bounds
     ivec2 size;   // so many of them
 };
 
@@ -84,7 +85,7 @@ ivec2 place_of(View view, vec3 corner) {
     return ivec2(floor(rounded));
 }
 
-// Whether all corners are on the far side of a plane that bounds the view, or the part of it that is asked about.
+// Whether all corners are on the outer side of one plane that bounds the view.
 bool unseen(View view, vec3 corners[OPAQUE_CORNERS]) {
     vec3 x = vec3(corners[0].x, corners[1].x, corners[2].x), y = vec3(corners[0].y, corners[1].y, corners[2].y);
     vec3 z = vec3(corners[0].z, corners[1].z, corners[2].z), w = view.projection == VIEW_PARALLEL ? vec3(1.0) : z;
@@ -114,7 +115,7 @@ Seen see(View view, uint i) {
         low = min(low, seen.places[c]);
         high = max(high, seen.places[c]);
     }
-    // Centres are half a texel off.
+    // Texels' centres are half a texel from their corners.
     seen.first = max((low + (OPAQUE_STEPS / 2 - 1)) >> 8, ivec2(0));
     ivec2 last = min((high - OPAQUE_STEPS / 2) >> 8, ivec2(view.width, view.height) - 1);
     seen.size = last - seen.first + 1;
@@ -128,37 +129,38 @@ Seen see(View view, uint i) {
     return seen;
 }
 
-// Tiles across and down its bounds.
+// Tiles across and down the triangle's bounds.
 ivec2 tiles_of(Seen seen) { return (seen.size + (OPAQUE_TILE - 1)) / OPAQUE_TILE; }
 
-// Shares that they are dealt to.
+// To how many shares the tiles are dealt.
 uint shares_of(ivec2 tiles) { return min(uint(tiles.x) * uint(tiles.y), OPAQUE_MOST_SHARES); }
 
-// Halves of the low word are floats as they are, so that their sum is rounded once: SwiftShader rounds a word of 32 bits twice.
+// Each half of the low word is exact as a float, so that their sum is rounded once: SwiftShader rounds a word of 32 bits twice.
 float wide_float(Wide value) {
     precise float low = float(int(value.low >> 16)) * 65536.0 + float(int(value.low & 0xffffu));
     precise float sum = float(value.high) * 4294967296.0 + low;
     return sum;
 }
 
-// So many texels on.
+// An edge's value so many texels further on.
 Wide wide_step(Wide value, int texels) {
     uint carry;
     uint low = uaddCarry(value.low, uint(texels) << 8, carry);
     return Wide(value.high + (texels >> 24) + int(carry), low);
 }
 
-// Texels on to where an edge's value is greatest.
+// How many texels further on an edge's value is greatest.
 int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(edge.x, 0) * last.y; }
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
 
-// Draws the part of it whose first texel is `first`, at most OPAQUE_TILE per side; of each `every` × `every` texels the
-// one at `offset`.
+// Draws the part of a triangle whose first texel is `first`, at most OPAQUE_TILE texels per side: the texel at `offset`
+// of each square of `every` × `every`.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
     bool perspective = view.projection != VIEW_PARALLEL;
-    // From a texel to the next, and where rays begin or go that pass texel (0, 0)'s corner: its place across is exact.
+    // Vectors from a texel to the next, and the middle ray: its direction in perspective, else its origin. A texel's
+    // offset from the middle is exact.
     precise vec3 right = view.right * (2.0 * reciprocal(float(view.width) * view.scale_x));
     precise vec3 up = view.up * (2.0 * reciprocal(float(view.height) * view.scale_y));
     vec2 half_size = 0.5 * vec2(view.width, view.height);
@@ -175,19 +177,19 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
             all_z = all_z.xzy;
             area = wide_cross(b - a, c - a);
         }
-        // Edges, each opposite of a corner: its value at the first centre is twice the area of the triangle that edge
-        // and centre make.
+        // Edges, each opposite a corner. An edge's value at the first centre is twice the area of the triangle that the
+        // edge and the centre make.
         ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
         Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
         bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);
-        // What is highest anywhere in the part is outside.
+        // Nothing to draw where an edge's greatest value in the part is still outside.
         ivec2 last = size - 1;
         if ((uint(area.high) | area.low) == 0u || !covers(wide_step(value_a, most_step(edge_a, last)), own_a) ||
             !covers(wide_step(value_b, most_step(edge_b, last)), own_b) ||
             !covers(wide_step(value_c, most_step(edge_c, last)), own_c)) {
             continue;
         }
-        // Shares of the corners have the area as their divisor.
+        // A corner's share of a texel is the value of the edge opposite, divided by the area.
         vec3 weights = perspective ? vec3(reciprocal(all_z.x), reciprocal(all_z.y), reciprocal(all_z.z)) : all_z;
         float area_divisor = reciprocal(wide_float(area));
         for (int y = offset.y; y < size.y; y += every) {
@@ -201,8 +203,8 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
                 if (!covers(at_a, own_a) || !covers(at_b, own_b) || !covers(at_c, own_c)) {
                     continue;
                 }
-                // All are of one sign, so that of a thin triangle and of one that nearly reaches the light no digit is
-                // lost.
+                // All terms have one sign, so that no digit is lost, even for thin triangles and for those that nearly
+                // reach the light.
                 vec3 at = vec3(wide_float(at_a), wide_float(at_b), wide_float(at_c));
                 precise float mean = dot3(at, weights) * area_divisor;
                 float z = max(perspective ? reciprocal(mean) : mean, view.near);
@@ -219,7 +221,7 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
     }
 }
 
-// Draws a share of its tiles, with all of a workgroup of 64.
+// Draws a share of a triangle's tiles, with all 64 threads of a workgroup.
 void draw_share(View view, ivec2 map_corner, Seen seen, uint share) {
     ivec2 tiles = tiles_of(seen), offset = ivec2(gl_LocalInvocationIndex & 7u, gl_LocalInvocationIndex >> 3);
     uint count = uint(tiles.x) * uint(tiles.y), shares = shares_of(tiles);

@@ -14,7 +14,7 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
                               : opaque_receiver(look_up_maps[light_map(l, position)].opaque, position, normal);
 }
 
-// At a point with that normal, which map `map` of the light sees.
+// Visibility past the meshes at a point with that normal, which map `map` of the light sees.
 float opaque_leaves(uint light, uint map, vec3 position, vec3 normal) {
     return opaque_visibility(look_up_lights[light], look_up_maps[map].opaque, map, look_up_opaque, position, normal);
 }

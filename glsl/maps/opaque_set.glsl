@@ -10,8 +10,8 @@ layout(set = 1, binding = 0, r32ui) uniform uimage2D depths;
 
 // How much of the list there is. Twin: maps::OpaqueTotals.
 struct OpaqueTotals {
-    uint items;  // asked for; past OPAQUE_MOST_ITEMS no longer exact
-    // VkDispatchIndirectCommand: a workgroup an item that there is room for, and up to 63 more.
+    uint items;  // items asked for; past OPAQUE_MOST_ITEMS no longer exact
+    // VkDispatchIndirectCommand: one workgroup per item that there is room for, and up to 63 more.
     uint groups_x;
     uint groups_y;
     uint groups_z;
@@ -30,15 +30,15 @@ layout(set = 1, binding = 2, scalar) buffer OpaqueItems { OpaqueItem items[]; };
 layout(push_constant, scalar) uniform OpaquePush {
     uint triangle_count;
     uint capacity;  // of the list
-    uint rows;      // of maps in the image that stand one above the other
-    uint first_map; // that of a dispatch's first layer
+    uint rows;      // maps that stand one above the other in the image
+    uint first_map; // the map of workgroups at z = 0
 };
 
 // Workgroups of a row of the list's dispatch. Twin: ITEMS_X in maps::opaque_compute.
 const uint OPAQUE_ITEMS_X = 64u;
 // Shares that the tiles of one triangle are dealt to, at most: so few that no count of items passes 32 bits.
 const uint OPAQUE_MOST_SHARES = 4096u;
-// From here on the caller does the work.
+// Once this many items are counted, no more are listed: the workgroups that find large triangles draw these themselves.
 const uint OPAQUE_MOST_ITEMS = 0x80000000u;
 
 // The upper left texel of a map among all. Twin: maps::opaque_corner.

@@ -5,10 +5,10 @@
 layout(local_size_x = 64) in;
 #include "maps/opaque_draw.glsl"
 
-// Texels of a triangle's bounds that its thread draws by itself, at most.
+// The most texels of a triangle's bounds with which one thread draws the triangle alone.
 CONSTANT(uint, OPAQUE_SMALL, 64u)
 
-// Those of the workgroup that are not small.
+// A triangle of the workgroup that is not small.
 struct Large {
     uint triangle;
     uint shares;
@@ -18,7 +18,7 @@ struct Large {
 shared uint large_count;
 shared Large large[64];
 
-// So many items' place on the list.
+// Reserves places on the list for `shares` items, and returns the first; `capacity` where there is no room.
 uint reserve(uint shares) {
     if (totals.items >= OPAQUE_MOST_ITEMS) {
         return capacity;

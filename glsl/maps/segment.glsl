@@ -5,8 +5,9 @@
 #include "world/caster.glsl"
 #include "world/light.glsl"
 
-// Clips a ray's stretch in a caster, from caster_overlap (z.y > near): at the near plane, and where an optical depth of `dark` is reached,
-// since nothing is left behind it; the light fades as fast as it should. `ray_length` is that of the ray's direction.
+// Clips the stretch of a ray in a caster, as caster_overlap gives it (z.y > near): at the near plane, and where an optical depth of `dark`
+// is reached, behind which no light is left. Up to there the light fades as in the whole caster. `ray_length`: that of the ray's
+// direction. Returns the optical depth of the stretch.
 float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec3 z) {
     float optical_depth = caster.density;
     if (!caster_is_strand(caster)) {
@@ -24,8 +25,8 @@ float segment_cut(View view, float ray_length, Caster caster, float dark, inout 
     return optical_depth;
 }
 
-// Through a texel's centre, as depths in the light's range. False where the ray misses the caster or leaves it before the
-// near plane.
+// The segment of the ray through a texel's centre, as depths in the light's range. False where the ray misses the caster
+// or leaves it before the near plane.
 bool texel_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out float optical_depth) {
     // Relative to the view's origin: far from the world's origin, a ray's origin would be rounded to the step of floats
     // there.

@@ -5,7 +5,7 @@
 #define MAPS_STORED_GLSL
 #include "world/view.glsl"
 
-// What a depth of the map's format is less than the one written, at most; 0 where that is a rounding.
+// The most by which the map's format lowers a depth that is written; 0 for floats, where that is only a rounding.
 CONSTANT(float, OPAQUE_STEP, 0.0)
 
 #ifdef EXACT

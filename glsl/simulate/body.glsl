@@ -4,6 +4,6 @@
 
 struct Body {
     vec4 place;  // its middle, and its radius
-    vec4 speed;  // along each axis, a step; and its extinction in the middle of its life
+    vec4 speed;  // per step, along each axis; and its extinction in the middle of its life
 };
 #endif

@@ -8,17 +8,17 @@ struct Law {
     vec3 high;
     float gravity;     // speed lost along z
     float drag;        // the share of its speed that a particle keeps in a step
-    float pull;        // speed won for each unit of the way to the attractor, right at it
-    float reach;       // 1 over the square of how far it reaches
+    float pull;        // speed gained per unit of the way to the attractor, close to it
+    float reach;       // 1 over the square of the attractor's reach
     float bounce;      // the share of its speed that a particle keeps when it bounces off, across the surface
-    float slide;       // and along it
-    float rest;        // less speed than this along an axis is none: no speed is so small that a device flushes it
-    float fastest;     // more there never is
+    float slide;       // the same, along the surface
+    float rest;        // a lower speed along an axis becomes 0: no speed is so small that a device flushes it to 0
+    float fastest;     // the greatest speed along an axis
     float radius;      // of the largest particle
     float extinction;  // in the middle of its life
     float appear;      // 1 over the steps in which a particle appears
-    float vanish;      // and in which it goes
-    uint life;         // steps from a particle's birth to its next
+    float vanish;      // 1 over the steps in which a particle vanishes
+    uint life;         // steps from a particle's birth to its next birth
 };
 
 // Where particles are born: in a cube about `position`.

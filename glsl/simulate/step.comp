@@ -1,11 +1,10 @@
 #version 460
 // One step of every particle: born anew where its life is over; else pulled, slowed, moved along one axis after the other, and
 // turned round by the box and by each occupied voxel that it would enter. One thread per particle. Source: ours, after Pestana's
-// GPU particles (2015); pcg: Jarzynski and Olano 2020. Inputs: law, jets, grid. Input and output: bodies. Output: casters.
-// Twin: reference::twin::simulate::Rules::step, to the bit: nothing here may be fused or put in another order, and there is no
-// division but of whole numbers.
-// Invariants: no particle leaves the box, none enters an occupied voxel, and what it is depends on the step alone, whichever
-// step the device began at, once it has been born.
+// GPU particles (2015); pcg: Jarzynski and Olano 2020. Inputs: law, jets, grid. Input and output: bodies. Output: casters. Twin:
+// reference::twin::simulate::Rules::step, to the bit: no operation here may be fused or reordered, and only whole numbers are
+// divided. Invariants: no particle leaves the box, none enters an occupied voxel; and after its birth a particle's state depends
+// on the step's number alone, whichever step the device began at.
 layout(local_size_x = 64) in;
 #include "grid/grid.glsl"
 #include "simulate/body.glsl"
@@ -37,7 +36,7 @@ uint pcg(uint value) {
 // Sixteen bits as a share of one, exactly.
 float share_of(uint bits) { return float(bits) * (1.0 / 65536.0); }
 
-// Words follow from one another: the first chooses the jet.
+// Each random word is the hash of the word before; the first chooses the jet.
 Body birth(uint particle, uint births) {
     uint word = pcg(pcg(particle ^ pcg(births)));
     Jet jet = jets[word & 7u];
@@ -68,7 +67,7 @@ bool has(ivec3 voxel) {
     return (grid_bits[2u * grid_word(grid.size, 0u, uvec3(voxel)) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Whether a way along an axis enters a voxel that has something.
+// Whether a move along one axis enters an occupied voxel.
 bool is_met(vec3 from, uint axis, float to) {
     ivec3 voxel = voxel_of(from);
     vec3 end = from;

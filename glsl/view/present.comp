@@ -27,7 +27,7 @@ layout(push_constant, scalar) uniform PresentPush {
     uint show;
     uint wipe;    // the first column of the second picture
     uint gain;    // differences times so much
-    uint sources;        // bits 0 and 1 for the first picture, 2 and 3 for the second: it comes from the values; it is empty
+    uint sources;        // bits 0 and 1 are for the first picture, 2 and 3 for the second: whether it comes from the values, and whether it is empty
     uint blue_first;     // 1: bytes in the order blue, green, red
 };
 

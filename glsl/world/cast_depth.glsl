@@ -3,7 +3,8 @@
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"
 
-// The same of a Gaussian as it is: behind its reach it has been passed, before it nothing of it has.
+// cast_depth of a Gaussian, not as a segment but as it is: in front of its reach nothing of it counts, behind its reach
+// all of it.
 float gaussian_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = gaussian_half(along), low = along.middle - half_chord, high = along.middle + half_chord;
@@ -16,8 +17,8 @@ float gaussian_cast_depth(Ray ray, float ray_length, Caster caster, float end, o
     return min(caster.density * gaussian_length(along) * ray_length * max(upto - before, 0.0), MAX_OPTICAL_DEPTH);
 }
 
-// Its optical depth on the ray from 0 to `end`, in lengths of its direction; a step at either end counts. `entry`: where the way enters it,
-// or 0 where it begins inside.
+// The caster's optical depth on the ray from 0 to `end`, in lengths of the ray's direction; a strand's step at either end counts. `entry`:
+// where the ray enters the caster, or 0 where it begins inside.
 float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     vec3 z;
     if (caster_is_gaussian(caster)) {
@@ -32,7 +33,7 @@ float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float 
     if (!(entry <= leave)) {
         return 0.0;
     }
-    // The whole chord is known better than as a difference.
+    // For a whole chord z.z is more exact than the difference.
     float inside = entry == z.x && leave == z.y ? z.z : leave - entry;
     return min(caster.density * (caster_is_strand(caster) ? 1.0 : inside * ray_length), MAX_OPTICAL_DEPTH);
 }

@@ -52,7 +52,8 @@ bool caster_after(Caster a, Caster b) {
     return false;
 }
 
-// The optical depth that it has along any ray, at most. For a Gaussian it is 0.84 times the extinction at its middle times its radius.
+// A bound of the optical depth that a caster has along any ray. A Gaussian has 0.84 times the extinction at its middle times its
+// radius.
 float caster_most(Caster caster) {
     return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
 }
@@ -102,7 +103,7 @@ bool gaussian_overlap(Ray ray, Caster caster, out vec3 z) {
     return half_chord > 0.0;
 }
 
-// Where the ray is inside the caster, z from .x to .y, and how long: .z, which a small sphere that is far away would lose in the
+// Where the ray is inside the caster: z from .x to .y, and the length .z, which for a small sphere far away would be lost in the
 // difference of the two. The offset from the ray is squared after the subtraction, so that a far origin costs no digits.
 bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
@@ -162,8 +163,8 @@ vec3 view_axes(View view, vec3 offset) {
     return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
 }
 
-// In the view's axes: values that are the same for all texels are worked out once per caster. Distances and z stay the
-// same.
+// Turns a caster into the view's axes, so that values that are the same for all texels are worked out once per caster.
+// Distances and z stay the same.
 Caster view_caster(View view, Caster caster) {
     caster.position = view_axes(view, caster.position - view.origin);
     if (caster_is_strand(caster)) {

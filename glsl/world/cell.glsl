@@ -10,21 +10,21 @@ const uint CELL_MARK = 0x72000000u;
 
 bool cell_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == CELL_MARK; }
 
-// Unit vectors and half of the sides along them, world units; in `deviations`.
+// A cell's unit vectors, and in `deviations` half of its sides along them, world units.
 GaussianShape cell_shape(float radius, vec3 packed) {
     GaussianShape shape = gaussian_shape(GAUSSIAN_REACH, packed);
     shape.deviations *= radius * inversesqrt(dot(shape.deviations, shape.deviations));
     return shape;
 }
 
-// A ray that leaves a side by less than this of its length is along it.
+// A ray runs along a side if it moves away from it by less than this share of its length.
 const float CELL_ALONG = 1e-6;
-// A side is so much of a half of the cell's width soft to a ray along it, to each side.
+// To a ray that runs along it, a side is soft by this share of half the cell's width, inwards and outwards.
 const float CELL_SOFT = 1e-3;
 
-// z from which and to which a ray is inside, and how long. Rounding alone would decide whether a ray along a side is in or out: of two
-// cells that share the side both might have it, or none. So each has the share of it that it has of a strip about the side, around the middle
-// of its whole chord: together they have it once.
+// Where a ray is inside: z from .x to .y, and the length .z. For a ray along a side, rounding alone would decide whether it is in or out:
+// of two cells that share the side both might have it, or none. So each cell takes a share of its whole chord, around the chord's middle,
+// by where the ray is in a soft strip about the side: together they have it once.
 bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z) {
     GaussianShape shape = cell_shape(radius, packed);
     vec3 offset = position - ray.origin;
@@ -46,7 +46,7 @@ bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z)
     return half_chord > 0.0;
 }
 
-// Low to high along right (x, y) and along up (z, w) of the box in a parallel view; of a cell in the view's axes.
+// The box of a cell in the view's axes, in a parallel view: low to high along right (x, y) and along up (z, w).
 vec4 cell_extent(vec3 centre, float radius, vec3 packed) {
     GaussianShape shape = cell_shape(radius, packed);
     vec2 reach = abs(shape.axes[0].xy) * shape.deviations.x + abs(shape.axes[1].xy) * shape.deviations.y +

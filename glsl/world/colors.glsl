@@ -1,8 +1,8 @@
 // Visibility of each color from a look-up's answer, where smoke and hair absorb some colors more than others: the transmittance is raised
-// to the power of the color's extinction, a multiple of the casters' own. Meshes leave the same of each color, so look-ups of both return
-// their part apart. Where all casters have the same ratio of extinctions this is exact (Beer and Lambert): one curve, three exponents. A
-// technique that does not include this sees meshes alone. Invariants: each color is between 0 and the meshes' visibility, and falls with
-// its extinction; extinction 1 gives the answer itself, to the bit.
+// to the power of the color's extinction, a multiple of the casters' own. Meshes leave the same share of each color, so look-ups of both
+// also return the meshes' part by itself. Where all casters have the same ratio of extinctions this is exact (Beer and Lambert): one
+// curve, three exponents. A technique that does not include this file sees meshes alone. Invariants: each color is between 0 and the
+// meshes' visibility, and falls with its extinction; extinction 1 gives the answer itself, to the bit.
 #ifndef WORLD_COLORS_GLSL
 #define WORLD_COLORS_GLSL
 #define TECHNIQUE_COLORS

@@ -16,7 +16,7 @@ struct FieldPlace {
     uint first_block;
 };
 
-// Where a block may be.
+// A slot of the hash, where a block may be.
 struct FieldSlot {
     uvec3 block;  // its lowest sample, in blocks from the field's lowest
     uint number;  // among the blocks of its field, from 1; 0: none is here
@@ -27,14 +27,15 @@ const int FIELD_SIDE = 8;
 const uint FIELD_CORNERS = 9u;
 const uint FIELD_SAMPLES = 729u;
 
-// In samples from the lowest; z as it was.
+// The ray in samples, from the lowest one; z stays as it was.
 Ray field_ray(FieldPlace place, Ray ray) {
     vec3 offset = ray.origin - place.origin;
     return Ray(vec3(dot(offset, place.rows[0]), dot(offset, place.rows[1]), dot(offset, place.rows[2])),
                vec3(dot(ray.direction, place.rows[0]), dot(ray.direction, place.rows[1]), dot(ray.direction, place.rows[2])));
 }
 
-// Where a direction has less of an axis than this, the ray stays in its cubes along that axis as far as a field may reach.
+// Where a direction has less than this along an axis, the ray stays in the same cubes along that axis, however far a field
+// reaches.
 float field_still(vec3 direction) {
     vec3 each = abs(direction);
     return 1e-9 * max(each.x, max(each.y, each.z));
@@ -56,7 +57,7 @@ bool field_clipped(Ray ray, vec3 size, inout vec2 z) {
     return z.y > z.x;
 }
 
-// Where a first slot of a block is looked for. Twin: consume::volumes.
+// Where the first slot for a block is looked for. Twin: consume::volumes.
 uint field_hash(uvec3 block) { return block.x * 73856093u ^ block.y * 19349663u ^ block.z * 83492791u; }
 
 // Cubes of side 1 along a ray.
@@ -84,7 +85,7 @@ bool field_next(Ray ray, inout FieldWalk walk, out ivec3 cube, out vec2 z) {
     return true;
 }
 
-// Between eight corners, x first.
+// The trilinear density between eight corners, x first.
 float field_density(float corners[8], vec3 at) {
     vec4 along = mix(vec4(corners[0], corners[2], corners[4], corners[6]), vec4(corners[1], corners[3], corners[5], corners[7]), at.x);
     vec2 across = mix(along.xz, along.yw, at.y);

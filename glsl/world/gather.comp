@@ -8,13 +8,13 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform CastersPush {
     uint first;
     uint slots;     // so many casters are written
-    uint most;      // of theirs, no more count
+    uint most;      // of the caller's elements, no more count
     uint count_at;  // word of `counts`; NOWHERE: `most` is the count
     uint start;     // words
     uint stride;
     uint position;  // words from the start of each
     uint end;       // of a strand; NOWHERE for spheres
-    uint radius;    // NOWHERE: of all it is
+    uint radius;    // NOWHERE: radius_is is the radius of all
     float radius_is;
     uint density;
     float density_is;

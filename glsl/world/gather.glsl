@@ -8,11 +8,11 @@ const uint NOWHERE = 0xFFFFFFFFu;
 
 // Counts of elements. Twin: GatherTotals in src/world/gather.rs.
 struct GatherTotals {
-    uint asked;    // so many, by the caller's count
-    uint refused;  // of those that there is room for, so many have no place or no size
+    uint asked;    // elements that there are, by the caller's count
+    uint refused;  // elements that have room, but no valid place or size
 };
 
-// Numbers are looked at as bits, and copied as bits: a device may flush small ones.
+// Numbers are tested and copied as bits, since a device may flush small floats to 0.
 bool is_finite(uvec3 bits) { return all(notEqual(bits & 0x7F800000u, uvec3(0x7F800000u))); }
 
 bool is_positive(uint bits) { return bits - 1u < 0x7F7FFFFFu; }

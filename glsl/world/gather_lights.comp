@@ -8,14 +8,14 @@ layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform LightsPush {
     uint slots;     // so many lights are written
-    uint most;      // of theirs, no more count
+    uint most;      // of the caller's lights, no more count
     uint count_at;  // word of `counts`; NOWHERE: `most` is the count
     uint start;     // words
     uint stride;
     uint position;  // words from the start of each
     uint direction;
     uint radiance;
-    uint radius;  // NOWHERE: of all it is
+    uint radius;  // NOWHERE: radius_is is the radius of all
     float radius_is;
     uint cos_cone;
     float cos_cone_is;
@@ -29,7 +29,7 @@ layout(set = 0, binding = 3, scalar) buffer GatherCounted { GatherTotals counted
 
 // By how much the square of a unit vector's length may be off 1. Twin: UNIT.
 const float UNIT = 2e-3;
-// 1 / radius² of less has no float, and that of more is 0. Twins: LEAST_RADIUS, MOST_RADIUS.
+// 1 / radius² is no finite float for a smaller radius, and 0 for a larger one. Twins: LEAST_RADIUS, MOST_RADIUS.
 const float LEAST_RADIUS = 1e-18;
 const float MOST_RADIUS = 1e18;
 // Cosine of half a cone of 170°. Twin: WIDEST.

@@ -10,24 +10,24 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform SplatsPush {
     uint first;
     uint slots;     // so many casters are written
-    uint most;      // of theirs, no more count
+    uint most;      // of the caller's splats, no more count
     uint count_at;  // word of `counts`; NOWHERE: `most` is the count
     uint start;     // words
     uint stride;
     uint position;  // words from the start of each
     uint deviations;
     uint rotation;
-    uint opacity;  // NOWHERE: of all it is
+    uint opacity;  // NOWHERE: opacity_is is the opacity of all
     float opacity_is;
 };
 
-// −ln(1 − o), 80 at most; of little opacity a series, since 1 − o would round it away.
+// −ln(1 − o), 80 at most; for a small opacity a series, since 1 − o would round it away.
 float depth_of(float o) {
     float little = o * (1.0 + o * (1.0 / 2.0 + o * (1.0 / 3.0 + o * (1.0 / 4.0))));
     return o < 0.03 ? little : o < 1.0 ? min(-log(1.0 - o), MAX_OPTICAL_DEPTH) : MAX_OPTICAL_DEPTH;
 }
 
-// By how many 4095ths of GAUSSIAN_OCTAVES the one is longer than the other.
+// By how many 4095ths of GAUSSIAN_OCTAVES the longest is longer than the other.
 uint octaves_of(float longest, float other) {
     return uint(clamp(log2(longest / other) * (4095.0 / GAUSSIAN_OCTAVES), 0.0, 4095.0) + 0.5);
 }
@@ -63,7 +63,7 @@ void main() {
         if (stands) {
             mat3 axes = axes_of(q * inversesqrt(square));
             vec3 sigma = uintBitsToFloat(sizes);
-            // The longest first, the shortest last; of those that are as long, as they came.
+            // The longest first, the shortest last; equal ones in the order in which they came.
             uint longest = sigma.y > sigma.x ? (sigma.z > sigma.y ? 2u : 1u) : (sigma.z > sigma.x ? 2u : 0u);
             uint shortest = sigma.z <= sigma.y ? (sigma.z <= sigma.x ? 2u : 0u) : (sigma.y <= sigma.x ? 1u : 0u);
             uint middle = 3u - longest - shortest;

@@ -1,20 +1,21 @@
 #version 460
 // Triangles of the caller's buffers become ours, one thread per triangle. A triangle behind the count, or with a corner that has no place,
-// gets three equal corners: it has no area, casts nothing and lies in no other box. Source: ours. Inputs: their vertices and indices, the
-// count's buffer. Outputs: triangles, how many there were. Twin: reference::twin::gather::triangles.
+// gets three equal corners, at a corner of another triangle: it has no area, casts nothing and does not enlarge any bounds. Source: ours.
+// Inputs: their vertices and indices, the count's buffer. Outputs: triangles, how many there were. Twin:
+// reference::twin::gather::triangles.
 layout(local_size_x = 64) in;
 #include "world/gather.glsl"
 
 layout(push_constant, scalar) uniform TrianglesPush {
     uint slots;     // so many triangles are written
-    uint most;      // of theirs, no more count
+    uint most;      // of the caller's triangles, no more count
     uint count_at;  // word of `counts`; NOWHERE: `most` is the count
     uint start;     // of the vertices, words
     uint stride;
     uint vertices;    // that there are
     uint indices_at;  // word of the first index; NOWHERE: vertices stand in threes
     vec3 albedo;
-    vec3 place;  // where nothing has one
+    vec3 place;  // of a triangle's corners, where no triangle that is tried has any
 };
 
 // set 0: gather_triangles
@@ -24,7 +25,7 @@ layout(set = 0, binding = 2, scalar) readonly buffer GatherCounts { uint counts[
 layout(set = 0, binding = 3, scalar) writeonly buffer GatherTriangles { uint triangles[]; };
 layout(set = 0, binding = 4, scalar) buffer GatherCounted { GatherTotals counted; };
 
-// Triangles after each other of which one may have a place.
+// How many triangles in a row are tried, to find one that has a place.
 const uint TRIES = 16u;
 const uint WORDS = 12u;
 

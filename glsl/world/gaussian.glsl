@@ -5,24 +5,25 @@
 #define WORLD_GAUSSIAN_GLSL
 #include "world/view.glsl"
 
-// Deviations up to which it casts. Twin: REACH.
+// A splat casts up to so many deviations from its middle. Twin: REACH.
 const float GAUSSIAN_REACH = 3.0;
-// A segment of even extinction that stands for it reaches so many deviations to either side. This has the least mean error on the
-// way, an 8th of a deviation of its optical depth, and an error of at most 6.7 % of it anywhere. Twin: CHORD.
+// The segment of even extinction that stands for a splat reaches so many deviations to either side. This length has the least
+// mean error on the way, an 8th of a deviation times the optical depth, and an error of at most 6.7 % of the optical depth
+// anywhere. Twin: CHORD.
 const float GAUSSIAN_CHORD = 1.5;
-// Octaves that 12 bits say. Twin: OCTAVES.
+// Octaves that the 12 bits of a ratio of two axes span. Twin: OCTAVES.
 const float GAUSSIAN_OCTAVES = 12.0;
 // Bits of an axis by which a caster is a Gaussian. Twin: MARK.
 const uint GAUSSIAN_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
-// The part within the reach is scaled up for the part beyond, exp(−4.5) of all: many splats take as much light on average as whole ones.
+// Scales up the part within the reach for the part beyond, exp(−4.5) of all: so many splats take as much light on average as whole ones.
 // Twin: WHOLE.
 const float GAUSSIAN_WHOLE = 1.01123452;
 
 bool gaussian_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == GAUSSIAN_MARK; }
 
-// Unit vectors, the longest axis first, the shortest last, and deviations of that many world units.
+// Unit vectors, the longest axis first, the shortest last, and the deviations along them, world units.
 struct GaussianShape {
     vec3 axes[3];
     vec3 deviations;
@@ -42,7 +43,8 @@ void gaussian_across(vec3 n, out vec3 first, out vec3 second) {
     second = vec3(b, 1.0 + n.y * n.y * a, -n.y);
 }
 
-// Octaves that the longest axis is longer than the middle one and than the shortest, as whole numbers.
+// By how many octaves the longest axis is longer than the middle one (x) and than the shortest (y), as numbers of 12
+// bits.
 uvec2 gaussian_octaves(uvec3 bits) {
     uvec3 high = (bits >> 16u & 127u) | (bits >> 24u & 128u);
     uint both = high.x | high.y << 8u | high.z << 16u;
@@ -62,7 +64,8 @@ GaussianShape gaussian_shape(float radius, vec3 packed) {
     return shape;
 }
 
-// The shortest and the longest axis as 16 bits each of three words; which end of them is no matter. Twin: axes_packed.
+// The shortest and the longest axis, packed as 16 bits in each of three words. Which end of an axis is packed does not
+// matter. Twin: axes_packed.
 uvec3 gaussian_packed(vec3 shortest, vec3 longest) {
     vec3 first, second;
     shortest = shortest.z < 0.0 ? -shortest : shortest;
@@ -76,8 +79,8 @@ uvec3 gaussian_packed(vec3 shortest, vec3 longest) {
     return uvec3(axis, angle);
 }
 
-// The same, as a view's axes have it: turned, and packed again. An ellipsoid and its mirror image about its own axes are one, so that
-// the view's axes may be left-handed.
+// A packed shape, turned into a view's axes and packed again. An ellipsoid is the same as its mirror image about its own axes, so
+// that the view's axes may be left-handed.
 vec3 gaussian_turned(View view, vec3 packed) {
     GaussianShape shape = gaussian_shape(GAUSSIAN_REACH, packed);
     mat3 across = transpose(mat3(view.right, view.up, view.forward));
@@ -85,8 +88,8 @@ vec3 gaussian_turned(View view, vec3 packed) {
     return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | turned);
 }
 
-// One along a ray: z of the middle, deviations in lengths of the ray's direction, the square of the least distance from the middle in
-// deviations.
+// A Gaussian along a ray: z of its middle; its deviation, in lengths of the ray's direction; the square of the ray's least distance
+// from the Gaussian's middle, in deviations.
 struct GaussianRay {
     float middle;
     float deviation;
@@ -108,7 +111,8 @@ GaussianRay gaussian_ray(Ray ray, vec3 position, float radius, vec3 packed) {
     return GaussianRay(nearest + dot(q, v) / square, inversesqrt(square), dot(apart, apart) / square);
 }
 
-// How much of the ray's direction the extinction of the middle would have to be there, for the whole optical depth.
+// The length, in lengths of the ray's direction, over which the extinction of the Gaussian's middle has its whole
+// optical depth.
 float gaussian_length(GaussianRay along) { return GAUSSIAN_WHOLE * ROOT_TWO_PI * along.deviation * exp(-0.5 * along.square); }
 
 // Share of a Gaussian of deviation 1 below x, as Abramowitz and Stegun 26.2.17 has it: wrong by 7.5e-8 at most.
@@ -118,11 +122,11 @@ float gaussian_share(float x) {
     return x < 0.0 ? tail : 1.0 - tail;
 }
 
-// Half of the way within GAUSSIAN_REACH.
+// Half of the ray's chord within GAUSSIAN_REACH.
 float gaussian_half(GaussianRay along) { return sqrt(max(GAUSSIAN_REACH * GAUSSIAN_REACH - along.square, 0.0)) * along.deviation; }
 
-// Low to high along right (x, y) and along up (z, w) of the ellipsoid, as sphere_extent has it of a sphere; for a Gaussian, in the
-// view's axes. In perspective between the two planes through the eye that touch it.
+// What the ellipsoid of a Gaussian in the view's axes covers, as sphere_extent has it for a sphere: low to high along right (x, y)
+// and along up (z, w). In perspective the bounds are the two planes through the eye that touch the ellipsoid.
 vec4 gaussian_extent(View view, vec3 centre, float radius, vec3 packed) {
     GaussianShape shape = gaussian_shape(radius, packed);
     mat3 rows = transpose(mat3(shape.axes[0], shape.axes[1], shape.axes[2]));

@@ -14,7 +14,7 @@ struct View {
     vec3 origin;
     uint projection;  // VIEW_PARALLEL or VIEW_PERSPECTIVE
     vec3 right;
-    float scale_x;    // NDC a world unit (parallel) or a unit of tangent (perspective)
+    float scale_x;    // NDC per world unit (parallel) or per unit of tangent (perspective)
     vec3 up;
     float scale_y;
     vec3 forward;
@@ -30,7 +30,7 @@ struct Ray {
     vec3 direction;
 };
 
-// x, y in texels (texel centres at .5), z as above.
+// A point's x and y in texels (texel centres at .5), and its z as above.
 vec3 view_project(View view, vec3 position) {
     vec3 offset = position - view.origin;
     float z = dot(offset, view.forward);
@@ -39,8 +39,8 @@ vec3 view_project(View view, vec3 position) {
     return vec3((ndc * 0.5 + 0.5) * vec2(view.width, view.height), z);
 }
 
-// The w of a corner in a perspective view: its z, but never 0, with which SwiftShader loses the triangle; the value in its place is so far
-// before the near plane that no texel sees it.
+// The w of a corner in a perspective view: its z, but never 0, with which SwiftShader loses the triangle. The value in the place of 0 is
+// so far in front of the near plane that no texel sees it.
 float view_w(View view, float z) { return z == 0.0 ? 1e-6 * view.near : z; }
 
 // The ray through a point given in texels.

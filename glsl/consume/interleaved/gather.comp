@@ -1,10 +1,11 @@
 #version 460
-// shading=interleaved and reservoir, second pass: a pixel's light is the mean over the 4 × 4 pixels about it, without those that see
-// another surface. At edges the square of 4 × 4 is moved to where most of its pixels see the same one. Sources: as ask.comp; Wald et al.
-// 2002, Interactive global illumination (a filter that ends at edges); that it moves away from them is ours. Twin:
-// reference::twin::interleaved::gather. Inputs: the light that each pixel reflects from its part, albedo, normal, z. Output: colour.
-// Invariant: a square of 4 × 4 pixels has each part of the lights once, wherever it begins. All lights that were asked have the same
-// weight: on one surface the mean is that over all lights, and a pixel without neighbours on its surface keeps its own part.
+// shading=interleaved and reservoir, second pass: a pixel's light is the mean over a square of 4 × 4 pixels around it, without pixels
+// that see another surface. At edges the square moves to where most of its pixels see the pixel's own surface. Sources: as ask.comp;
+// Wald et al. 2002, Interactive global illumination (a filter that ends at edges); moving the square is ours. Twin:
+// reference::twin::interleaved::gather. Inputs: the light that each pixel reflects from its part of the lights, albedo, normal, z.
+// Output: colour. Invariant: a square of 4 × 4 pixels has each part of the lights once, wherever the square begins, and all lights that
+// were asked have the same weight. So on one surface the mean is the mean over all lights, and a pixel without neighbours on its surface
+// keeps its own part.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/packed_normal.glsl"
@@ -14,7 +15,8 @@
 
 layout(local_size_x = 16, local_size_y = 8) in;
 
-// Each pixel's value stands for all lights, and not for its part.
+// Whether each pixel's value stands for all lights (reservoir), and not only for the pixel's part of them
+// (interleaved).
 CONSTANT(bool, WHOLE, false)
 
 PICTURE_LIGHTS
@@ -37,13 +39,14 @@ layout(push_constant, scalar) uniform GatherPush {
     vec3 corner;
     vec3 across;
     vec3 down;
-    float edge;  // how far a point may lie off a surface and belong to it, world units for each of z
+    float edge;  // how far a point may lie off a surface and still belong to it, world units per unit of z
     vec3 sky;
 };
 
-// Pixels that those of a workgroup reach on each side.
+// How many pixels are read beyond the workgroup's own, on each side.
 const int REACH = 3;
-// How near four pixels are about a pixel, where they begin 3, 2, 1 or 0 before it.
+// How well a run of four pixels is centred on a pixel, if the run begins 3, 2, 1 or 0 pixels before it; higher is
+// better.
 const uint NEARNESS[4] = uint[](0u, 2u, 3u, 1u);
 const ivec2 AROUND = ivec2(16, 8) + 2 * REACH;
 
@@ -76,10 +79,10 @@ void main() {
     }
     uint faces = around_normals[middle];
     precise vec3 direction = corner + (float(pixel.x) + 0.5) * across + (float(pixel.y) + 0.5) * down;
-    // How far from the camera, along the normal, a ray is at z = 1.
+    // Distance from the camera, along the normal, of the ray's point at z = 1, and how it changes per pixel.
     float away = along_normal(faces, direction), by_x = along_normal(faces, across), by_y = along_normal(faces, down);
     precise float plane = z * away, tolerance = float(NORMAL_UNIT) * edge * z;
-    // Rows of those about it that see the same surface.
+    // Per row, a bit for each pixel around that sees the same surface.
     uint like[2 * REACH + 1];
     for (int y = -REACH; y <= REACH; ++y) {
         like[y + REACH] = 0u;
@@ -91,7 +94,7 @@ void main() {
         }
     }
 
-    // Where 4 × 4 begin of which most are like it, of as many the nearest about it.
+    // Choose the square of 4 × 4 with the most pixels on the same surface; among equals, the best centred.
     uint first_x = 0u, first_y = 0u, most = 0u;
     for (uint y = 0u; y < 4u; ++y) {
         for (uint x = 0u; x < 4u; ++x) {

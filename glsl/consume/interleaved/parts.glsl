@@ -1,5 +1,5 @@
-// Which lights a pixel asks: they are dealt out in turn into parts, and each of 4 × 4 pixels has a part of its own. Under fewer than
-// sixteen lights there are fewer parts, so that none is empty, and all have the same number of pixels. Twin:
+// Which lights a pixel asks for. Lights are dealt out in turn into parts, one part per pixel of a square of 4 × 4. With fewer than
+// sixteen lights there are fewer parts, so that no part is empty and each part has the same number of pixels. Twin:
 // reference::twin::interleaved::parts.
 #ifndef CONSUME_INTERLEAVED_PARTS_GLSL
 #define CONSUME_INTERLEAVED_PARTS_GLSL
@@ -9,7 +9,8 @@ uint part_count(uint lights) {
     return lights >= 16u ? 16u : lights > 0u ? 1u << uint(findMSB(lights)) : 1u;
 }
 
-// Where in 4 × 4 a place lies: 2 × 2 of 2 × 2, so that four parts lie about every pixel where there are as few.
+// The pixel of a place in the square of 4 × 4. The place's bits go alternately to x and y, so that with only four parts
+// every 2 × 2 pixels have all four.
 uvec2 place_pixel(uint place) { return uvec2(place & 1u | place >> 1 & 2u, place >> 1 & 1u | place >> 2 & 2u); }
 
 uint pixel_place(uvec2 pixel) {

@@ -26,8 +26,8 @@ Seen seen(uvec2 pixel) {
     return Seen(position, normal.xyz, normal.w != 0.0, dither(pixel));
 }
 
-// A partial answer is compared with the pixel's dither threshold: the share of lit neighbours is then the light that comes through, and the
-// blur finds the mean. Without dither the threshold is a half.
+// A partial answer is compared with the pixel's dither threshold. The share of lit pixels among neighbours is then the light that comes
+// through, and the blur averages them. Without dither the threshold is a half.
 bool is_shadowed(Seen at, uint light) {
 #ifdef TECHNIQUE_DITHERS
     look_up_dither = at.dither;

@@ -1,9 +1,9 @@
 #version 460
-// Finds the lights that may reach the surfaces in a tile of 16 × 16 pixels: those whose spheres meet the four planes about it and the range
-// of z in it. A light without an end always does. Sources: Olsson and Assarsson 2011; Andersson 2009. The list of a tile is a bit per
-// light, so that it has an order and no end. Twin: reference::twin::many_lights::cull. Inputs: lights, this frame, albedo (0 in alpha:
-// sky), normal, z. Outputs: a tile's words; each pixel's surface. Invariant: a light that reaches a pixel, by the rounding of the shader
-// that shades it too, is in its tile's words.
+// Finds the lights that may reach the surfaces in a tile of 16 × 16 pixels: those whose spheres reach into the space between the four
+// planes around the tile, over its range of z. A light of unlimited range is always found. Sources: Olsson and Assarsson 2011; Andersson
+// 2009. A tile's list has one bit per light, so that its order is fixed and it cannot overflow. Twin: reference::twin::many_lights::cull.
+// Inputs: lights, this frame, albedo (0 in alpha: sky), normal, z. Outputs: a tile's words; each pixel's surface. Invariant: a light that
+// reaches a pixel is in its tile's words, whatever rounding the shader that shades the pixel has.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/picture_set.glsl"
 #include "consume/many_lights/geometry.glsl"
@@ -17,15 +17,15 @@ SURFACE_DISTANCES
 // Words of 1,024 lights.
 const uint MOST_WORDS = 32u;
 
-// What rounding moves: a share of the coordinates, and a share of a test.
+// Bounds of rounding errors: FAR_ROUNDING as a share of coordinates, NEAR_ROUNDING as a factor in lies_outside.
 const float FAR_ROUNDING = 2e-6;
 const float NEAR_ROUNDING = 1.0001;
 
 shared uint least_z, greatest_z;
 shared uint found[MOST_WORDS];
 
-// Whether a sphere of 1 / radius² `falloff` lies outside a plane: `outside` is how far its middle does, in lengths of a normal of which
-// `square` is the square. Without division; NaN counts as not outside.
+// Whether a sphere with 1 / radius² = `falloff` lies outside a plane. `outside`: the distance of the sphere's middle from the plane,
+// times the length of the plane's normal. `square`: that length squared. Without division; NaN counts as not outside.
 bool lies_outside(float outside, float square, float falloff) {
     precise float left = outside * outside * falloff;
     return outside > 0.0 && left > square * NEAR_ROUNDING;
@@ -43,7 +43,7 @@ bool reaches(Light light, uvec2 low, uvec2 high, float near, float far) {
                          + abs(camera.origin.y) + abs(camera.origin.z) + far) * FAR_ROUNDING;
     precise float before = near - z - slack, behind = z - far - slack;
     bool outside = lies_outside(before, 1.0, falloff) || lies_outside(behind, 1.0, falloff);
-    // A plane through the camera and a side of the tile, across the picture and down.
+    // Planes through the camera and the sides of the tile: two across the picture, two down.
     for (uint axis = 0u; axis < 2u; ++axis) {
         precise float wide = float(size[axis]);
         precise float scale = (axis == 0u ? camera.scale_x : camera.scale_y) * wide;

@@ -1,10 +1,10 @@
-// A pixel's random offsets: x along a step, or the threshold that turns a soft answer into one bit; y and z across a voxel. Each from 0 to
-// 1; below 0 where nothing is dithered. In whole numbers. Twin: reference::twin::many_lights::dither.
+// A pixel's random offsets: x along a step, or the threshold that turns a soft answer into one bit; y and z across a voxel. Each is
+// between 0 and 1, or negative where nothing is dithered. Computed in whole numbers. Twin: reference::twin::many_lights::dither.
 #ifndef CONSUME_MANY_LIGHTS_DITHER_GLSL
 #define CONSUME_MANY_LIGHTS_DITHER_GLSL
 #include "consume/many_lights/frame.glsl"
 
-// 0: not; 1: each of 4 × 4 pixels at a place of its own (Bayer 1973), the same over and over; 2: low-discrepancy noise (Roberts
+// 0: no dither; 1: 4 × 4 pixels with an offset each (Bayer 1973), repeated over the picture; 2: low-discrepancy noise (Roberts
 // 2018, The unreasonable effectiveness of quasirandom sequences: R2).
 CONSTANT(uint, DITHER, 0u)
 
@@ -14,7 +14,7 @@ const uint DITHER_NOISE = 2u;
 // The highest 24 bits as a number from 0 to 1.
 float share_of(uint bits) { return (float(bits >> 8) + 0.5) / 16777216.0; }
 
-// With history, every other frame asks half way to the next place: so says `phase`.
+// With history, frames alternate between two offsets: `phase` says which.
 vec3 dither(uvec2 pixel) {
     if (DITHER == DITHER_ORDERED) {
         uint x = pixel.x & 3u, y = pixel.y & 3u;

@@ -1,8 +1,8 @@
 #version 460
-// shadows=queued, first of three: a block of 8 × 8 pixels appends its look-ups as jobs, a word of lights at a time and light after light,
-// so that neighbours in the list have nearly the same rays. Where the list is full the block does its look-ups itself: no answer is lost.
-// Blocks append in any order; each job has a bit of its own, so that the order makes no difference. Inputs: lights, a tile's words, albedo,
-// normal, z, the technique. Outputs: jobs; shadows, none yet.
+// shadows=queued, first of three: a block of 8 × 8 pixels appends its look-ups as jobs, in words of 32 lights and light by light, so that
+// neighbours in the list have nearly the same rays. Where the list is full the block does its look-ups itself: no answer is lost. Blocks
+// append in any order; each job has a bit of its own, so that the order makes no difference. Inputs: lights, a tile's words, albedo,
+// normal, z, the technique. Outputs: jobs; shadows, set only by blocks that found the list full.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"
 #include "consume/many_lights/answer.glsl"

@@ -7,31 +7,31 @@
 // How a frame sees the world.
 struct Frame {
     View camera;
-    // The direction of a pixel's ray, z along it being 1: corner + (x + ½) · across + (y + ½) · down. Computed once, on the host,
-    // so that devices that divide differently find the same edges.
+    // The direction of a pixel's ray, scaled so that z along it is 1: corner + (x + ½) · across + (y + ½) · down. Computed
+    // once, on the host, so that devices that divide differently find the same edges.
     vec3 corner;
     vec3 across;
     vec3 down;
-    float edge;  // how far a point may lie off a surface and belong to it, world units for each of z
+    float edge;  // how far a point may lie off a surface and still belong to it, world units per unit of z
 };
 
 layout(push_constant, scalar) uniform ManyLightsPush {
     uvec2 size;       // pixels
-    uint words;       // of a pixel: a bit per light
-    uint phase;       // where in a place of the dither a frame asks: 2, its middle; 1 and 3 in turn, where two frames are averaged
+    uint words;       // per pixel: a bit per light
+    uint phase;       // offset within a step of the dither, in quarters: 2; where two frames are averaged, 1 and 3 alternately
     uint has_before;  // 1 where there is a frame before
     float sky_red;
     float sky_green;
     float sky_blue;
-    uint light_bits;  // of a job
+    uint light_bits;  // bits of a job that hold the light
     uint capacity;    // jobs
 };
 
 // set 0: many_lights_frame
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Frames { Frame frames[]; };  // this one, the one before
-layout(set = 0, binding = 2, scalar) buffer Masks { uint masks[]; };              // tiles row by row, words of each
-layout(set = 0, binding = 3, scalar) buffer Shadows { uint shadows[]; };          // words one behind the other, pixels of each
+layout(set = 0, binding = 2, scalar) buffer Masks { uint masks[]; };              // row by row of tiles, all words of a tile together
+layout(set = 0, binding = 3, scalar) buffer Shadows { uint shadows[]; };          // word by word, all pixels of a word together
 
 // Pixels per side.
 const uint TILE = 16u;
@@ -41,7 +41,8 @@ uint tile_words(uvec2 tile) { return (tile.y * ((size.x + TILE - 1u) / TILE) + t
 
 uint pixel_index(uvec2 pixel) { return pixel.y * size.x + pixel.x; }
 
-// A word of a pixel, in which a bit is set where its light is kept from the pixel. What is not asked for is not shadowed.
+// The index of a pixel's word in shadows[]. A set bit says that the light is shadowed at the pixel. Lights that are not
+// asked for count as not shadowed.
 uint shadow_word(uint pixel, uint word) { return word * size.x * size.y + pixel; }
 
 vec3 frame_direction(Frame frame, uvec2 pixel) {

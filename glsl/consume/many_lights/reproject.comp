@@ -1,6 +1,6 @@
 #version 460
-// history=on: where each pixel's surface was in the frame before, if it was seen there. It was not if it was hidden or beside the picture:
-// then the earlier pixel's surface lies elsewhere or faces another way. Source: Nehab et al. 2007 (reverse reprojection). Twin:
+// history=on: finds the pixel that saw each pixel's surface in the frame before. There is none where the surface was outside the picture
+// or hidden: the earlier pixel's surface then lies elsewhere or faces another way. Source: Nehab et al. 2007 (reverse reprojection). Twin:
 // reference::twin::many_lights::reproject. Inputs: the surfaces that both frames see. Output: sources.
 #include "consume/many_lights/geometry.glsl"
 

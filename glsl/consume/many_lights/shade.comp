@@ -1,10 +1,10 @@
 #version 460
-// Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility is the mean over those of the 5 × 5 pixels about
-// that see the same surface, and with history=on also over their places in the frame before. Weights are found once per pair of pixels, not
-// once per light: words of 32 lights are added up bit by bit, all lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur);
-// adding up bit by bit and the weights are ours. Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows,
-// pixels' surfaces, sources, albedo, normal. Output: colour. Invariant: weights along a side, 1 2 2 2 1, give each four pixels in a row the
-// same in all, so that a dither of 4 × 4 pixels leaves no pattern behind.
+// Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility is the mean over those of the 5 × 5 pixels
+// around that see the same surface; with history=on, also over where these were in the frame before. Weights are found once per pair of
+// pixels, not once per light: a word holds a bit for each of 32 lights, and words are added bit by bit, for all 32 at once. Sources:
+// Pestana 2015; Valient 2014 (dither, then blur); adding up bit by bit and the weights are ours. Twin: reference::twin::many_lights::shade.
+// Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal. Output: colour. Invariant: the weights along a side
+// are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same total weight, and the dither leaves no pattern behind.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_control_flow_attributes : require
@@ -17,7 +17,7 @@
 // Half a tile: a workgroup that every device takes.
 layout(local_size_x = 16, local_size_y = 8) in;
 
-// Pixels that the blur reaches on each side: 2, or 0 without.
+// How many pixels the blur reaches on each side: 2, or 0 without blur.
 CONSTANT(uint, BLUR_REACH, 2u)
 CONSTANT(bool, HISTORY, false)
 
@@ -33,33 +33,34 @@ SURFACE_DISTANCES
 
 const uint MOST_AROUND = (16u + 4u) * (8u + 4u);
 
-// Depths of the half tile and of the pixels about it.
+// The pixels of the half tile and those around it that the blur reaches.
 shared float around_z[MOST_AROUND];
 shared uint around_normals[MOST_AROUND];
 shared uint around_sources[MOST_AROUND];
 shared uint around_shadows[MOST_AROUND];
 shared uint around_before[MOST_AROUND];
 
-// Sums of weights of 32 lights, two frames of (1 + 2 + 2 + 2 + 1)² at most: a word a binary digit, a bit of it a light.
+// Sums of weights for 32 lights: a word per binary digit, in which each light has a bit. Two frames of (1 + 2 + 2 + 2 +
+// 1)² at most.
 struct Sums {
     uvec4 low;
     uvec4 high;
 };
 
-// A pixel's part in the sum, as a power of two.
+// The exponent of a pixel's weight, which is a power of two.
 uint weight_bits(ivec2 to) { return uint(abs(to.x) < 2) + uint(abs(to.y) < 2); }
 
-// Three bits of each light: their sum's lower and upper digit.
+// Adds three bits per light: the sum's lower and upper digit.
 void add_bits(uint a, uint b, uint c, out uint sum, out uint carry) {
     sum = a ^ b ^ c;
     carry = a & b | (a ^ b) & c;
 }
 
-// All bits where the bit of a pixel is set, else none.
+// All ones where bit `bit` of `pixels` is set, else 0.
 uint where_set(uint pixels, uint bit) { return uint(bitfieldExtract(int(pixels), int(bit), 1)); }
 
-// A row of five pixels from `first` on in two frames, of those that count from `bit` on, their weights 1 2 2 2 1, all twice
-// where `doubled`.
+// The weighted sum of five pixels of a row, from `first` on, in both frames. A pixel counts where its bit in `counted` or
+// `counted_before` is set, from `bit` on. The weights are 1 2 2 2 1, twice that where `doubled`.
 Sums sum_row(uint first, uint bit, uint counted, uint counted_before, bool doubled) {
     uint now[5], before[5];
     [[unroll]] for (uint x = 0u; x < 5u; ++x) {
@@ -117,12 +118,12 @@ void main() {
     }
     barrier();
 
-    // Which of the pixels about count, a bit each; and the sum of their weights.
+    // A bit for each pixel around that counts, and the sum of their weights.
     uint middle = (gl_LocalInvocationID.y + BLUR_REACH) * side + gl_LocalInvocationID.x + BLUR_REACH;
     float z = around_z[middle];
     uint faces = around_normals[middle];
     uint counted = 0u, counted_before = 0u, weights = 0u;
-    // How far from the camera, along the normal, a ray is at z = 1.
+    // Distance from the camera, along the normal, of the ray's point at z = 1, and how it changes per pixel.
     float away = along_normal(faces, frame_direction(frames[0], pixel));
     float across = along_normal(faces, frames[0].across);
     float down = along_normal(faces, frames[0].down);
@@ -162,7 +163,7 @@ void main() {
         barrier();
         Sums sums = Sums(uvec4(0u), uvec4(0u));
         if (BLUR_REACH == 0u) {
-            // Both have weight 4.
+            // Without blur the pixel in this frame and in the frame before have weight 4 each.
             uint before = where_set(counted_before, 0u) & around_before[middle];
             add_bits(around_shadows[middle], before, 0u, sums.low.z, sums.low.w);
         } else {

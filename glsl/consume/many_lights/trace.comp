@@ -22,7 +22,7 @@ void main() {
         for (uint left = masks[first + word]; left != 0u; left &= left - 1u) {
             uint bit = uint(findLSB(left)), light = 32u * word + bit;
             if (light_radiance(lights[light], at.position) == vec3(0.0)) {
-                continue;  // not asked for: it ends before, or shines elsewhere
+                continue;  // not asked for: the light ends before, or shines elsewhere
             }
             shadowed |= uint(is_shadowed(at, light)) << bit;
         }

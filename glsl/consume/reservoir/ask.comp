@@ -1,11 +1,12 @@
 #version 460
-// shading=reservoir, first pass: each pixel draws a few lights, keeps one of them, weighted by the light that it would reflect without
-// shadows, asks for that one, and resamples it with the one that its surface kept in the frame before. Sources: Bitterli et al. 2020,
-// Spatiotemporal reservoir resampling (candidates, reuse of visibility, reuse over time without bias); Talbot et al. 2005, Importance
-// resampling. Twin: reference::twin::reservoir. Inputs: lights, camera, albedo, normal, z, the technique, lights and surfaces of the frame
-// before. Outputs: the light that each pixel reflects, times its weight; the light that it keeps. Invariant: over all random numbers a
-// pixel's mean is the light that it reflects from all lights. So a kept light is weighted by the frames that could have kept it, which
-// takes a look-up where the pixel was seen at another place.
+// shading=reservoir, first pass. Each pixel draws a few lights at random and keeps one, in proportion to the light that the pixel would
+// reflect from it without shadows. The pixel looks up that light's visibility, then resamples it with the light that its surface kept in
+// the frame before. Sources: Bitterli et al. 2020, Spatiotemporal reservoir resampling (candidates, reuse of visibility, reuse over time
+// without bias); Talbot et al. 2005, Importance resampling. Twin: reference::twin::reservoir. Inputs: lights, camera, albedo, normal, z,
+// the technique, lights and surfaces of the frame before. Outputs: the light that each pixel reflects, times its weight; the light that it
+// keeps. Invariant: over all random numbers a pixel's mean is the light that it reflects from all lights. So a kept light is weighted by
+// the number of frames that could have kept it. Counting these takes another look-up where the earlier pixel saw a different point of the
+// surface.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/picture_set.glsl"
 #include "consume/surface.glsl"
@@ -19,8 +20,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 // A light that a pixel keeps, and the pixel's surface. Twin: consume::ReservoirData.
 struct Reservoir {
     uint light;
-    float weight;   // that light's part times this has the sum over all lights for its mean; 0: no light
-    uint frames;    // that it stands for, and CLOSED
+    float weight;   // the light's part times this estimates the sum over all lights without bias; 0: no light
+    uint frames;    // how many frames the light stands for, and CLOSED
     float z;        // 0 where there is sky
     vec3 normal;
 };
@@ -39,12 +40,12 @@ layout(set = 3, binding = 3, scalar) readonly buffer CamerasBefore { View before
 layout(push_constant, scalar) uniform ReservoirPush {
     uint frame;       // counted from the first
     uint has_before;
-    float edge;       // how far a point may lie off a surface and belong to it, world units for each of z
+    float edge;       // how far a point may lie off a surface and still belong to it, world units per unit of z
 };
 
 #include "consume/surface_light.glsl"
 
-// Lights that a pixel draws in a frame, and frames that a reservoir stands for at most: twins CANDIDATES, MOST_FRAMES.
+// Lights that a pixel draws per frame, and the most frames that a reservoir stands for. Twins: CANDIDATES, MOST_FRAMES.
 const uint CANDIDATES = 16u;
 const uint MOST_FRAMES = 20u;
 const uint CLOSED = 1u << 31;
@@ -66,7 +67,8 @@ vec3 visibility(uint light, Seen at) {
     return colored(surface_visibility(light, lights[light], at.position, at.normal, at.is_closed));
 }
 
-// What the surface kept in the frame before, where it was seen, and from where.
+// Finds the pixel that saw this surface in the frame before: its reservoir `old` and its surface `there`. False where
+// none did.
 bool seen_before(Seen here, out Reservoir old, out Seen there) {
     old = Reservoir(0u, 0.0, 0u, 0.0, vec3(0.0));
     there = here;
@@ -130,7 +132,7 @@ void main() {
             own = other;
             visible = visibility(light, here);
         }
-        // How many of all these frames could have kept this light.
+        // How many of the counted frames, this one included, could have kept this light.
         uint could = is_old ? frames_before : 0u;
         could += any(greaterThan(visible, vec3(0.0))) ? 1u : 0u;
         if (!is_old && any(greaterThan(visible, vec3(0.0)))) {

@@ -1,6 +1,6 @@
-// Random numbers of a pixel in a frame, and draws by them. All of it in whole numbers or precise, so that its twin draws the same. Source:
-// O'Neill 2014, PCG (the permutation), as a hash: Jarzynski and Olano 2020, Hash functions for GPU rendering. Twin:
-// reference::twin::reservoir.
+// Random numbers of a pixel in a frame, and random choices by them. All of it is computed in whole numbers or `precise`, so that the twin
+// draws the same. Source: O'Neill 2014, PCG (the permutation), as a hash: Jarzynski and Olano 2020, Hash functions for GPU rendering.
+// Twin: reference::twin::reservoir.
 #ifndef CONSUME_RESERVOIR_RANDOM_GLSL
 #define CONSUME_RESERVOIR_RANDOM_GLSL
 
@@ -21,8 +21,8 @@ float random_share(uint bits) {
     return share;
 }
 
-// Candidate `i` of `candidates` among `lights`: each is drawn from a part of its own, and over all candidates each light is drawn
-// equally often.
+// Candidate `i` of `candidates` among `lights`. The lights are split into equal parts, one per candidate, and each candidate is
+// drawn from its own part. Over all candidates each light is drawn equally often.
 uint candidate_light(uint bits, uint i, uint candidates, uint lights) {
     uint place, low;
     umulExtended(bits, lights, place, low);

@@ -1,8 +1,8 @@
-// A box in a voxel, in 16 steps along each axis, as one word: from the least bit on six lanes of four bits, each with a guard bit, which is
-// set: the last steps, and how many steps are before the first. A box to test against it has the same lanes without guards: its first
-// steps, and how many are behind its last. The boxes meet where no lane of the first word is less than the other's, and one subtraction
-// compares all lanes. Sources: ours; lanes after Lamport 1975, Multiple byte processing with full-word instructions. Twin:
-// reference::twin::lists, to the bit.
+// The part of a bounding box that lies in one voxel, in 16 steps along each axis, as one word of six lanes. A lane has four bits and a
+// guard bit, which is set. From the least bit on, the lanes hold the last step along x, y and z, then how many steps follow the first step.
+// A box to test against it has the same lanes without guards: its first step, then how many steps follow its last. The boxes meet where no
+// lane of the first word is less than the other's, and one subtraction compares all lanes. Sources: ours; lanes after Lamport 1975,
+// Multiple byte processing with full-word instructions. Twin: reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_BOX_GLSL
 #define GRID_LISTS_BOX_GLSL
 
@@ -15,22 +15,22 @@ uint box_lanes(uvec3 low, uvec3 high) {
     return low.x | low.y << 5 | low.z << 10 | high.x << 15 | high.y << 20 | high.z << 25;
 }
 
-// The places of a voxel at which something is, that is given in places.
+// The step of a voxel that holds a point; `at`: in steps from the voxel's corner.
 uvec3 box_place(vec3 at) { return uvec3(clamp(at, vec3(0.0), vec3(BOX_PLACES - 1u))); }
 
-// What of a box from `low` to `high` is in a voxel.
+// The part of a box from `low` to `high`, in voxels, that lies in one voxel.
 uint box_in(vec3 low, vec3 high, uvec3 voxel) {
     precise vec3 first = (low - vec3(voxel)) * float(BOX_PLACES), last = (high - vec3(voxel)) * float(BOX_PLACES);
     return box_lanes(box_place(last), BOX_PLACES - 1u - box_place(first)) | BOX_GUARDS;
 }
 
-// About both.
+// The least box that holds both.
 uint box_about(uint a, uint b) {
     uint more = (a - (b & ~BOX_GUARDS)) & BOX_GUARDS, mask = more - (more >> 4);
     return (a & mask) | (b & ~mask) | BOX_GUARDS;
 }
 
-// About two points, for box_is_met.
+// The box around two points, for box_is_met.
 uint box_between(uvec3 a, uvec3 b) { return box_lanes(min(a, b), BOX_PLACES - 1u - max(a, b)); }
 
 bool box_is_met(uint box, uint between) { return ((box - between) & BOX_GUARDS) == BOX_GUARDS; }

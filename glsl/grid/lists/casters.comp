@@ -1,9 +1,10 @@
 #version 460
-// Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread per caster; those of larger boxes are
-// listed, and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more
-// voxels than their share are noted for all voxels at once. Source: ours; segments against boxes after Ericson 2005, 5.3.3. Inputs:
-// casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of large casters. Twin: reference::twin::lists.
-// Invariants: the same pairs in some order; those that have no room are counted; no caster has more than `share`.
+// Marks every voxel that a caster meets as occupied, and notes the pair of voxel and caster. One thread per caster. Casters with
+// larger boxes are listed, and later variants take them: one workgroup each (STEP 1), or all workgroups together (STEP 2). A caster
+// whose box has more than `share` voxels is noted once, for all voxels. Source: ours; segments against boxes after Ericson 2005,
+// 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of large casters. Twin:
+// reference::twin::lists. Invariants: the same pairs in some order; pairs without room are counted; no caster has more than `share`
+// pairs.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/note.glsl"
@@ -12,11 +13,11 @@ layout(local_size_x = 64) in;
 // set 2: grid_cast_lists
 layout(set = 2, binding = 0, scalar) readonly buffer ListsCasters { Caster casters[]; };
 
-// Voxels of a box up to which a thread takes a caster, and up to which a workgroup does. Any number gives the same pairs.
+// The most voxels of a caster's box that one thread takes, and that one workgroup takes. Any numbers give the same pairs.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 
-// Casters are so much larger to each side, voxels: more than places and ways are moved by rounding.
+// Casters are made larger by this to each side, in voxels: more than rounding moves casters and rays.
 const float CAST_SLACK = 1.0 / 512.0;
 
 // A caster in voxels: a sphere, or a capsule about a segment.
@@ -26,7 +27,7 @@ struct Cast {
     float reach;
     vec3 low;     // its box
     vec3 high;
-    ivec3 first;  // voxel of it
+    ivec3 first;  // the box's first voxel
     ivec3 box;
 };
 
@@ -72,7 +73,7 @@ ivec3 voxel_of(Cast c, uint v) {
     return c.first + ivec3(int(v) % c.box.x, int(v) / c.box.x % c.box.y, int(v) / (c.box.x * c.box.y));
 }
 
-// The voxels of a listed caster, 64 at once, from `first` on.
+// Notes the voxels of a listed caster, 64 at once, from `first` on.
 void boxes(uint i, uint first, uint step) {
     Cast c = cast_of(casters[i]);
     uint count = uint(c.box.x * c.box.y * c.box.z);
@@ -105,7 +106,7 @@ void main() {
     uvec2 met = uvec2(0u);
     bool for_all = false;
     Cast c;
-    // Without a radius it casts nothing.
+    // A caster without a radius casts nothing.
     if (i < caster_count && casters[i].radius > 0.0) {
         c = cast_of(casters[i]);
         voxels = uint(c.box.x * c.box.y * c.box.z);

@@ -1,27 +1,27 @@
-// Which voxels list a triangle: all that it meets, however thin it is and however a ray's way is rounded, and a few more where its plane is
-// not known so well. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them. Twin:
+// Which voxels list a triangle: all that it meets, however thin it is and however a ray is rounded, and a few more where rounding makes its
+// plane uncertain. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them. Twin:
 // reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_MEETS_GLSL
 #define GRID_LISTS_MEETS_GLSL
 
-// Voxels are so much larger to each side, in voxels: more than corners, sides and the way of a ray are moved by rounding.
+// Voxels are made larger by this to each side, in voxels: more than rounding moves corners, sides and rays.
 #define GRID_SLACK (1.0 / 512.0)
 
 #include "grid/facing.glsl"
 
-// What rounding may change of where a plane passes, by the cube of the triangle's size.
+// The most that rounding may move a triangle's plane, as a factor of about the cube of the triangle's size.
 const float PLANE_ROUNDING = 1.0 / 262144.0;
 
 float largest(vec3 of) { return max(abs(of.x), max(abs(of.y), abs(of.z))); }
 
-// The uncertainty of a triangle's plane, in lengths of its normal times voxels.
+// The uncertainty of a triangle's plane, in voxels times the length of its normal.
 float plane_error(Facet facet) {
     float side = max(largest(facet.edges[0]), max(largest(facet.edges[1]), largest(facet.edges[2])));
     precise float error = PLANE_ROUNDING * (side * side) * (side + 2.0);
     return error;
 }
 
-// A voxel of its box.
+// Whether a voxel of the triangle's box lists the triangle.
 bool listed_in(Facet facet, float error, ivec3 voxel) {
     vec3 corner = vec3(voxel), normal = facet.normal;
     precise vec3 a = facet.corners[0] - corner;
@@ -33,10 +33,12 @@ bool listed_in(Facet facet, float error, ivec3 voxel) {
     return above >= 0.0 && below >= 0.0 && facet_meets_sides(facet, voxel);
 }
 
-// What a column may leave out is this much farther from the plane, voxels: more than the slack is and what rounds here.
+// Added to each end of the range of voxels that are tried in a column, in voxels: more than GRID_SLACK and what rounds
+// here.
 const float RANGE_MARGIN = 0.0625;
 
-// From where to where a column's voxels may meet a triangle: columns stand along the axis that it faces most.
+// The first and the last voxel of a column that may meet a triangle. Columns stand along the axis that the triangle
+// faces most.
 ivec2 column_range(Facet facet, float error, uint axis, ivec3 voxel) {
     uint across = (axis + 1u) % 3u, up = (axis + 2u) % 3u;
     int first = facet.first[axis], last = facet.last[axis];

@@ -1,19 +1,20 @@
 #version 460
-// Every voxel that a triangle meets becomes occupied, and is noted beside the triangle. One thread per triangle; those that meet many
-// voxels are listed, and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Workgroups take
-// their places among all pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid. Outputs: bits of all
-// levels, pairs and how many there are, the lists of large triangles. Twin: reference::twin::lists. Invariant: the same pairs in
-// some order; those that have no room are counted.
+// Marks every voxel that a triangle meets as occupied, and notes the pair of voxel and triangle. One thread per triangle. Triangles
+// that meet many voxels are listed, and later variants take them: one workgroup each (STEP 1), or all workgroups together (STEP 2). A
+// workgroup reserves places for all of its pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid.
+// Outputs: bits of all levels, pairs and how many there are, the lists of large triangles. Twin: reference::twin::lists. Invariant:
+// the same pairs in some order; pairs without room are counted.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/meets.glsl"
 #include "grid/lists/note.glsl"
 
-// Voxels of a box up to which a thread takes a triangle, and columns up to which a workgroup does. Any number gives the same pairs.
+// The most voxels of a triangle's box that one thread takes, and the most columns that one workgroup takes. Any numbers give the
+// same pairs.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
 
-// The columns of a listed triangle, 64 at once, from `first` on.
+// Notes the voxels in the columns of a listed triangle, 64 columns at once, from `first` on.
 void columns(uint i, uint first, uint step) {
     Facet facet = facet_at(i);
     float error = plane_error(facet);
@@ -26,7 +27,8 @@ void columns(uint i, uint first, uint step) {
         voxel[across] += int(column) % box[across];
         voxel[up] += int(column) / box[across];
         ivec2 range = column < count ? column_range(facet, error, axis, voxel) : ivec2(0, -1);
-        // A column has four voxels that may meet it; where the plane says nothing, up to all.
+        // At most four voxels of a column may meet the triangle, unless its plane is too uncertain: then up to all of
+        // them.
         uint mask = 0u;
         for (int v = range.x; v <= range.y; ++v) {
             voxel[axis] = v;

@@ -1,8 +1,9 @@
-// Where the triangles of a voxel are listed. First a word per brick: where the starts of its used voxels begin. Then two words per used voxel, in the
-// order of the bits: where its list starts, and the box about all that is listed (glsl/grid/lists/box.glsl). Then where the last list ends. Then the
-// lists, two words per triangle: its box in the voxel, and its number. All places are words from the beginning, so that bricks, the bits of one and two
-// starts lead to a list. Behind all bricks is one more, whose one voxel is always used: it lists what is in too many voxels to be listed in each, for
-// every ray to ask. Source: ours. Twin: reference::twin::lists.
+// How the list of each voxel's triangles is stored, in words. First a word per brick: where the entries of its used voxels begin. Then an
+// entry of two words per used voxel, in the order of the bits: where its list starts, and the box around all that is listed
+// (glsl/grid/lists/box.glsl). Then a word that says where the last list ends. Then the lists, two words per triangle: its box in the voxel,
+// and its number. All places are counted in words from the beginning. So a brick's word and bits lead to a voxel's entry, and two starts to
+// its list. Behind all bricks is one more, whose one voxel is always used. It lists casters that lie in too many voxels to be listed in
+// each, and every ray tests these. Source: ours. Twin: reference::twin::lists.
 #ifndef GRID_LISTS_PLACE_GLSL
 #define GRID_LISTS_PLACE_GLSL
 #include "grid/grid.glsl"

@@ -1,4 +1,4 @@
-// Prefix sums of 1,024 values (each value's is the sum before it), eight per thread. Source: Blelloch 1990. Twin: a
+// Prefix sums of 1,024 values (each is the sum of the values before), eight per thread. Source: Blelloch 1990. Twin: a
 // loop.
 #ifndef GRID_LISTS_SCAN_GLSL
 #define GRID_LISTS_SCAN_GLSL
@@ -6,7 +6,7 @@
 
 const uint SCANNED = 1024u;
 
-// The sum of sums[first] and those behind it, before sums[end].
+// The sum of sums[first] to sums[end − 1].
 uint scan_range(uint first, uint end) {
     uint mine = 0u, all;
     for (uint b = first + gl_LocalInvocationIndex; b < end; b += SCAN_THREADS) {

@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 shared uint long_count;
 shared uvec2 longs[64];
 
-// Numbers of entries, not of words.
+// `low` and `high` count entries, not words.
 void exchange(uint begin, uint low, uint high) {
     low = begin + LIST_WORDS * low;
     high = begin + LIST_WORDS * high;
@@ -23,7 +23,7 @@ void exchange(uint begin, uint low, uint high) {
     }
 }
 
-// What has no number of a power of two ends in triangles behind all others, which stay where they are.
+// Where the count is no power of two, the list is sorted as if greater numbers followed, which stay where they are.
 void sort(uint begin, uint end) {
     uint count = (end - begin) / LIST_WORDS, all = 2u << findMSB(count - 1u);
     for (uint block = 2u; block <= all; block *= 2u) {
@@ -32,7 +32,7 @@ void sort(uint begin, uint end) {
             barrier();
             for (uint p = gl_LocalInvocationIndex; p < all / 2u; p += 64u) {
                 uint low = p / step * 2u * step + p % step;
-                // First with the mirror image in the block, then with the entry `step` behind.
+                // An entry is compared first with its mirror image in the block, then with the entry `step` behind it.
                 uint high = step == block / 2u ? low - low % block + block - 1u - low % block : low + step;
                 if (high < count) {
                     exchange(begin, low, high);
@@ -42,7 +42,7 @@ void sort(uint begin, uint end) {
     }
 }
 
-// Four words at once, since each is waited for.
+// Reads four words at once, so that it waits once for all four.
 uint box_of_list(uint begin, uint end) {
     uint last = end - LIST_WORDS, box = lists[last];
     for (uint at = begin; at < last; at += 4u * LIST_WORDS) {

@@ -12,7 +12,8 @@ layout(push_constant, scalar) uniform DrawPush {
     uint map_count;
 };
 
-// The place of a light in the square, in 1 / 65536 of its sides. Roberts' R2: any run of it is spread evenly.
+// The place of a light in the square, in 1 / 65536 of its sides. By Roberts' R2, lights that follow one another are
+// spread evenly.
 uvec2 place_of(uint light) { return uvec2(light * 3242174889u, light * 2447445413u) >> 16; }
 
 // The unit in the middle of a light's equal part of `total` units: (light + 1/2) / light_count of them, rounded down.
@@ -33,7 +34,8 @@ uvec2 unit_of(uint light, uvec2 total) {
     return uvec2(part[0] | part[1] << 16, part[2] | part[3] << 16);
 }
 
-// The last of `count` steps of 2^step_bits rows from `first` on that does not begin behind the unit.
+// Finds the last of `count` steps that does not begin behind the unit. Steps have 2^step_bits rows each, from `first`
+// on.
 uint step_of(uvec2 unit, uint first, uint count, uint step_bits) {
     uint low = 0u, high = count;
     while (low + 1u < high) {

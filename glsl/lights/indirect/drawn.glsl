@@ -8,11 +8,11 @@
 // set 2: indirect_drawn
 // Flux of each texel, as luminance.
 layout(set = 2, binding = 0, scalar) buffer Fluxes { float fluxes[]; };
-// The greatest of them as bits, which order like the floats since none is negative.
+// The greatest flux as bits, which order like the floats since none is negative.
 layout(set = 2, binding = 1, scalar) buffer Greatest { uint greatest; };
 // Units of each row of texels of a map.
 layout(set = 2, binding = 2, scalar) buffer Sums { uint sums[]; };
-// Units before each row, and of all behind the last.
+// Units before each row; behind the last row, the units of all.
 layout(set = 2, binding = 3, scalar) buffer Starts { uvec2 starts[]; };
 // The texel that each virtual light is drawn from, or NO_TEXEL.
 layout(set = 2, binding = 4, scalar) buffer Picks { uint picks[]; };

@@ -18,7 +18,7 @@ layout(push_constant, scalar) uniform DrawPush {
 // rounding of floats, so that the surface is behind the light and shadows nothing.
 const float LIFT = 1e-5;
 
-// A patch that is lit at less is as small as at this.
+// Patches that are lit at a smaller cosine count as no larger than at this one.
 const float LEAST_COSINE = 0.1;
 
 void main() {
@@ -31,7 +31,8 @@ void main() {
     float own = luminance(lit.flux);
     uvec2 total = starts[map_count << SIDE_BITS];
     float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
-    // The area that has this share of the flux, over pi; and the texel's own where several lights share it.
+    // The area that has one light's share of the flux, over pi; but at least the texel's own, where several lights
+    // share the texel.
     float cosine = max(lit.cosine, LEAST_COSINE);
     float area = own > 0.0 ? lit.crossed / cosine * max(share / own, 1.0) : 1.0;
     vec3 far = abs(lit.position);

@@ -13,7 +13,7 @@ layout(set = 1, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer Owners { uint owners[]; };
 // Per triangle 1 where its normal looks out of something closed, -1 where it looks in, else 0.
 layout(set = 1, binding = 2, scalar) readonly buffer Sides { int sides[]; };
-// The triangle of each texel, and 1.
+// The number of each texel's triangle, plus 1.
 layout(set = 1, binding = 3) uniform utexture2D seen;
 
 const float PI = 3.14159265;
@@ -22,13 +22,14 @@ struct Patch {
     vec3 position;
     vec3 normal;     // on the side that the light comes from
     vec3 flux;       // of a virtual light (world/light.glsl): the radiance that leaves the patch, times its area, over pi
-    float crossed;   // the area of the light's rays that meet it, over pi
-    float cosine;    // between it and the light's rays
+    float crossed;   // the cross-section of the light's rays that meet the patch, over pi
+    float cosine;    // between the patch's normal and the light's rays
 };
 
 const Patch NO_PATCH = Patch(vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, 1.0);
 
-// The patch of a texel, by its number. None where no mesh is, or its inside, or another face of a point light is asked.
+// The patch of a texel. NO_PATCH where the light sees no mesh, or the inside of a closed one, or where another map of
+// the light has the point.
 Patch patch_of(uint texel) {
     uint map = texel_map(texel);
     View view = maps[map].opaque;
@@ -59,13 +60,13 @@ Patch patch_of(uint texel) {
         return NO_PATCH;
     }
     normal = cosine < 0.0 ? -normal : normal;
-    // A pyramid of rays from a point: its solid angle, times the distance squared.
+    // In perspective a texel is a pyramid of rays: its cross-section is its solid angle times the distance squared.
     float slant = length(ray.direction);
     float crossed = 4.0 / (float(view.width) * float(view.height) * view.scale_x * view.scale_y * PI);
     crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / slant;
     return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
 }
 
-// By which patches are drawn. Rec. 709.
+// The weight by which patches are chosen: luminance by Rec. 709.
 float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 #endif

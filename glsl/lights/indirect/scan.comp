@@ -20,7 +20,7 @@ void main() {
     }
     before[thread] = mine;
     barrier();
-    // So few that one thread's walk costs less than the barriers of a scan.
+    // There are so few sums that one thread's walk costs less than the barriers of a scan.
     if (thread == 0u) {
         uvec2 sum = uvec2(0u);
         for (uint t = 0u; t < THREADS; ++t) {

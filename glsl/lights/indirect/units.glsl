@@ -1,15 +1,16 @@
-// Flux in whole numbers, so that its sums are the same in any order: the greatest is 2^22 to 2^23 units, a row of texels has at most
-// 2^31 and all have less than 2^48, in two words, the lower first. Twin: reference::twin::indirect.
+// Flux in whole numbers, so that its sums are the same in any order. The greatest flux of a texel is 2^22 to 2^23 units, a row of
+// texels has at most 2^31, and all have less than 2^48, in two words, the lower first. Twin: reference::twin::indirect.
 #ifndef LIGHTS_INDIRECT_UNITS_GLSL
 #define LIGHTS_INDIRECT_UNITS_GLSL
 
-// The least exponent of a float that is counted as it is, so that no unit is too small for one.
+// Lower exponents of a float count as this one, so that a unit is never too small for a float.
 const uint LEAST_EXPONENT = 27u;
 
-// That of a float's bits.
+// The exponent in a float's bits, or the least one.
 uint flux_exponent(uint bits) { return max(bits >> 23, LEAST_EXPONENT); }
 
-// `most` is the greatest flux, in bits. By a power of 2: nothing is rounded but to the nearest unit.
+// Flux in units; `most`: the greatest flux, in bits. A unit is a power of 2, so that nothing is rounded but to the
+// nearest unit.
 uint flux_units(float flux, uint most) {
     precise float units = flux * uintBitsToFloat((276u - flux_exponent(most)) << 23);
     precise float rounded = units + 0.5;
@@ -31,7 +32,7 @@ uvec2 subtract(uvec2 a, uvec2 b) {
     return uvec2(low, a.y - b.y - borrow);
 }
 
-// `share` of 65,536 parts of it, rounded down.
+// `share` / 65,536 of it, rounded down.
 uvec2 part_of(uvec2 a, uint share) {
     uint high = a.y * share;
     uvec2 rest = add(uvec2((a.x >> 16) * share, 0u), uvec2((a.x & 0xffffu) * share >> 16, 0u));

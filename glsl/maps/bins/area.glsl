@@ -1,15 +1,16 @@
-// The segment that a caster leaves in a texel: that of the ray through its centre, or with AREA one that lets as much light through as the
-// mean of all rays through the texel. texel_part averages each caster alone: whether two casters cover the same part of the texel is left
-// to chance. A shader that goes through casters in order asks area_seen as well, which knows what is left in each of 4×4 cells of the
-// texel: strands one behind the other take the same light, strands side by side do not. Source: ours; coverage by cells as in the A-buffer
-// (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
+// The segment that a caster leaves in a texel: that of the ray through the texel's centre, or with AREA one that lets as much light
+// through as the mean of all rays through the texel. texel_part averages each caster by itself: whether two casters cover the same part of
+// the texel is left to chance. A shader that goes through casters in order also calls area_seen, which knows how much light is left in
+// each of 4×4 cells of the texel. So strands one behind the other take the same light, and strands side by side do not. Source: ours;
+// coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/texel.glsl"
 #include "maps/bins/view_caster.glsl"
 
-// Spheres of so many texels' radius have no edge that a ray could miss; of smaller ones SPHERE_RAYS² rays are looked at.
+// A sphere with a radius of at least WIDE texels is met by one ray. A smaller one, which a single ray may miss, is
+// averaged over SPHERE_RAYS² rays.
 const float WIDE = 2.0;
 const uint SPHERE_RAYS = 4u;
 // Lines on which a texel's share of a ribbon is measured.
@@ -18,7 +19,8 @@ const uint COLUMNS = 8u;
 const uint AREA_SIDE = SPHERE_RAYS;
 const uint AREA_CELLS = AREA_SIDE * AREA_SIDE;
 
-// What share of the light an optical depth takes, and back; of little the differences from 1 would be rounding.
+// The share of light that an optical depth takes, and the inverse. Small ones take a series: their difference from 1
+// would be all rounding.
 float share_taken(float optical_depth) {
     return optical_depth < 1e-3 ? optical_depth - 0.5 * optical_depth * optical_depth : 1.0 - exp(-optical_depth);
 }
@@ -27,7 +29,8 @@ float optical_depth_of(float taken) {
     return taken < 1e-3 ? taken + 0.5 * taken * taken : -log(1.0 - taken);
 }
 
-// A ribbon as the lines across a texel see it. They lie along that side of it which is more across the ribbon; `turned`: along x.
+// A ribbon (a strand, as the ray sees it) measured on parallel lines across a texel. Lines lie along x (`turned`) or y, whichever
+// is more across the ribbon.
 struct Lines {
     float z;
     float middle;
@@ -50,7 +53,7 @@ bool strand_lines(View view, Ray ray, Caster strand, out Lines lines) {
     }
     vec3 point = strand.position - ray.origin + clamp(along, 0.0, 1.0) * strand.axis;
     lines.z = dot(point, ray.direction) / square;
-    // Along the ribbon and across it, both across the ray.
+    // u: along the ribbon; v: across it; both across the ray.
     float extent = length(axis);
     vec3 u = axis / extent, v = cross(u, ray.direction * inversesqrt(square));
     vec2 sides = texel_sides(view, lines.z), on_u = sides * u.xy, on_v = sides * v.xy;
@@ -95,7 +98,7 @@ bool strand_share(View view, Ray ray, Caster strand, out float z, out float shar
     return share > 0.0 && z > view.near;
 }
 
-// Shares of the texel's cells, rows along x.
+// The share of each cell of the texel that the ribbon covers, in rows along x.
 void strand_cells(View view, Ray ray, Caster strand, out float shares[AREA_CELLS]) {
     const uint EACH = COLUMNS / AREA_SIDE;
     Lines lines;
@@ -131,7 +134,8 @@ bool sphere_part(View view, Ray ray, Caster sphere, float dark, uint i, out vec2
     return view_segment(view, ray, length(ray.direction), sphere, dark, z, optical_depth);
 }
 
-// The mean of rays through the texel about `ray`; from where the first begins to where the last ends.
+// `taken`: the mean over rays through the texel around `ray`; `z`: from where the first ray enters the sphere to where
+// the last leaves it.
 bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out float taken) {
     z = vec2(FARTHEST, -FARTHEST);
     taken = 0.0;
@@ -146,14 +150,14 @@ bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out 
     return taken > 0.0;
 }
 
-// Whether a sphere is so small that rays of a texel see it differently. A Gaussian's radius says nothing of how thin it is, nor
-// does a cell's.
+// Whether a caster is so small that rays of one texel see it differently. Gaussians and cells of volumes always count as such,
+// since their radius does not say how thin they are.
 bool is_thin(View view, Caster caster) {
     vec2 sides = texel_sides(view, max(caster.position.z, view.near));
     return caster.radius < WIDE * max(sides.x, sides.y) || caster_is_packed(caster);
 }
 
-// As view_segment.
+// As view_segment, but with AREA for the whole texel.
 bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     float share = 1.0, taken = 0.0, at;
     if (AREA && caster_is_strand(caster)) {
@@ -172,7 +176,8 @@ bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark,
     return view_segment(view, ray, ray_length, caster, dark, z, optical_depth);
 }
 
-// Transmittance of each cell, relative to the others: a caster that takes the same from all changes nothing.
+// Transmittance of each cell, relative to the other cells: a caster that takes the same share from all of them changes
+// nothing here.
 float cell_light[AREA_CELLS];
 
 void area_clear() {
@@ -181,8 +186,8 @@ void area_clear() {
     }
 }
 
-// The optical depth by which the texel's mean light falls behind a caster, for which texel_part has returned `optical_depth`. Casters are
-// met from the light on. Within a cell overlap is left to chance, as in texel_part; between cells it is not.
+// The optical depth by which a caster lowers the texel's mean light; `optical_depth`: what texel_part returned for it. Casters must come
+// in order, from the light on. Within a cell overlap is left to chance, as in texel_part; between cells it is known.
 float area_seen(View view, Ray ray, Caster caster, float dark, float optical_depth) {
     if (!AREA || !(caster_is_strand(caster) || is_thin(view, caster))) {
         return optical_depth;
@@ -201,7 +206,7 @@ float area_seen(View view, Ray ray, Caster caster, float dark, float optical_dep
             float its;
             bool hit = sphere_part(view, ray, caster, dark, i, z, its);
             deepest = hit ? max(deepest, its) : deepest;
-            // A place that is picked at run time is picked by comparison: the array stays in registers.
+            // Writes taken[i] by comparison and not by an index, so that the array stays in registers.
             [[unroll]] for (uint j = 0u; j < AREA_CELLS; ++j) {
                 taken[j] = j != i ? taken[j] : hit ? share_taken(its) : 0.0;
             }

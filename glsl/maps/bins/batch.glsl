@@ -1,9 +1,9 @@
-// A tile's casters, a batch at a time, in the view's axes; each is looked at by all threads of a workgroup or subgroup alike. LANES 0: the
-// batch stands in shared memory. LANES 1: each thread of a subgroup keeps one caster, which it shows the others; there is no wait, and
-// every subgroup fetches the casters for itself. That is for sorted insertion, which skips casters that its texels cannot meet, and for
-// software devices, on which threads that read one place in memory do so one after the other. Needs, declared before: THREADS, of a
-// workgroup. A shader that keeps the entries in another order defines BATCH_SOURCE before; one that wants another number of casters per
-// batch, BATCH.
+// Fetches a tile's casters in batches, in the view's axes; all threads of a workgroup or subgroup then look at each caster. LANES 0: the
+// batch is in shared memory. LANES 1: each thread of a subgroup keeps one caster, which it shows the others. Then no thread waits at a
+// barrier, but every subgroup fetches the casters for itself. LANES 1 is for sorted insertion, which skips casters that its texels cannot
+// meet, and for software devices, on which threads that read one place in memory do so one after the other. Needs, declared before:
+// THREADS, of a workgroup. A shader that keeps the entries in another order defines BATCH_SOURCE before; a shader that wants another
+// number of casters per batch defines BATCH.
 #ifndef MAPS_BINS_BATCH_GLSL
 #define MAPS_BINS_BATCH_GLSL
 #include "maps/bins/part.glsl"
@@ -37,17 +37,17 @@ Caster batch_caster(uint i) {
     return caster;
 }
 #else
-// For devices of little memory fewer.
+// Smaller for devices with little shared memory.
 #ifndef BATCH
 #define BATCH 128u
 #endif
-// Four floats each: positions and radii, then axes and densities. Threads that look at casters of their own meet in fewer banks than
-// if both stood side by side.
+// Two arrays of four floats: positions and radii, then axes and densities. Threads that read different casters have fewer bank
+// conflicts than if both parts of a caster were side by side.
 shared vec4 batch[2u * BATCH];
 
 uint batch_size() { return BATCH; }
 
-// Entries first, first + 1, …, as many as `filled`, of which there are 1 to batch_size(). All threads call it alike.
+// Fetches `filled` entries from `first` on, 1 to batch_size(). All threads call it alike.
 void fetch_batch(View view, uint first, uint filled) {
     barrier();
     for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {

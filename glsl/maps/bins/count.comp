@@ -3,8 +3,8 @@
 // behind the meshes, is culled: it is neither drawn nor binned. Inputs: maps, casters, horizon. Outputs: counts (cleared before), met
 // (older marks may stand).
 
-// TALLY 0: a tile's count is added to for each caster. TALLY 1: a workgroup counts its casters' tiles in shared memory before, for
-// maps of few tiles and very many casters, which would wait for each other at the counts.
+// TALLY 0: each caster adds to the counts of its tiles. TALLY 1: a workgroup first counts the tiles of all its casters in shared
+// memory. That is for maps of few tiles and very many casters, which would wait for each other at the counts.
 // variants: TALLY 0 1
 #include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"

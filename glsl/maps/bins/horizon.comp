@@ -1,23 +1,23 @@
 #version 460
-// How far light gets in each tile of each map: the farthest z at which a mesh ends it, over the tile and the texels from which a
-// look-up may come here; FARTHEST where some of it goes on. One workgroup per tile.
-// Inputs: maps, the opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon.
-// Invariant: where a point in space is behind the horizon of a tile that its look-up reads, its opaque visibility is 0. A lit point of a
-// surface may be behind it by what the surface falls away within the texels of a compare.
+// How far light gets in each tile of each map: the farthest z at which a mesh ends it, over the tile and the texels around it from which
+// a look-up may read the tile; FARTHEST where some of the light goes on. One workgroup per tile. Inputs: maps, the opaque map. Outputs:
+// horizon. Twin: reference::twin::bins::horizon. Invariant: a point in space that is behind the horizon of a tile which its look-up
+// reads has an opaque visibility of 0. A lit point of a surface may be behind the horizon, by as much as the surface recedes within the
+// texels of a compare.
 #include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"
 #include "maps/opaque.glsl"
 
 layout(local_size_x = BIN_THREADS) in;
 
-// Texels around a tile from which look-ups come: one for the bilinear weights, and a filter's radius.
+// Texels around a tile from which a look-up may read the tile: one for the bilinear weights, and a filter's radius.
 CONSTANT(uint, REACH, 1u)
 
 BINS_HORIZON(writeonly buffer)
 
 shared uint farthest;
 
-// Both views look along the same rays: where a texel of one stands in the other is the same at every z.
+// Where a texel of the volume view is in the opaque view: at every z the same, since both views have the same rays.
 vec2 in_opaque(uint map, vec2 texel) {
     Ray ray = view_ray(maps[map].volume, texel);
     return view_project(maps[map].opaque, ray.origin + ray.direction).xy;

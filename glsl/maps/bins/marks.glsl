@@ -10,13 +10,13 @@ layout(push_constant, scalar) uniform CompactPush {
     uint capacity;  // casters between the orders of two maps
 };
 
-// Words of bits of a block, whose threads they are. Twin: BLOCK_WORDS in reference::twin::compact.
+// Words of bits per block; a workgroup has one thread for each. Twin: BLOCK_WORDS in reference::twin::compact.
 const uint BLOCK_WORDS = 64u;
 
 // set 0: bins_compact
 layout(set = 0, binding = 0, scalar) readonly buffer Met { uint met[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Order { uint order[]; };
-// Casters of the map and of its drawing order.
+// A bit per caster of a map, in drawing order: whether the caster meets some tile.
 layout(set = 0, binding = 2, scalar) buffer Marks { uint marks[]; };
 // Casters of each block; after scan, those before it.
 layout(set = 0, binding = 3, scalar) buffer Blocks { uint blocks[]; };

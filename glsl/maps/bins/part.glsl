@@ -1,4 +1,4 @@
-// The bins, as passes with one workgroup per listed part read them: which part a workgroup builds.
+// The bins, for passes with one workgroup per listed part of a tile: which part a workgroup builds.
 #ifndef MAPS_BINS_PART_GLSL
 #define MAPS_BINS_PART_GLSL
 #include "maps/bins/set.glsl"
@@ -18,7 +18,8 @@ BINS_ENTRIES(coherent buffer)
 
 BINS_SLOTS(readonly buffer)
 
-// False where the list has ended; there is room behind it, so that both reads can be under way at once.
+// Reads the workgroup's part; false behind the end of the list. The buffer has room there, so that both reads can be
+// under way at once.
 bool listed_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * BIN_GROUPS_X + gl_WorkGroupID.x;
     part = parts[place];
@@ -38,7 +39,7 @@ uint part_slot(TilePart part, out uvec2 tiles) {
     return slots[part_map(part) * tiles.x * tiles.y * SLOTS + part.tile];
 }
 
-// The view of the part's map; for a block, as fine as its tile is.
+// The view of the part's map; with DETAIL, as fine as the part's tile.
 View part_view(TilePart part) {
     uvec2 tiles;
     View view = maps[part_map(part)].volume;

@@ -6,7 +6,7 @@
 #include "maps/bins/totals.glsl"
 #include "maps/detail/blocks.glsl"
 
-// Parts of a tile that has casters, and of one that has none.
+// How many parts a tile that has casters is listed as, and one that has none.
 CONSTANT(uint, PARTS, 1u)
 CONSTANT(uint, EMPTY_PARTS, 0u)
 
@@ -22,7 +22,7 @@ uint bins_a_map() {
     return tiles.x * tiles.y * (DETAIL ? SLOTS : 1u);
 }
 
-// Parts that are listed of a bin with so many casters.
+// How many parts are listed for a bin with `count` casters.
 uint parts_wanted(uint bin, uint count) {
     bool built = count > 0u;
     if (DETAIL) {
@@ -32,8 +32,8 @@ uint parts_wanted(uint bin, uint count) {
     return built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
 }
 
-// Where the entries of a bin stand, for writing and for reading them: at its `place` among those of the same room, or at
-// `counted`.
+// Where the first entry of a bin is, for writing and for reading: at `place` times the room where all bins have the same
+// room, else at `counted`.
 uint first_entry(uint bin, uint place, uint count, uint counted) {
     if (count > 0u && room == 0u) {
         cursors[bin] = counted;
@@ -41,9 +41,9 @@ uint first_entry(uint bin, uint place, uint count, uint counted) {
     return room == 0u ? counted : place * room;
 }
 
-// Lists so many parts of a bin from a place on.
+// Lists `wanted` parts of a bin, from `place` on.
 void list_parts(uint place, uint wanted, uint bin, uint count, uint first) {
-    // Where the entries are too few, which is found out and mended after the build, nothing reads past them.
+    // The buffer of entries may be too small, which is found and mended after the build: nothing reads past its end.
     uint readable = first < capacity ? min(count, room != 0u ? room : capacity - first) : 0u;
     uint a_map = bins_a_map(), tile = bin % a_map, map = bin / a_map;
     for (uint i = 0u; i < wanted; ++i) {

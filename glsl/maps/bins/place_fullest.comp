@@ -1,7 +1,7 @@
 #version 460
-// As place.comp, by one workgroup, and parts of tiles with the most casters come first: workgroups begin in that order, and if a full tile
-// began last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before). Invariant: a
-// tile stands before all that have less than four fifths of its casters. LISTED 0: of all tiles. LISTED 1: of the blocks that
+// As place.comp, but by one workgroup, and tiles with the most casters are listed first. Workgroups begin in the order of the list; if a
+// full tile began last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before).
+// Invariant: a tile comes before all tiles with less than four fifths of its casters. LISTED 0: all tiles. LISTED 1: the blocks that
 // maps/detail/choose.comp has listed.
 // variants: LISTED 0 1
 #include "maps/bins/place.glsl"
@@ -15,7 +15,7 @@ CONSTANT(uint, THREADS, 128u)
 // Classes of tiles: four for each doubling of the casters.
 const uint CLASSES = 128u;
 
-// Parts of each class, then where the next of each is listed.
+// First the number of parts in each class; then where the next part of each class is listed.
 shared uint classes[CLASSES];
 shared uint entries_low, entries_high, used, fullest;
 
@@ -89,7 +89,7 @@ void main() {
         totals[0].groups_x = BIN_GROUPS_X;
         totals[0].groups_y = (listed + BIN_GROUPS_X - 1u) / BIN_GROUPS_X;
         totals[0].groups_z = 1u;
-        // Scatter may have found a tile that has too little room.
+        // A maximum, since scatter may have noted a tile that has too little room.
         atomicMax(totals[0].fullest, fullest);
     }
 }

@@ -1,8 +1,9 @@
 #version 460
 // Writes an entry of each caster into each of its tiles, in any order: the shader that reads a tile sorts it or needs no order, and no two
-// entries of a tile are equal. Where each tile has the same room, nothing is counted before: counts are the cursors, and this pass does the
-// rest of count.comp's work. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also counts, totals (both cleared before;
-// of the totals only the greatest demand of a tile with too little room), met (not cleared: a caster in no tile keeps an older mark).
+// entries of a tile are equal. Where each tile has the same room (`room` is not 0), count.comp does not run: counts are the cursors, and
+// this pass marks the casters that meet a tile. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also counts, totals
+// (both cleared before; of the totals only the greatest demand of a tile with too little room), met (not cleared: a caster in no tile keeps
+// an older mark).
 
 // As in count.comp. With TALLY 1, a workgroup reserves the places of all its entries of a tile at once.
 // variants: TALLY 0 1
@@ -19,7 +20,7 @@ BINS_MET(writeonly buffer)
 BINS_HORIZON(readonly buffer)
 
 #if TALLY == 1
-// First how many entries of each tile there are, then they.
+// The first round counts the entries of each tile, the second writes them.
 const uint ROUNDS = 2u;
 #else
 const uint ROUNDS = 1u;

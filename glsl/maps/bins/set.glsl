@@ -2,7 +2,7 @@
 // set 1: bins
 #ifndef MAPS_BINS_SET_GLSL
 #define MAPS_BINS_SET_GLSL
-// Casters of each tile: map after map, rows of tiles; with DETAIL of each word of its table.
+// Casters of each tile: map after map, rows of tiles; with DETAIL, of each slot (glsl/maps/detail/blocks.glsl).
 #define BINS_COUNTS(access) layout(set = 1, binding = 0, scalar) access Counts { uint counts[]; };
 // The listed parts of tiles.
 #define BINS_PARTS(access) layout(set = 1, binding = 1, scalar) access Parts { TilePart parts[]; };

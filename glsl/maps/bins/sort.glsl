@@ -1,18 +1,19 @@
-// Sorts a tile's entries by key, and equal keys by the casters' values, not by their places in the list, with one workgroup of TILE_THREADS
-// threads: a bitonic network in shared memory, or in the entries' own memory where a tile has more than fit. No limit on their number. The
-// network compares keys alone. Entries with the same key then stand side by side and are sorted by their casters, which are slow to read: a
-// few by one thread, many by the network once more. Needs, declared before: a coherent buffer `uvec2 entries[]`, and `casters`.
+// Sorts a tile's entries by key, and entries of the same key by the casters' values, so that the order of the list does not matter. One
+// workgroup of TILE_THREADS threads runs a bitonic network, in shared memory or, where a tile has more entries than fit, in the entries'
+// own memory: their number has no limit. The network compares keys alone. Entries with the same key are then side by side and are sorted by
+// their casters, which are slow to read: a few by one thread, many by the network once more. Needs, declared before: a coherent buffer
+// `uvec2 entries[]`, and `casters`.
 #ifndef MAPS_BINS_SORT_GLSL
 #define MAPS_BINS_SORT_GLSL
 
 const uint TILE_THREADS = 64u;
 const uint SORT_SHARED = 1024u;
 
-// Entries of the same key that a thread sorts, at most.
+// The most entries of the same key that one thread sorts.
 const uint SORT_ALONE = 16u;
 
 shared uvec2 sort_entries[SORT_SHARED];
-// More have the same key.
+// Whether more than SORT_ALONE entries have the same key.
 shared bool sort_many;
 
 bool entry_after(uvec2 a, uvec2 b) {
@@ -47,7 +48,7 @@ void sort_barrier(bool in_shared) {
 }
 
 // Every comparison moves the smaller entry to the lower place, so entries past `count`, thought of as infinite, never move
-// and need not exist. Shifts, since division takes long.
+// and need not exist. Places are found by shifts, since division takes long.
 void sort_places(bool in_shared, bool by_casters, uint first, uint count) {
     uint levels = count > 1u ? uint(findMSB(count - 1u)) + 1u : 0u, pairs = (1u << levels) >> 1u;
     for (uint half_size = 1u; half_size <= pairs; half_size <<= 1u) {
@@ -74,7 +75,7 @@ void sort_places(bool in_shared, bool by_casters, uint first, uint count) {
 void sort_equals(bool in_shared, uint first, uint count) {
     for (uint i = gl_LocalInvocationIndex; i < count; i += TILE_THREADS) {
         uint key = sort_read(in_shared, first, i).x, end = i + 1u;
-        // Others may move entries of a key, which all have the same then as before.
+        // Other threads may be moving entries, but only among those of one key: the keys stay where they are.
         bool begins = i == 0u || sort_read(in_shared, first, i - 1u).x != key;
         while (begins && end < count && end - i <= SORT_ALONE && sort_read(in_shared, first, end).x == key) {
             ++end;
@@ -109,7 +110,7 @@ void sort_tile(uint first, uint count) {
     if (gl_LocalInvocationIndex == 0u) {
         sort_many = false;
     }
-    // Twice the text, so that no entry is picked from two memories: lavapipe 22.3 would read both.
+    // One call per memory: if a single call picked the memory of each entry, lavapipe 22.3 would read both.
     if (count > SORT_SHARED) {
         barrier();
         sort_all(false, first, count);

@@ -7,13 +7,13 @@
 // The bound of a texel's optical depth is added up in 256ths.
 const float BOUND_UNITS = 256.0;
 
-// An upper bound of an entry's optical depth, `dark` at most; rounded up. The entry holds its caster's greatest
-// (maps/bins/tiles.glsl).
+// An upper bound of an entry's optical depth, `dark` at most; rounded up. The entry holds its caster's greatest optical
+// depth (maps/bins/tiles.glsl).
 uint entry_bound(uvec2 entry, float dark) {
     return uint(min(uintBitsToFloat(entry.x), dark) * BOUND_UNITS) + 1u;
 }
 
-// A bound is added up in two words, low word first: a million opaque casters of a tile are more than one holds.
+// A bound is added up in two words, low word first, since one is too small for a million opaque casters in a tile.
 void wide_add(inout uvec2 sum, uint value) {
     sum.x += value;
     sum.y += uint(sum.x < value);

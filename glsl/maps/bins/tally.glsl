@@ -1,5 +1,5 @@
-// Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, declared before,
-// says whether it does.
+// Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, defined before,
+// says whether it counts them there.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL
 #include "maps/bins/tiles.glsl"
@@ -10,7 +10,7 @@ layout(local_size_x_id = ID_TALLY_THREADS) in;
 CONSTANT(uint, TALLY_THREADS, 128u)
 // Casters that a thread has, one after the other.
 CONSTANT(uint, TALLY_TURNS, 8u)
-// A word per tile of a map, of which there are as many at most. Twin: MOST_TALLIED in maps::threads.
+// A word per tile of a map, which has so many tiles at most. Twin: MOST_TALLIED in maps::threads.
 shared uint tally[4096];
 #else
 const uint TALLY_THREADS = BIN_THREADS;
@@ -21,7 +21,7 @@ layout(local_size_x = TALLY_THREADS) in;
 // The thread among those that share a caster.
 uint tally_lane() { return gl_LocalInvocationIndex % TILE_LANES; }
 
-// The caster of a thread's turn; there may be none.
+// The number of a thread's caster in a turn; it may be past the last caster.
 uint tally_caster(uint turn) {
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     return ((group * TALLY_TURNS + turn) * TALLY_THREADS + gl_LocalInvocationIndex) / TILE_LANES;

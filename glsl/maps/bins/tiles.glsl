@@ -7,8 +7,8 @@
 layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
     uint capacity;  // of the entries
-    uint room;      // not 0: entries of each tile, tile after tile, which are not counted before
-    uint mark;      // of casters that are in some tile; where entries are kept another for each build
+    uint room;      // not 0: every tile has room for so many entries, which are not counted before
+    uint mark;      // in met[], marks casters in some tile; where entries are kept, another number for each build
     uint map_count;
 };
 
@@ -22,7 +22,7 @@ CONSTANT(bool, HIDE, false)
 // Threads of a workgroup of the passes that bin.
 const uint BIN_THREADS = 64u;
 
-// Place of a pass's thread among all of its map, however the workgroups are shared out over two dimensions.
+// The number of this thread among all threads for its map, in a dispatch over two dimensions.
 uint map_thread() {
     return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * BIN_THREADS + gl_LocalInvocationIndex;
 }
@@ -31,8 +31,8 @@ uvec2 tile_counts(View view) {
     return (uvec2(view.width, view.height) + TILE_TEXELS - 1u) / TILE_TEXELS;
 }
 
-// The tiles of texels that the caster's bounds reach, their centres or with AREA their squares: low to high, both included;
-// false where there is none.
+// The tiles, low to high, both included, of the texels whose centres (with AREA: whose squares) the caster's bounds reach.
+// False where there is none.
 bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_tile) {
     vec2 low, high;
     low_tile = high_tile = uvec2(0u);
@@ -50,7 +50,8 @@ bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_t
     return true;
 }
 
-// Place along the strand's axis of the point nearest to the ray through the tile's middle, and its offset from that ray.
+// Finds the strand's point nearest to the ray through the tile's middle. Returns where along the strand's axis the point
+// is, 0 to 1; `across`: its offset from that ray.
 float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
     vec3 start, axis;
     float along;
@@ -60,7 +61,8 @@ float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
     return along;
 }
 
-// In a parallel view, how far a sphere's centre is from the tile less `inset` texels, along right and up, in units of its radius.
+// In a parallel view: how far a sphere's centre is from a tile that is smaller by `inset` texels on each side, along right and
+// up, in units of the radius.
 vec2 tile_apart(View view, Caster sphere, uvec2 tile, float inset) {
     vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
     vec3 offset = sphere.position - view.origin;
@@ -70,10 +72,10 @@ vec2 tile_apart(View view, Caster sphere, uvec2 tile, float inset) {
     return max(max(low - centre, centre - high), vec2(0.0)) / sphere.radius;
 }
 
-// Squared distance, in units of the radius, from the caster to the tile less `inset` texels (half of one: to the rays of
-// texel centres), never more than the true one to the nearest ray in it. Exact for a sphere in a parallel view; for a
-// strand to the circle about the tile, half a texel too small and more; 0 in perspective, whose tiles are not rectangles
-// across the rays.
+// A lower bound of the squared distance from the caster to the nearest ray of a tile, in units of the radius. The tile
+// is smaller by `inset` texels on each side (half a texel: to the rays of texel centres). Exact for a sphere in a
+// parallel view. For a strand it is the distance to the circle around the tile, too small by half a texel or more. In
+// perspective it is 0, since tiles are not rectangles across the rays.
 float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     if (view.projection == VIEW_PERSPECTIVE) {
         return 0.0;
@@ -89,7 +91,7 @@ float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     return dot(apart, apart);
 }
 
-// To the nearest ray of a texel.
+// The same, to the nearest ray that a texel of the tile stands for.
 float tile_distance(View view, Caster caster, uvec2 tile) {
     return tile_distance(view, caster, tile, 0.5 - TEXEL_REACH);
 }
@@ -109,12 +111,12 @@ bool tile_hidden(View view, Caster caster, float horizon) {
     return nearest > horizon + 1e-5 * (view.far - view.near);
 }
 
-// An entry holds its sort key; or, where casters are added up in any order, its caster's greatest optical depth on any
-// ray.
+// True: an entry holds its sort key. False, where casters are added up in any order: its caster's greatest optical
+// depth on any ray.
 CONSTANT(bool, KEYED, true)
 
-// Sorts as the depth at which the sphere begins, nearest within the tile, or of the strand's point nearest to the tile's
-// middle: non-negative floats order as their bits do.
+// The depth of a sphere's front, nearest within the tile, or of the strand's point nearest to the tile's middle, as
+// bits: these order as non-negative floats do.
 uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     float centre = dot(caster.position - view.origin, view.forward);
     float nearest = centre - caster.radius * sqrt(max(1.0 - distance_square, 0.0));

@@ -3,16 +3,16 @@
 #define MAPS_BINS_TOTALS_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met. Twin: GROUPS_X in
-// maps::bins.
+// Workgroups per row of a dispatch over listed parts: enough that the limit of 65,535 rows is never met. Twin: GROUPS_X
+// in maps::bins.
 const uint BIN_GROUPS_X = 64u;
 
 struct BinTotals {
     uint entries;       // modulo 2³²
-    uint entries_high;  // how often they have passed that
+    uint entries_high;  // how often the entries have passed 2³²
     uint tiles_used;
-    uint parts;  // of tiles, listed
-    // VkDispatchIndirectCommand: a workgroup a listed part, and up to 63 more.
+    uint parts;  // listed parts of tiles
+    // VkDispatchIndirectCommand: one workgroup per listed part, and up to 63 more.
     uint groups_x;
     uint groups_y;
     uint groups_z;
@@ -24,8 +24,8 @@ struct BinTotals {
 struct TilePart {
     uint tile;      // of its map, row after row
     uint map_part;  // which of the maps · 256 + which part of the tile
-    uint first;  // of the tile's entries
-    uint count;  // of them
+    uint first;  // of the tile's entries, the part's first
+    uint count;  // how many entries the part has
 };
 
 uint part_map(TilePart part) { return part.map_part >> 8; }

@@ -11,7 +11,8 @@ Ray view_texel_ray(View view, uvec2 texel) {
                                             : Ray(vec3(0.0), vec3(across, 1.0));
 }
 
-// The ray so far to the right of a view_texel_ray, in units of its plane.
+// A view_texel_ray, moved to the right by so much in the plane of its coordinates: z = 0 where rays are parallel, else
+// z = 1.
 Ray view_ray_beside(View view, Ray ray, float right) {
     if (view.projection == VIEW_PARALLEL) {
         ray.origin.x += right;
@@ -21,7 +22,7 @@ Ray view_ray_beside(View view, Ray ray, float right) {
     return ray;
 }
 
-// Whether the ray may meet the caster: where it says no view_segment does, too, however either is rounded.
+// Whether the ray may meet the caster. Where this says no, view_segment says no too, however either is rounded.
 bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
     if (caster_is_strand(caster)) {
         return true;
@@ -35,13 +36,14 @@ bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
     return dot(across, across) < radius * radius;
 }
 
-// Whether a ray is in the caster for as long as its chord: a sphere behind the near plane, where rays are parallel.
+// Whether every ray crosses the caster by a whole chord: a sphere that is all behind the near plane, where rays are
+// parallel.
 bool plain_sphere(View view, Caster caster) {
     bool sphere = !caster_is_strand(caster) && !caster_is_packed(caster);
     return view.projection == VIEW_PARALLEL && sphere && caster.position.z - caster.radius >= view.near;
 }
 
-// As texel_segment, of a ray and a caster in the view's axes, between z.
+// As texel_segment, for a ray and a caster in the view's axes.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     vec3 within;

@@ -15,8 +15,9 @@
 
 // Nodes while segments are inserted, >= NODES. More cost time and lose less.
 CONSTANT(int, WORK, 8)
-// True: a removal moves its neighbours so that the area under the transmittance is kept, and the first node may go too,
-// which leaves a step there. False: the survivors stay as they are, the first and last are exempt (Salvi et al. 2010).
+// True: a removal moves the node's neighbours so that the area under the transmittance stays the same, and the first
+// node may go too, which leaves a step there. False: other nodes stay as they are, and the first and last are never
+// removed (Salvi et al. 2010).
 CONSTANT(bool, NUDGE, true)
 
 int node_count;
@@ -32,14 +33,14 @@ void curve_clear() {
     }
 }
 
-// A stored node, in order.
+// Loads stored node i; nodes must be loaded in order.
 void curve_load(int i, Node node) {
     node_depths[i] = node.depth;
     node_values[i] = node.value;
     node_count += int(node.depth < EMPTY);
 }
 
-// The value just behind `depth`, if there is a step.
+// The curve's value at `depth`; where the curve has a step there, the value just behind the step.
 float curve_value(float depth) {
     float low = depth, high = EMPTY, value_low = curve_unshadowed(), value_high = value_low;
     [[unroll]] for (int i = 0; i < WORK; ++i) {
@@ -61,15 +62,16 @@ float span_mean(float through_0, float through_1, float rise) {
                        : (through_0 - through_1) / rise;
 }
 
-// Where each insertion removes as many nodes as it adds, areas are approximated by trapezoids: a removal changes the triangle of the node
-// and its neighbours times the light about them. That saves a division per span, takes 0.6 of the instructions and has about the same
-// error. With spare nodes, exact areas are up to 7 % better.
+// Where each insertion removes as many nodes as it adds, areas are approximated by trapezoids. A removal then changes the area by the
+// triangle of the node and its neighbours, times the light around them. That saves a division per span, takes 0.6 of the instructions and
+// has about the same error. With spare nodes, exact areas are up to 7 % better.
 bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 
-// Removes one of `count` nodes, that whose going changes the area under the transmittance least.
+// Removes that one of `count` nodes whose removal changes the area under the transmittance least.
 void remove_cheapest(int count) {
     bool nudged = EXPONENTIAL && NUDGE;
-    // Each node's transmittance; and for the span behind it extent, rise of the value, mean transmittance and area.
+    // `through`: each node's transmittance. The others are of the span behind each node: its extent, the rise of the
+    // value over it, its mean transmittance and its area.
     float through[WORK + 2], extent[WORK + 1], rise[WORK + 1], mean[WORK + 1], area[WORK + 2];
     through[0] = EXPONENTIAL ? exp(-node_values[0]) : 0.0;
     area[WORK + 1] = 0.0;
@@ -96,8 +98,8 @@ void remove_cheapest(int count) {
             least = abs(change);
             cheapest = i;
             excess = change;
-            // By how much the area falls as the neighbours' optical depths grow alike. Where one of them is the first or the
-            // last node, which stays, it is too much: half a nudge there does better than all of it.
+            // By how much the area falls as the neighbours' optical depths grow alike. If a neighbour is the first or the
+            // last node, which stays, this is too much: but half a nudge does better there than all of it.
             weight = 0.5 * (i > 1 ? area[max(i - 2, 0)] : 0.0) + area[i - 1] + area[i] + 0.5 * area[i + 1];
             low = i > 1 ? -rise[max(i - 2, 0)] : -both;
             high = i + 2 < count ? rise[min(i + 1, WORK)] : both;
@@ -120,7 +122,7 @@ void remove_cheapest(int count) {
     node_depths[WORK + 1] = EMPTY;
 }
 
-// Puts a node behind those of no greater depth; the rearmost, which is unused, goes.
+// Inserts a node behind all nodes of no greater depth. The last place of the array, which is unused, drops out.
 void place_node(float depth, float value) {
     bool ahead = true;
     [[unroll]] for (int i = WORK + 1; i >= 0; --i) {
@@ -138,7 +140,7 @@ void place_node(float depth, float value) {
 
 bool is_dark(float value) { return EXPONENTIAL ? value >= DARK : value <= exp(-DARK); }
 
-// Whether no light gets to `depth`. Most curves nowhere take so much, which is known at once.
+// Whether no light gets to `depth`. The last node is asked first: most curves are dark nowhere.
 bool curve_dark(float depth) { return is_dark(node_values[WORK - 1]) && is_dark(curve_value(depth)); }
 
 // Attenuates the curve by a segment from `entry` to `exit`, both in the light's range, entry <= exit. False where that changes
@@ -155,8 +157,8 @@ bool curve_insert(float entry, float exit, float optical_depth) {
         float depth = node_depths[i];
         // Compared first, so that a segment of no length is a step and not 0/0.
         float ramp = depth <= entry ? 0.0 : depth >= exit ? 1.0 : (depth - entry) * per_depth;
-        // What the part of the segment in front of the node really takes away: the sample ramps the transmittance
-        // linearly instead, which leaves nodes inside a segment off the curve and too bright.
+        // The optical depth of the segment's part in front of the node. Fife and Strugar's sample ramps the
+        // transmittance linearly instead, which leaves nodes inside a segment off the curve and too bright.
         float taken = optical_depth * ramp;
         node_values[i] = EXPONENTIAL ? node_values[i] + taken : node_values[i] * exp(-taken);
     }
@@ -164,7 +166,7 @@ bool curve_insert(float entry, float exit, float optical_depth) {
     place_node(entry, value_entry);
     place_node(exit, value_exit);
     node_count = min(node_count + 2, WORK);
-    // Asked for by number, not counted, so that how many there are is a constant.
+    // Two tests and no counted loop, so that remove_cheapest is given constants.
     if (node_depths[WORK + 1] < EMPTY) {
         remove_cheapest(WORK + 2);
     }
@@ -187,7 +189,7 @@ void curve_append(float depth, float optical_depth) {
     }
 }
 
-// Down to the nodes that are stored.
+// Removes nodes until no more are left than are stored.
 void curve_reduce() {
     [[dont_unroll]] for (int i = 0; i < WORK - NODES; ++i) {
         if (node_count > NODES) {

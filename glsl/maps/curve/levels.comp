@@ -1,9 +1,10 @@
 #version 460
-// Builds levels of detail of all maps: at the ends of even steps from the first node of the four texels below to their last, a texel has
-// the mean of their transmittance. Its nodes are those of these places between which interpolation errs least, by the sum of squares over
-// all places: dynamic programming with one thread per place, so that no thread walks along curves by itself. A texel past the map's edge,
+// Builds the levels of detail of all maps. The mean transmittance of the four texels below is taken at the ends of even steps, from their
+// first node to their last. A texel's nodes are those ends between which interpolation errs least, by the sum of squares over all ends.
+// Dynamic programming finds them, with one thread per end, so that no thread walks along curves by itself. A texel past the map's edge,
 // or without casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output: nodes of the levels.
-// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them it is the mean of the four, to the rounding of storing.
+// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, to the rounding of
+// storing.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 
@@ -16,23 +17,23 @@ uvec2 curve_pair(uint i) { return nodes[i]; }
 #include "maps/curve/store.glsl"
 #include "maps/curve/read.glsl"
 
-// Even steps: of 16 nodes all ends of them are nodes.
-// 16, of 16 nodes 15.
+// Even steps: 16, or with 16 nodes 15, so that every end of a step is a node.
 const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
 
 // First the curves of the texels below, rows of the tile, depth and value of each node; then, for each texel that is made, the cost of the
-// line between two ends.
+// line between every two ends.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
-// Lines need more, but where there are 16 nodes.
+// The lines' costs need more room than the curves, except with 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
 shared float scratch[SCRATCH];
-// The ranges of those that are made, and means at the ends of steps, and these as nodes have them.
+// For each texel that is made: its range of depths, the means at the ends of steps, and these means as values of nodes.
 shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
 shared float values[MADE * ENDS];
-// The least that a curve costs up to an end that is a node, and which ends its nodes are, a bit each; by turns.
+// For each end, of the curves that have a node there: the least cost up to that end, and which ends are nodes, a bit
+// each. Two copies, written in turns.
 shared float costs[2u * MADE * ENDS];
 shared uint chosen[2u * MADE * ENDS];
 
@@ -44,7 +45,7 @@ uint below_curve(LevelTile tile, uint t, uint i) {
 
 Node below_node(uint i) { return Node(scratch[2u * i], scratch[2u * i + 1u]); }
 
-// All of the level below, decoded; a thread per node.
+// Reads and decodes all of the level below; one thread per node.
 void read_below(LevelTile tile) {
     uint side = 2u * tile.side;
     [[dont_unroll]] for (uint i = gl_LocalInvocationIndex; i < side * side * uint(NODES); i += LEVEL_THREADS) {
@@ -87,7 +88,7 @@ float mean_at(LevelTile tile, uint t, float depth) {
     return min(mean, 1.0);
 }
 
-// From the first node of the four to the last.
+// The range of depths from the first node of the four texels below to their last.
 vec2 merged_range(LevelTile tile, uint t) {
     vec2 range = vec2(EMPTY, -EMPTY);
     for (uint i = 0u; i < BELOW; ++i) {
@@ -101,14 +102,15 @@ vec2 merged_range(LevelTile tile, uint t) {
     return range;
 }
 
-// Whether anything below casts.
+// Whether any of the four texels below has casters.
 bool makes_curve(uint t) { return ranges[t].x <= ranges[t].y; }
 
 float value_of(float mean) {
     return !EXPONENTIAL ? mean : mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
 }
 
-// Sum of squares of the differences between the line from end `from` to end `to` and the means on it; `first` is the texel's first.
+// The cost of a line from end `from` to end `to`: the sum of squares of its differences from the means in between. `first`: the
+// place of the texel's first end.
 float line_cost(uint first, uint from, uint to) {
     float rise = (values[first + to] - values[first + from]) / float(to - from);
     float left = means[first + from], factor = EXPONENTIAL ? exp(-rise) : 1.0, cost = 0.0;
@@ -119,7 +121,7 @@ float line_cost(uint first, uint from, uint to) {
     return cost;
 }
 
-// The same of all light up to the first node.
+// The cost in front of a curve whose first node is at end `to`: up to there a curve lets all light through.
 float front_cost(uint first, uint to) {
     float cost = 0.0;
     for (uint k = 0u; k < to; ++k) {
@@ -131,10 +133,10 @@ float front_cost(uint first, uint to) {
 // Where the line between two ends is among a texel's: (0, 1), (0, 2), (1, 2), and so on.
 uint line_place(uint from, uint to) { return to * (to - 1u) / 2u + from; }
 
-// Chooses nodes among the ends, of which the last is one: `chosen` has them.
+// Chooses nodes among the ends; the last end is always one. Returns which copy of `chosen` has them.
 uint choose_nodes(uint count) {
     uint thread = gl_LocalInvocationIndex, now = 0u;
-    // Neighbouring threads have lines of the same length, the longest first, and ends as far on.
+    // Neighbouring threads have lines of the same length, the longest first, between neighbouring ends.
     for (uint i = thread; i < count * PAIRS; i += LEVEL_THREADS) {
         uint t = i / PAIRS, pair = i % PAIRS, shorter = uint(0.5 * (sqrt(8.0 * float(pair) + 1.0) - 1.0) + 1e-3);
         uint from = pair - shorter * (shorter + 1u) / 2u, to = from + STEPS - shorter;
@@ -152,7 +154,7 @@ uint choose_nodes(uint count) {
         uint next = MADE * ENDS - now;
         for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
             uint t = i % count, to = i / count, before = now + t * ENDS, lines = t * PAIRS + line_place(0u, to);
-            // One more only where it helps.
+            // Another node is added only where it helps.
             float least = costs[before + to];
             uint best = chosen[before + to];
             for (uint from = 0u; from < to && makes_curve(t); ++from) {
@@ -204,7 +206,7 @@ void make_level(LevelTile tile) {
             uint end = uint(findLSB(ends));
             ends &= ends - 1u;
             float value = values[thread * ENDS + end];
-            // Means round.
+            // Rounding of means may break the order of values.
             value = EXPONENTIAL ? max(value, last.value) : min(value, last.value);
             last = Node(depth_along(range, float(end) / float(STEPS)), value);
         }

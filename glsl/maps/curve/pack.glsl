@@ -6,7 +6,7 @@
 #define MAPS_CURVE_PACK_GLSL
 #include "maps/curve/node.glsl"
 
-// A range of less is none: its inverse would overflow.
+// A shorter range counts as none: its inverse would overflow.
 const float LEAST_EXTENT = 1e-30;
 
 // Bits of a code, and codes.
@@ -14,15 +14,16 @@ const uint CODE_BITS = TIGHT ? 8u : 16u;
 const uint CODES = 1u << CODE_BITS;
 float last_code() { return TIGHT ? 255.0 : 65535.0; }
 
-// The depths of a texel's nodes: the first and how far the last is behind it.
+// `range`: the depth of the texel's first node, and how far the last node is behind it.
 uint pack_depth(float depth, vec2 range) {
     return range.y > LEAST_EXTENT ? uint(min((depth - range.x) * (last_code() / range.y) + 0.5, last_code())) : 0u;
 }
 
 float unpack_depth(uint code, vec2 range) { return range.x + float(code) * (range.y * (1.0 / last_code())); }
 
-// Transmittance is coded evenly. An optical depth t has the code t / (1 + t): half a code is at most 2 / e of a code of
-// the light, and in the dark still a small share of t, so that a ramp into darkness fades as it should.
+// Transmittances are coded evenly. An optical depth t has the code t / (1 + t). Half a code of it changes the light by
+// at most 2 / e of an even code. In the dark it is still a small share of t, so that a ramp into darkness fades as it
+// should.
 uint pack_value(float value) {
     float code = EXPONENTIAL ? float(CODES) * (value / (1.0 + value)) : last_code() * (1.0 - value);
     return uint(clamp(code + 0.5, 0.0, last_code()));

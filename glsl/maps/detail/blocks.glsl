@@ -5,7 +5,7 @@
 #define MAPS_DETAIL_BLOCKS_GLSL
 #include "world/view.glsl"
 
-// Whether tiles have sides of their own; else each is one block.
+// Whether each tile has its own side; else every tile is one block.
 CONSTANT(bool, DETAIL, false)
 
 const uint SLOTS = 64u;

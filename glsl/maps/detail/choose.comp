@@ -1,11 +1,12 @@
 #version 460
-// Chooses how fine each tile of all maps is, and where its blocks stand, as fine as so many blocks allow. One workgroup. With
-// edges of strength E per texel, the error falls with about the side to the power of −1 (hair: −0.7), so the best side grows
-// as about the third root of E. Since edges hide each other, it is the fifth root of E / (1 + optical depth). How many blocks
-// there are at each scale follows from where each tile changes its side.
-// Inputs: surveys. Outputs: slots, listed, totals. Twin: reference::twin::detail::choose.
-// Invariants: there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys
-// are the same choice on every device; every block that a caster meets has a place.
+// Chooses how fine each tile of all maps is, and where its blocks stand: as fine as the allowed number of blocks permits. One
+// workgroup. A tile's side is how many blocks it has per side (maps/detail/blocks.glsl). With edges of strength E per texel,
+// the error falls about as the side to the power of −1 (hair: −0.7), so that the best side grows about as the third root of
+// E. Since edges hide each other, the side follows the fifth root of E / (1 + optical depth), times a scale that all tiles
+// share: the greatest for which there are blocks enough. How many blocks there are at each scale is counted from where each
+// tile changes its side. Inputs: surveys. Outputs: slots, listed, totals. Twin: reference::twin::detail::choose. Invariants:
+// there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys give the same
+// choice on every device; every block that a caster meets has a place.
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"
 #include "maps/detail/blocks.glsl"
@@ -36,27 +37,28 @@ BINS_SLOTS(writeonly buffer)
 DETAIL_SURVEYS(readonly buffer)
 DETAIL_LISTED(writeonly buffer)
 
-// Scales at which all tiles have side 1, and from which on few have less than side 8.
+// The scale at which all tiles have side 1, and the scale from which on few have less than side 8.
 const int LEAST_SCALE = -760;
 const int MOST_SCALE = 240;
 const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);
 
-// By how many blocks each scale has more than the one before, modulo 2³².
+// How many more blocks each scale has than the scale before, modulo 2³².
 shared uint more[SCALES];
 shared uint sums[THREADS];
 // Threads per run.
 const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
 shared uint run_sums[RUNS];
-// The greatest scale that fits, behind LEAST_SCALE.
+// The greatest scale that fits, counted from LEAST_SCALE.
 shared uint greatest;
-// Tables for one axis: which cells a block of a row reaches over, and which blocks of a row reach over some of a mask of cells. Without
-// them there would be divisions of whole numbers, which are slow.
+// Tables for one axis, by a tile's side: which cells a block of a row reaches over, and which blocks of a row reach over any cell of a
+// mask. They save divisions of whole numbers, which are slow.
 shared uint cells_of_block[8][8];
 shared uint blocks_of_row[8][16];
-// For THREADS tiles: which of their blocks meet casters, and as a word of the table the side and the blocks before.
+// For THREADS tiles: which of a tile's blocks meet casters; and, as a word of the table, the tile's side and how many
+// blocks come before it.
 shared uvec2 used_of_tile[THREADS];
 shared uint word_of_tile[THREADS];
-// Blocks of the tiles up to these.
+// How many blocks the tiles before these have.
 shared uint placed;
 
 // 16 log2(x), x > 0, the mantissa linear.
@@ -68,10 +70,11 @@ int log_16(uint x) {
 // 80 log2(1.5), 80 log2(2.5), …: levels from which on a tile has side 2, 3, …
 const int LEVELS[7] = int[](47, 106, 145, 174, 197, 217, 233);
 
-// Level of a tile at scale 0: its side is 2^(level / 80), rounded, where 16 levels are an octave of edges to the power of a fifth.
+// Level of a tile at scale 0: its side is 2^(level / 80), rounded. Twice the edges add 16 levels, which makes the side 2^(1/5)
+// times as large.
 int tile_level(Survey survey, uint tile) {
     int level = log_16(survey.edges + 1u) - log_16(uint(DEPTH_UNITS) + survey.optical_depth) + 160;
-    // Tiles that are alike do not all change at the same scale.
+    // An offset, so that tiles that are alike do not all change at the same scale.
     return level + int((tile % across * 13u + tile / across * 29u) & 31u);
 }
 
@@ -88,7 +91,7 @@ uint tile_side(Survey survey, uint tile, int scale) {
     return side;
 }
 
-// The first scale at which a tile of that level has a side, behind LEAST_SCALE; SCALES or more: none.
+// The first scale, counted from LEAST_SCALE, at which a tile of that level reaches a side; SCALES or more: none.
 uint first_scale(int level, uint side) {
     return side == 1u ? 0u : side > 8u ? SCALES : uint(max(LEVELS[side - 2u] - level - LEAST_SCALE, 0));
 }
@@ -99,10 +102,10 @@ Survey surveyed(uint tile) {
     return survey;
 }
 
-// Cells that a block reaches over along x or y, as a mask: place i of `side`.
+// Cells that block `i` of `side` reaches over along x or y, as a mask.
 uint block_cells(uint i, uint side) { return cells_of_block[side - 1u][i]; }
 
-// The tables above. All threads call it alike.
+// Fills the tables above. All threads call it alike.
 void fill_tables() {
     uint i = gl_LocalInvocationIndex, side = min(i / 16u + 1u, 8u);
     if (i < 128u && i % 16u < side) {
@@ -161,7 +164,7 @@ uint sum_before(uint value) {
     return sum;
 }
 
-// The greatest scale at which there are no more blocks than may be. All threads call it alike.
+// The greatest scale at which there are no more blocks than allowed. All threads call it alike.
 int greatest_scale() {
     uint thread = gl_LocalInvocationIndex;
     for (uint i = thread; i < SCALES; i += THREADS) {
@@ -171,7 +174,8 @@ int greatest_scale() {
         greatest = placed = 0u;
     }
     barrier();
-    // Each side of each tile: from one scale on so many blocks, from another on not any more.
+    // For each side of each tile: its blocks come in at the scale at which the tile reaches that side, and go at the
+    // scale of the next side.
     [[dont_unroll]] for (uint i = thread; i < tile_count * 8u; i += THREADS) {
         uint tile = i / 8u, side = i % 8u + 1u;
         Survey survey = surveyed(tile);
@@ -213,7 +217,7 @@ void main() {
     uint thread = gl_LocalInvocationIndex;
     fill_tables();
     int scale = greatest_scale();
-    // A thread writes words of the same slot of different tiles.
+    // Each thread writes words of one slot, for different tiles.
     uint slot = thread % SLOTS, low = min(slot, 32u), high = max(slot, 32u) - 32u;
     uvec2 bit = slot < 32u ? uvec2(1u << slot, 0u) : uvec2(0u, 1u << high);
     uvec2 bits_before = uvec2(low == 32u ? ~0u : (1u << low) - 1u, (1u << high) - 1u);

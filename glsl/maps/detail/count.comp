@@ -44,7 +44,7 @@ void main() {
     if (any) {
         met[map * caster_count + index] = mark;
     }
-    // The other passes over casters take as many rounds at most.
+    // Tested here for the other passes over casters too: they take no more rounds.
     if (rounds_ran_out(caster_count)) {
         totals[0].cut_short = 1u;
     }

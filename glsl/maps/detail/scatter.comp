@@ -1,6 +1,7 @@
 #version 460
-// As maps/bins/scatter.comp, for blocks: where each has the same room, they stand in the order of their places.
-// Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared before), met.
+// As maps/bins/scatter.comp, for blocks: where all blocks have the same room, their entries are in the order of the blocks'
+// places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared
+// before), met.
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"
 #include "maps/detail/casters.glsl"

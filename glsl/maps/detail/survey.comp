@@ -1,16 +1,16 @@
 #version 460
-// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts with the
-// greatest share of the tile that it may have, which is enough to tell tiles apart. Inputs: maps, casters, horizon. Outputs: surveys
-// (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole numbers, so that the order of the casters is no
-// matter; a cell that any ray through the tile meets a caster in is marked.
+// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts in each
+// tile with the greatest share that it may have of any, which is enough to tell tiles apart. Inputs: maps, casters, horizon. Outputs:
+// surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole numbers, so that the order of the
+// casters does not matter; a cell is marked if any ray through it meets a caster.
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/set.glsl"
 #include "maps/detail/casters.glsl"
 #include "maps/detail/set.glsl"
 #include "maps/detail/survey.glsl"
 
-// TALLY 0: tiles are added to for each caster. TALLY 1: a workgroup adds up by itself before, for maps of few tiles, whose casters
-// would wait for each other.
+// TALLY 0: each caster adds to its tiles. TALLY 1: a workgroup first adds up in shared memory. That is for maps of few tiles,
+// whose casters would wait for each other.
 // variants: TALLY 0 1
 #if TALLY == 1
 layout(local_size_x_id = ID_WORKGROUP) in;
@@ -27,10 +27,11 @@ layout(local_size_x = THREADS) in;
 BINS_HORIZON(readonly buffer)
 DETAIL_SURVEYS(buffer)
 
-// Cells reach so far, in their own texels, against rounding.
+// Cells are made larger by this to each side, in texels of the finer view, against rounding.
 const float OUTSET = 0.0625;
 
-// Length of the caster's edge within a tile, in texels, x; the share of light that it takes, y; its mean optical depth over the tile, z.
+// x: length of the caster's edge within a tile, in texels; y: the share of light that the caster takes; z: its mean optical depth over
+// the tile.
 vec3 share_of_tile(View view, Caster caster) {
     float z = dot(caster.position - view.origin, view.forward);
     float texels = 0.5 * float(view.width) * view.scale_x / (view.projection == VIEW_PARALLEL ? 1.0 : max(z, view.near));
@@ -56,7 +57,7 @@ uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
         }
         return cells;
     }
-    // For a sphere, what lies between is known per row and per column.
+    // For a sphere, the distance to a cell follows from one number per row and one per column.
     vec2 apart[SURVEY_CELLS];
     [[unroll]] for (uint i = 0u; i < SURVEY_CELLS; ++i) {
         uvec2 cell = tile * SURVEY_CELLS + i;
@@ -70,10 +71,11 @@ uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
     return cells;
 }
 
-// Threads that share a caster; fewer than bin it, for its tiles are those of a map of half the size.
+// Threads that share a caster; fewer than in binning, since a caster meets fewer tiles here: those of a map of half the
+// size.
 CONSTANT(uint, SHARING, 1u)
 
-// A thread's part of a caster.
+// Surveys a thread's share of a caster's tiles.
 void survey(uint map, uint index, uint lane) {
     uvec2 low, high, first, last;
     if (!caster_touches(maps[map].volume, casters[index], low, high)) {

@@ -5,7 +5,8 @@
 
 // Cells per side of a tile in which casters are looked for.
 const uint SURVEY_CELLS = 4u;
-// A length of a texel, and an optical depth of 1 over all of a tile, in whole numbers: sums have no order.
+// Units of a length of one texel, and of an optical depth of 1 over all of a tile. Sums of whole units do not depend on
+// their order.
 const float LENGTH_UNITS = 16.0;
 const float DEPTH_UNITS = 1024.0;
 

@@ -1,11 +1,11 @@
 // Sorts a texel's list by entry depth, ties by exit and optical depth, by rewriting its links. SORTED_LIST, defined before, is the
-// buffer that it stands in.
+// buffer of segments.
 #ifndef MAPS_LIST_SORT_GLSL
 #define MAPS_LIST_SORT_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/list/segments.glsl"
 
-// Those that tie in all are the same.
+// Segments that tie in all three are equal.
 bool before(Segment a, Segment b) {
     if (a.entry != b.entry) {
         return a.entry < b.entry;
@@ -13,7 +13,7 @@ bool before(Segment a, Segment b) {
     return a.exit != b.exit ? a.exit < b.exit : a.optical_depth < b.optical_depth;
 }
 
-// Segments that are merged in a round, of which some drivers give few (maps/rounds.glsl).
+// Segments that are merged per round of a loop: some drivers give loops few rounds (maps/rounds.glsl).
 const int MERGED_AT_ONCE = 16;
 
 // Merges two sorted lists, neither empty, by rewriting their links. Each segment is read once.
@@ -60,7 +60,8 @@ uint take_run(inout uint head) {
         Segment segment = SORTED_LIST[head];
         bool ahead = true;
         [[unroll]] for (int i = RUN - 1; i >= 0; --i) {
-            // Those behind it move on by one; where the first that is not stands, the one behind that is free.
+            // Segments that sort behind the new one move on by one place. That frees the place behind the last segment
+            // that stays.
             bool moves = i > 0 && before(segment, run[max(i - 1, 0)]);
             if (moves) {
                 run[i] = run[max(i - 1, 0)];

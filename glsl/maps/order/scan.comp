@@ -17,7 +17,7 @@ void main() {
         totals[d] = sum;
     }
     barrier();
-    // So few that one thread's walk costs less than the barriers of a scan.
+    // There are so few totals that one thread's walk costs less than the barriers of a scan.
     if (thread == 0u) {
         uint sum = 0u;
         for (uint d = 0u; d < DIGITS; ++d) {

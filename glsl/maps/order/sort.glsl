@@ -26,7 +26,7 @@ layout(push_constant, scalar) uniform SortPush {
 
 const uint DIGITS = 256u;
 const uint SORT_THREADS = 128u;
-// Items that a workgroup goes through, in as many steps of one per thread.
+// Items per workgroup; each of its threads takes one at a time.
 const uint BLOCK = 1024u;
 
 uint blocks() { return (count + BLOCK - 1u) / BLOCK; }

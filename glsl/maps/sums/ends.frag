@@ -6,7 +6,7 @@
 #include "maps/splat.glsl"
 
 // set 2: maps_ends
-// Two words per texel: the bits of its front, turned round, and those of its back.
+// Two words per texel: the bits of its front's depth, inverted, and the bits of its back's depth.
 layout(set = 2, binding = 0, scalar) buffer Ends { uint ends[]; };
 
 void main() {

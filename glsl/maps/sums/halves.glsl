@@ -8,7 +8,7 @@ const uint STORAGE_F32 = 0u;
 
 const float GREATEST_HALF = 65504.0;
 
-// Words of so many sums.
+// How many words so many sums take.
 uint words_of(uint count) { return SUM_STORAGE == STORAGE_F32 ? count : (count + 1u) / 2u; }
 
 uint halves_of(float low, float high) { return packHalf2x16(clamp(vec2(low, high), -GREATEST_HALF, GREATEST_HALF)); }

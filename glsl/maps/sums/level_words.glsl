@@ -1,4 +1,5 @@
-// The texels' words for passes that make levels of detail: in the place of maps/sums/set.glsl, since such passes also read the words.
+// The texels' words, for passes that make levels of detail. They include this file and not maps/sums/set.glsl, since they also read
+// the words.
 #ifndef MAPS_SUMS_SET_GLSL
 #define MAPS_SUMS_SET_GLSL
 #extension GL_EXT_scalar_block_layout : require

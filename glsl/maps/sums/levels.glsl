@@ -1,19 +1,19 @@
-// Makes levels of detail of texels of sums: a texel's range is that of the four below it, and at the ends of the range's cells the optical
-// depth follows from their mean transmittance. Between two ends it grows evenly, as along a segment, and so it is added up as casters'
-// segments are. A texel past the map's edge, or without casters, lets all light through. Twin: reference::twin::texel_sums::merged.
-// Invariant: behind the range it is the mean of the four, to the rounding of storing; sums never fall along the range. A technique declares
-// before: SUMS, segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl); LEVEL_CELLS, and float
-// cell_end(uint k), the place where cell k − 1 ends, k = 0 being the range's beginning.
+// Makes levels of detail of texels of sums. A texel's range covers those of the four below it, and at the ends of the range's cells its
+// optical depth follows from their mean transmittance. Between two ends the optical depth grows evenly, as along a segment, so that cells
+// are added up as casters' segments are. A texel past the map's edge, or without casters, lets all light through. Twin:
+// reference::twin::texel_sums::merged. Invariant: behind the range a texel has the mean of the four, to the rounding of storing; sums never
+// fall along the range. A technique declares before: SUMS, segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads
+// (maps/sums/read.glsl); LEVEL_CELLS, and float cell_end(uint k), the place where cell k − 1 ends, k = 0 being the range's beginning.
 #ifndef MAPS_SUMS_LEVELS_GLSL
 #define MAPS_SUMS_LEVELS_GLSL
 #include "maps/level_tile.glsl"
 #include "maps/sums/read.glsl"
 
-// For each texel that is made.
+// For each texel that is made: its range, and the optical depths at the ends of its cells.
 shared vec2 level_ranges[MADE];
 shared float level_depths[MADE * LEVEL_CELLS];
 
-// The first word of texel i of the four below texel t; NONE where nothing casts.
+// The first word of texel i of the four below texel t; NONE where that texel has no casters.
 uint casting_words(LevelTile tile, uint t, uint i) {
     uint place = below_place(tile, below_texel(tile, t, i));
     uint first = place * texel_words();
@@ -32,7 +32,7 @@ vec2 merged_range(LevelTile tile, uint t) {
     return range_of(ends);
 }
 
-// The optical depth that the mean of the four has there.
+// The optical depth that stands for the mean transmittance of the four texels below, up to a depth.
 float merged_depth(LevelTile tile, uint t, float depth) {
     float mean = 0.0;
     for (uint i = 0u; i < BELOW; ++i) {

@@ -1,5 +1,5 @@
-// A look-up through texels of sums and their levels of detail. A technique includes how it reads them besides, and has
-// texel_transmittance ask words_transmittance.
+// A look-up through texels of sums and their levels of detail. A technique also includes how it reads its words, and
+// defines texel_transmittance by words_transmittance.
 #ifndef MAPS_SUMS_LOOK_UP_GLSL
 #define MAPS_SUMS_LOOK_UP_GLSL
 #define MAP_TRANSMITTANCE leveled_transmittance

@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 // set 1: maps_drawn_sums
 layout(set = 1, binding = 0, scalar) readonly buffer Ends { uint ends[]; };
-// What maps/sums/raster.glsl draws to; those past its targets are not read.
+// The targets of maps/sums/raster.glsl; bindings past its last target are not read.
 layout(set = 1, binding = 1) uniform texture2D drawn_0;
 layout(set = 1, binding = 2) uniform texture2D drawn_1;
 layout(set = 1, binding = 3) uniform texture2D drawn_2;

@@ -9,7 +9,7 @@ const uint RANGE_SCENE = 0u;
 const uint RANGE_FRONT = 1u;
 const uint RANGE_TEXEL = 2u;
 
-// Words of a texel in which its range is kept: the front, and the back.
+// How many words of a texel hold its range: none, the front, or the front and the back.
 uint range_words() { return SUM_RANGE; }
 
 // The range of a texel whose casters begin and end at these depths; from FARTHEST to -FARTHEST where it has none.
@@ -24,7 +24,8 @@ vec2 range_of_words(uvec2 words) {
     return range_of(words.x == 0u ? vec2(FARTHEST, -FARTHEST) : uintBitsToFloat(uvec2(~words.x, words.y)));
 }
 
-// A depth's place in the range. Compared first, so that of a range of no extent all is behind and not 0/0.
+// A depth's place in the range. The comparisons come first, so that behind a range of no extent the place is 1, and not
+// 0/0.
 float range_place(vec2 range, float depth) {
     return depth >= range.y ? 1.0 : depth <= range.x ? 0.0 : min((depth - range.x) / (range.y - range.x), 1.0);
 }

@@ -15,7 +15,7 @@ float kept_transmittance(uint at, float place);
 
 float kept_float(uint i) { return uintBitsToFloat(kept_word(i)); }
 
-// The range of the texel whose first word is that.
+// The range of a texel; `first`: its first word.
 vec2 kept_range(uint first) {
     vec2 range = vec2(0.0, 1.0);
     if (SUM_RANGE != RANGE_SCENE) {
@@ -25,7 +25,7 @@ vec2 kept_range(uint first) {
     return range;
 }
 
-// Transmittance up to a depth of the texel whose first word is that.
+// Transmittance up to a depth of a texel; `first`: its first word.
 float words_transmittance(uint first, float depth) {
     return kept_transmittance(first + range_words(), range_place(kept_range(first), depth));
 }

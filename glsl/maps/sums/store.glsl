@@ -4,7 +4,7 @@
 #include "maps/sums/range.glsl"
 #include "maps/sums/set.glsl"
 
-// Where the texel's words go on behind its range.
+// Writes a texel's range, and returns where its other words begin.
 uint store_range(uint texel, uint words, vec2 range) {
     uint at = texel * (range_words() + words);
     for (uint i = 0u; i < range_words(); ++i) {

@@ -5,8 +5,8 @@
 #define TECHNIQUE_AVSM_BESIDE_GLSL
 #include "maps/curve/node.glsl"
 
-// Where pair i of a texel stands, in pairs: x in its row, `row` the place of the row's first texel among all. At a row's end
-// there are fewer than eight.
+// The place of pair i of a texel, counted in pairs. `x`: the texel's place in its row; `row`: the place of the row's first
+// texel among all. The last texels of a row may be fewer than eight.
 uint pair_place(uint row, uint x, uint width, uint i) {
     uint first = x & ~7u;
     return (row + first) * (NODES / 2) + i * min(8u, width - first) + (x - first);

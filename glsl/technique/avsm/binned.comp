@@ -14,7 +14,7 @@
 #include "maps/bins/part.glsl"
 #include "maps/bins/sort.glsl"
 
-// Along x alone: full subgroups have to fit into it.
+// All along x: where full subgroups are asked for, the size along x must be a multiple of theirs.
 layout(local_size_x = TILE_THREADS) in;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
@@ -31,15 +31,15 @@ Caster sorted_caster(View view, uint entry) {
 const uint THREADS = TILE_THREADS;
 #include "maps/bins/batch.glsl"
 
-// A caster as texel_part returns it. The tile's order is nearly each texel's: where it differs, the transmittance behind is right, but not
-// which of two strands took the light.
+// Inserts a caster's segment, as texel_part returned it. Casters come in the tile's order, which is nearly each texel's. Where it differs,
+// the transmittance behind is right, but not which of two strands took the light.
 void insert_part(View view, Ray ray, Caster caster, vec2 z, float optical_depth) {
     optical_depth = area_seen(view, ray, caster, MAX_OPTICAL_DEPTH, optical_depth);
     curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
 }
 
 #if LANES == 1
-// Casters that are looked at before those that are hit are inserted: a bit each.
+// How many casters are tested, with a bit each, before those that are hit are inserted.
 const uint AT_ONCE = 64u;
 
 // The texel of a thread, so that those of a subgroup of any size are a square or half of one.
@@ -48,7 +48,7 @@ uvec2 texel_in_tile() {
     return uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
 }
 
-// The lowest bit that is set, which is cleared.
+// Returns the lowest bit that is set, and clears it.
 uint take_first(inout uvec2 bits) {
     bool in_x = bits.x != 0u;
     uint first = in_x ? uint(findLSB(bits.x)) : 32u + uint(findLSB(bits.y));
@@ -56,8 +56,8 @@ uint take_first(inout uvec2 bits) {
     return first;
 }
 
-// Those of AT_ONCE casters from the tile's `begin` on that the texel meets. Each lane sees whether its caster may meet the
-// subgroup's texels, first to last; all look at those that do.
+// Which of AT_ONCE casters, from the tile's `begin` on, the texel meets, a bit each. Each lane tests whether its own
+// caster may meet the subgroup's texels, `first` to `last`; all lanes then look at those casters that may.
 uvec2 hits_of(View view, Ray ray, float ray_length, uvec2 first, uvec2 last, uint begin, uint filled) {
     uvec2 hits = uvec2(0u);
     for (uint some = 0u; some < filled; some += batch_size()) {

@@ -3,9 +3,9 @@
 // in CELLS even cells of each texel's own depth range. The curve through the cells' ends is exact there; it is compressed,
 // and the nodes that are left are fitted to all of it.
 // Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
-// Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; where a
-// segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
-// Source: ours. Twin: reference::twin::avsm::cells.
+// Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; the
+// first segment that lets no light through keeps its own two depths, and segments behind it are left out. Source: ours.
+// Twin: reference::twin::avsm::cells.
 
 // LANES 0: a whole tile. LANES 1: half a tile, with casters in lanes (maps/bins/batch.glsl), for software devices. LANES 2: half a tile,
 // else as 0, for devices of little shared memory or of few threads.
@@ -37,29 +37,30 @@ CONSTANT(uint, BATCH, 128u)
 #include "maps/bins/batch.glsl"
 
 const int CELLS = 64;
-// A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
-// hundredth of the area that curves of NODES nodes lose on smoke; where too many ends would stay, COARSER times as
-// much, and again.
+// A cell's end stays out of the curve where that changes the area under the curve by less than LEFT_OUT / NODES². That
+// is at least a hundredth of the area that curves of NODES nodes lose on smoke. Where too many ends would stay, the
+// threshold is COARSER times as high, and so on.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
-// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. By how much more segments take in a cell
-// than in the one before, in units of optical depth; in the end the bits of the optical depth up to the cell's end. One more, which is
-// not read.
+// Cell c of texel t is at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. First: by how much more optical depth
+// segments have in a cell than in the cell before, in units. In the end: the bits of the optical depth up to the cell's end. Each texel
+// has one more cell, which is not read.
 shared uint cells[(CELLS + 1) * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
 const uint NEVER = 0x7F800000u;
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
-// The first segment that lets nothing through, where there is one: where it does so, and where it begins.
+// The first segment that lets no light through, if a texel has one: the depth where it has become dark, and the depth
+// where it begins.
 shared uint dark_bits[TEXELS];
 shared uint dark_from_bits[TEXELS];
 shared uint bound[2];
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
 
-// Nodes stand where the casters stood, which are all added up by then.
+// Nodes take the memory of the casters, which are all added up by then.
 #if LANES == 1
 shared vec4 fitted[NODES / 2 * TEXELS];
 #define FITTED fitted
@@ -91,7 +92,8 @@ uvec2 ends_that_stay(uint texel, float loss) {
     return mask;
 }
 
-// 5/2 NODES; 3/2 where nodes are fitted anyway, which is as good and saves two removals of three.
+// Whether at most 5/2 NODES ends stay. Where nodes are fitted afterwards the limit is 3/2 NODES: as good, and it saves
+// two removals of three.
 bool few_enough(uvec2 mask) {
     return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }
@@ -105,15 +107,16 @@ struct TexelRay {
     uint texel;  // of the workgroup
 };
 
-// From where to where casters reach along a ray, and from where on it is dark; z.
+// z at which casters begin and end along a ray, and z from which on the ray is dark.
 struct Reach {
     float low;
     float high;
     float dark;
 };
 
-// Where a texel's cells are, of the light's range, and how many of them there would be in all of it, or in a length of 1, and the other way
-// round; whether they end where it is dark; units per optical depth of 1.
+// A texel's cells. `low`, `high`: where they begin and end in the light's range. `per_cell`, `per_z`: how many cells fit into the whole
+// range, and into one world unit. `z_per_cell`: world units per cell. `ends_dark`: whether the cells end where it is dark. `scale`: units
+// per optical depth of 1.
 struct Range {
     float low;
     float high;
@@ -165,8 +168,8 @@ bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out fl
     return !range.ends_dark || depth.x < range.high;
 }
 
-// Both files define, over all of a tile's casters: find_range, which finds the range, what low_bits and the like return, and a bound of the
-// optical depth on any ray; add_casters, which adds them up in the cells.
+// Both files define two passes over all of a tile's casters. find_range sets low_bits, high_bits, dark_bits and a bound of the optical
+// depth on any ray; add_casters adds the casters up in the cells.
 #if LANES == 1
 #include "technique/avsm/cells_lanes.glsl"
 #else

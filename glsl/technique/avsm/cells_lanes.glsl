@@ -17,7 +17,7 @@ void find_range(TexelRay its, TilePart part) {
     for (uint i = gl_LocalInvocationIndex; i < part.count; i += THREADS) {
         wide_add(most, entry_bound(entries[part.first + i], DARK));
     }
-    // All have been set.
+    // Until all shared words have their first values.
     barrier();
     share_reach(its, reach);
     WIDE_ATOMIC_ADD(bound[0], bound[1], most);

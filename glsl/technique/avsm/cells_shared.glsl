@@ -4,25 +4,26 @@
 #ifndef TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 #define TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 
-// Casters that a thread looks at before it goes on with those that it hits, 32 at most. Where casters are small, the threads of a
-// subgroup then go on together, as often as the busiest of them has hits, not once for every caster that one of them hits. Not 1:
-// also, casters that reach no farther than what is known of all texels are not looked at; there are at least as many threads as
-// casters in a batch then.
+// How many casters a thread tests before it goes on with those that it hits, 32 at most. Where casters are small, the threads of
+// a subgroup then go on together: as often as the busiest of them has hits, not once for every caster that one of them hits. If
+// it is not 1, casters that cannot extend the range of any texel are left out too, and a workgroup has at least as many threads
+// as a batch has casters.
 CONSTANT(uint, AHEAD, 1u)
 
-// What is known of all texels' segments, for this batch and the next: where the last of them begins and where the first ends, as
-// low_bits and high_bits; casters of the batch.
+// Over all texels, for this batch and the next: the greatest of low_bits and the least of high_bits, and how many casters the
+// batch has.
 shared uint last_low[2];
 shared uint first_high[2];
 shared uint filled[2];
 
-// A sphere that each ray is in for as long as its chord.
+// Whether the caster is a sphere that every ray crosses by a whole chord, with an optical depth below DARK.
 bool is_plain(View view, Caster caster) {
     bool wide = !AREA || all(greaterThan(vec2(caster.radius), WIDE * texel_sides(view, 1.0)));
     return wide && plain_sphere(view, caster) && 2.001 * caster.radius * caster.density < DARK;
 }
 
-// Plain spheres: the squares of their radii, and units of optical depth a length of 1. Others: less than 0.
+// Plain spheres are stored with the square of their radius and with units of optical depth per unit of length, other
+// casters with minus their radius.
 void put_caster(View view, uint i, Caster caster, float scale) {
     bool plain = is_plain(view, caster);
     batch[i] = vec4(caster.position, plain ? caster.radius * caster.radius : -caster.radius);
@@ -68,7 +69,7 @@ void reach_batched(TexelRay its, uint i, inout Reach reach) {
     }
 }
 
-// Whether the caster may extend any texel's range, or let nothing through.
+// Whether the caster may extend any texel's range, or may let no light through.
 bool reaches_beyond(View view, Caster caster, uint low, uint high) {
     float reach = caster.radius + 1e-5 * (caster.radius + abs(caster.position.z));
     vec2 depth = (caster.position.z + vec2(-reach, reach) - view.near) / (view.far - view.near);

@@ -12,9 +12,9 @@ void change_cell(uint cell, uint texel, uint units) {
 #endif
 }
 
-// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units, `rate` units per cell. It
-// changes how much is taken from cell to cell in four places, however many it spans. What it takes in all is rounded once. Sums may
-// wrap around on their way.
+// Adds a segment. `at`: where it enters and leaves, in cells; `whole`: its optical depth in units; `rate`: units per cell. However
+// many cells the segment spans, it changes the optical depth from cell to cell in four places. Its whole optical depth is rounded
+// once. Sums may wrap around on their way.
 void add_segment(uint texel, vec2 at, float whole, float rate) {
     uint first = min(uint(at.x), uint(CELLS - 1)), last = min(uint(at.y), uint(CELLS - 1));
     float begin = at.x - float(first);

@@ -14,11 +14,11 @@ CONSTANT(int, TURNS, 0)
 
 // How far a node moves at a time, at most, as a share of the way to its neighbours.
 const float REACH = 0.5;
-// A line is taken for as long as this, in cells: of a step, which has no length, rounding would decide where its ends go.
+// The least length that a line counts with, in cells: a step has none, and rounding would decide where its ends go.
 const float STEEP = 0.0625;
-// Weights, squares of transmittance, that count for nothing.
+// Smaller weights, which are squares of transmittance, count for nothing.
 const float DIM = 1e-7;
-// The square of a bend, in optical depth a cell, that says nothing about where it is.
+// The square of a bend, in optical depth per cell. A smaller one says nothing about where the bend is.
 const float STRAIGHT = 1e-10;
 
 // (depth, value) of node i of texel t, two nodes per word of four floats.
@@ -27,7 +27,7 @@ vec2 fitted_at(uint i, uint t) {
     return i % 2u == 0u ? pair.xy : pair.zw;
 }
 
-// The other half of a word belongs to a node that others may write at the same time.
+// Writes half of a word: the other half belongs to a node that another thread may write at the same time.
 void fit_node(uint i, uint t, vec2 node) {
     if (i % 2u == 0u) {
         FITTED[i / 2u * TEXELS + t].xy = node;
@@ -36,14 +36,14 @@ void fit_node(uint i, uint t, vec2 node) {
     }
 }
 
-// Sums for the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the curve at
-// the ends of cells `from` to `to`, places. An end that the node passes moves its weight gradually from one of the node's lines to the
-// other, from half a cell before to half a cell behind, so that the result is continuous.
+// Sums over the line between a neighbour and a node, (place, value) each, 1 / `per` apart: x, of weights; y, of weighted distances to the
+// curve at the ends of cells between the places `from` and `to`. An end that the node passes moves its weight gradually from one of the
+// node's lines to the other, from half a cell before to half a cell behind, so that the result is continuous.
 vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
     uint first = uint(from), last = uint(to);
     vec2 sums = vec2(0.0);
     float rise = node.y - neighbour.y;
-    // Four that don't wait for each other at a time.
+    // Four ends at a time, which do not wait for each other.
     [[dont_unroll]] for (uint begin = first; begin < last; begin += 4u) {
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
             uint cell = min(begin + i, last - 1u);
@@ -58,7 +58,7 @@ vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float t
     return sums;
 }
 
-// What node i is moved to. Places are in cells behind `low`.
+// Where node i moves to. Places are in cells behind `low`.
 vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     vec2 node = fitted_at(i, t);
     bool is_first = i == 0u;
@@ -81,7 +81,7 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     float farthest = at + REACH * ((is_last ? float(CELLS) : at_q) - at);
     float moved, value;
     if (is_first) {
-        // In front of it all light arrives: its line ends in a step, or where its optical depth reaches 0.
+        // In front of the first node all light arrives: its line ends in a step, or where its optical depth reaches 0.
         float wanted = node.y + wish_q;
         float slope = (q.y - wanted) * per_q;
         moved = wanted < 0.0 ? min(at - wanted / slope, farthest) : at;
@@ -100,7 +100,8 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     return vec2(min(max(low + moved / per_cell, p.x), end), value);
 }
 
-// The curve in maps/curve/curve.glsl, which thread `group` 0 of the texel has and keeps, by all its `groups` threads.
+// Fits the curve that the texel's thread of `group` 0 has in maps/curve/curve.glsl, by all `groups` threads of the
+// texel. That thread has the result too.
 void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float dark_from) {
     if (group == 0u) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {

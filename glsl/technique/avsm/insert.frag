@@ -1,9 +1,8 @@
 #version 460
 #extension GL_ARB_fragment_shader_interlock : require
-// Inserts the caster's segment into the texel's curve, one fragment of a texel at a time, in drawing order.
-// Source: Fife and Strugar 2013, Pixel Shader Ordering. Inputs: maps, casters. In and out: nodes.
-// Two nodes are read and written at once, and those of texels beside each other stand beside each other: a warp waits for each
-// line of the cache that an access meets.
+// Inserts the caster's segment into the texel's curve, one fragment of a texel at a time, in drawing order. Source: Fife and
+// Strugar 2013, Pixel Shader Ordering. Inputs: maps, casters. In and out: nodes. Two nodes are read and written at once, and
+// nodes of neighbouring texels are neighbours in memory, since a warp waits for each line of the cache that an access meets.
 // Invariant: `pairs` is coherent, since the interlock orders accesses but does not make writes visible.
 #define SPLAT_FRAGMENT
 #include "technique/avsm/beside.glsl"

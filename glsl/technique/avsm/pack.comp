@@ -8,7 +8,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// PACKED: the room for the maps that are drawn at once.
+// With PACKED: the unpacked curves of the maps that are drawn at once.
 layout(set = 1, binding = 0, scalar) readonly buffer Built { uvec2 built[]; };
 layout(set = 2, binding = 0, scalar) buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };

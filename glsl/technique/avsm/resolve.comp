@@ -4,7 +4,8 @@
 // Invariant: a list of any length is inserted whole; ties go by exit and optical depth, so that the result depends
 // neither on the order in which the fragments were captured nor on that of the casters.
 
-// REFINE 1: with fit=refined, for which the whole curve, as long as it is, is kept at the ends of CELLS even cells.
+// REFINE 1: with fit=refined, which samples the uncompressed curve at the ends of CELLS even cells and fits nodes to
+// it.
 // variants: REFINE 0 1
 #include "maps/curve/curve.glsl"
 #include "technique/avsm/maps.glsl"
@@ -18,7 +19,8 @@ CONSTANT(bool, SORTED, true)
 
 // set 1: list
 layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
-// Word by word: as one uvec4 each, NVIDIA 580.159 takes 1.1 times as long, of whole curves eight times.
+// Read word by word: with one uvec4 per segment, NVIDIA 580.159 takes 1.1 times as long (whole curves read like that:
+// eight times).
 layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
 layout(set = 1, binding = 2, scalar) buffer Counters { uint counters[]; };
 // set 2: curves
@@ -35,7 +37,7 @@ shared vec4 fitted[NODES / 2 * TEXELS];
 #define FITTED fitted
 #include "technique/avsm/fit.glsl"
 
-// Compresses the curve and moves the nodes that are left to where all of it wants them.
+// Compresses the curve, and fits the nodes that are left to the uncompressed curve.
 void curve_reduce_refined() {
     uint t = gl_LocalInvocationIndex;
     float low = node_depths[0], high = low, dark_from = EMPTY;

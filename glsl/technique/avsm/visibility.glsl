@@ -10,8 +10,8 @@
 #include "maps/curve/look_up.glsl"
 #include "maps/detail/blocks.glsl"
 
-// The mean of the four texels about the point, as fine as its tile is; of another tile the texel is taken in which such a
-// texel's centre lies.
+// The mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another
+// tile, that tile's own texel is taken in which its centre lies.
 float detailed_transmittance(LookUp l) {
     uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
     uint first = l.map * tiles.x * tiles.y;

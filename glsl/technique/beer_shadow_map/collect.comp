@@ -14,7 +14,8 @@ CONSTANT(bool, WEIGHTED_FRONT, false)
 // set 2: maps_texels
 layout(set = 2, binding = 0, rgba16f) uniform writeonly image2D texels;
 
-// The half floats nearest to what is not negative, ties to even: no driver rounds then in its own way what it stores.
+// The half floats nearest to values that are not negative, ties to even. So nothing is left that drivers could round in
+// their own ways.
 vec4 nearest_half(vec4 value) {
     uvec4 bits = floatBitsToUint(value);
     vec4 nearest = uintBitsToFloat((bits + 0x0FFFu + (bits >> 13u & 1u)) & ~0x1FFFu);

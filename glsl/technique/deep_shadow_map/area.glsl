@@ -15,13 +15,13 @@
 // Nodes that may still go.
 const int WINDOW = 16;
 
-// The first is the last of those that are kept, where there are any. Beside each stand its transmittance and the area under the curve from it to
-// the next.
+// First the last node that is kept, if there is any; then the nodes that may still go. Beside each are its transmittance and the area under
+// the curve from it to the next node.
 Node window_nodes[WINDOW + 1];
 float window_through[WINDOW + 1];
 float window_areas[WINDOW + 1];
 int window_count;
-// Removals that change the area by more are none.
+// No node is removed where that changes the area by more.
 float most_change;
 
 void window_begin(float most) {
@@ -34,7 +34,7 @@ void window_begin(float most) {
     }
 }
 
-// Under the transmittance between two nodes, through which so much comes.
+// The area under the transmittance between two nodes. `start`, `end`: the transmittance at each.
 float span_area(Node from, float start, Node to, float end) {
     float rise = to.value - from.value, square = rise * rise;
     float mean = rise < 0.25 ? 0.5 * (start + end) * (1.0 - square * (1.0 / 12.0 - square / 120.0)) : (start - end) / rise;
@@ -56,7 +56,7 @@ void remove_at(int gone) {
     }
 }
 
-// The first that may go stays.
+// Keeps the first node that may still go.
 void keep_first() {
     if (kept == 0u) {
         keep_node(window_nodes[0]);
@@ -65,7 +65,7 @@ void keep_first() {
     keep_node(window_nodes[0]);
 }
 
-// Removes the node whose going changes the area least, if that is little enough.
+// Removes the node whose removal changes the area least, if that is little enough.
 bool remove_least() {
     int gone = 0;
     float least = 3e38, change = 0.0, weight = 0.0, low = 0.0, high = 0.0;
@@ -105,7 +105,7 @@ bool remove_least() {
 
 void window_point(Node point) {
     Node first = window_nodes[0];
-    // A step in front of which there is nothing.
+    // Where the curve begins with a step, its second node takes the place of the first.
     window_count = kept == 0u && window_count == 1 && first.depth == point.depth ? 0 : window_count;
     float through = exp(-point.value);
     bool is_new = true;

@@ -1,41 +1,43 @@
-// The fewest nodes that stay within an error of a texel's curve, greedily: a line is prolonged from a node for as long as some slope passes
-// the windows of all points on the way. A window holds the optical depths at a point whose transmittance is within the error of the
-// curve's. Source: Lokovic and Veach 2000; windows in optical depth, and those between the ends of long rises, are ours. Needs, declared
-// before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: transmittance
-// is within the error of the curve's at every depth, between points as at them; depths never fall, nor do optical depths; behind the last
-// node it is within TAIL of the product of all.
+// Finds the fewest nodes that stay within an error of a texel's curve, greedily: a line is prolonged from a node for as long as some slope
+// passes the windows of all points on the way. A window is the range of optical depths at a point whose transmittance is within the error
+// of the curve's. Source: Lokovic and Veach 2000; windows in optical depth, and those between the ends of long rises, are ours. Needs,
+// declared before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants:
+// transmittance is within the error of the curve's at every depth, between points as at them; depths never fall, nor do optical depths;
+// behind the last node it is within TAIL of the product of all.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"
 
-// A line that is within the windows at both ends of a straight rise may leave them in between, since windows are bent. A longer
-// rise has windows on its way; the error that is left between two of them is this part of it: the square of RISE over 4.
+// Windows are bent, so that a line within the windows at both ends of a straight rise may leave them in between. So a rise of
+// more than RISE has more windows on its way. Between two of them a line may err by a share of BETWEEN more: the square of
+// RISE, over 4.
 const float RISE = 0.25;
 const float BETWEEN = 1.0 / 64.0;
-// How exact the last node is.
+// The error of the transmittance at the last node.
 const float TAIL = 1e-4;
 const float ANY_SLOPE = 3e38;
 
-// The node that the line begins at, none before the first point, the slopes that it may have, and the last point.
+// The present line: the node that it begins at, which does not exist before the first point; its possible slopes; and
+// its last point.
 bool has_start;
 Node line_start;
 vec2 line_slopes;
 Node line_end;
 float curve_error;
-// Optical depth of all of the curve: no line goes farther than the last node, so that none falls to it.
+// Optical depth of the whole curve. No line rises above it, so that none has to fall to the last node.
 float curve_total;
 
-// The optical depth from which on it is so dark that lines do not matter.
+// The optical depth from which on it is so dark that errors of lines do not matter.
 float dark_from(float error) { return 5.0 - log(2.0 * error); }
 
-// A curve of that optical depth in all.
+// Begins a curve with the optical depth `total` in all.
 void line_begin(float error, float total) {
     curve_error = error * (1.0 - BETWEEN);
     curve_total = total;
     has_start = false;
 }
 
-// The optical depths that are within `error` of this one.
+// The optical depths whose transmittance is within `error` of that of `value`.
 vec2 window(float value, float error) {
     float through = exp(-value);
     float low = -log(min(through + error, 1.0));
@@ -50,7 +52,7 @@ void start_line(Node node) {
     line_slopes = vec2(0.0, ANY_SLOPE);
 }
 
-// Ends the line at the last point, as near to it as it can.
+// Ends the line at the depth of its last point, as near to the point as the slopes allow.
 void end_line() {
     float along = line_end.depth - line_start.depth;
     if (along > 0.0) {
@@ -61,7 +63,8 @@ void end_line() {
     }
 }
 
-// A step at the depth of the last node. The first has nothing in front of it, and of several the last counts.
+// Adds a step at the depth of the last node. The first step has nothing in front of it; if several are at one depth,
+// the last counts.
 void add_step(Node point) {
     if (kept > 0u && last_kept.depth < point.depth) {
         keep_node(line_start);
@@ -85,7 +88,7 @@ void line_point(Node point, bool is_last) {
         if (slopes.x > slopes.y) {
             end_line();
             along = point.depth - line_start.depth;
-            // From where the line has ended one is in the window.
+            // From the new node, some slope passes the point's window.
             slopes = along > 0.0 ? (its - line_start.value) / along : slopes;
             slopes.x = max(slopes.x, 0.0);
         }

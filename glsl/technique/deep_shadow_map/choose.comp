@@ -11,7 +11,7 @@ layout(local_size_x = SCAN_THREADS) in;
 layout(set = 1, binding = 3, scalar) readonly buffer TileStarts { uint tile_starts[]; };
 layout(set = 1, binding = 4, scalar) buffer State { DeepState state; };
 
-// Rounds of a search, and the errors that it is among.
+// Rounds of a search, and the least and the greatest error that it tries.
 const uint ROUNDS = 14u;
 const float LEAST_ERROR = 1.0 / 16384.0;
 const float MOST_ERROR = 0.5;

@@ -3,9 +3,9 @@
 // Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map. Invariants: optical depth is added up in whole numbers, so that
 // a slope that has ended leaves no rounding error behind, and casters may come in any order; a texel without casters has no nodes.
 
-// First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, by a push constant, it writes. Input:
-// tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does both: drivers that compile on the processor
-// take long for it.
+// The shader first counts nodes. Outputs: starts, within the tile; tile_starts, nodes of each tile. Run again, with is_written in the
+// push constants, it writes them. Input: tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does
+// both, since drivers that compile on the processor take long for it.
 #include "technique/deep_shadow_map/maps.glsl"
 #include "technique/deep_shadow_map/node.glsl"
 #include "technique/deep_shadow_map/wide.glsl"
@@ -26,7 +26,7 @@ layout(set = 2, binding = 4, scalar) buffer State { DeepState state; };
 // Where the texel's nodes begin.
 uint first;
 
-// Those that are final, and the last of them.
+// How many nodes are final, and the last of these.
 uint kept;
 Node last_kept;
 
@@ -68,15 +68,16 @@ uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS
 
 float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
 
-// A curve of that optical depth in all. Rises have points on their way as far as `dark`. Points are passed on in one place only: the
-// function that takes them is large, and drivers inline it into each call.
+// Goes along a curve with the optical depth `total` in all. Long rises have points on their way, up to the optical depth `dark`.
+// Points are passed on in one place only: the function that takes them is large, and drivers inline it into each call.
 void sweep(uint index, float total, float dark) {
-    // Whole bits of the optical depth in all, at least those of 1.
+    // Bits of the whole part of the optical depth in all, at least those of 1.
     int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;
     float scale = power_of_two(SUM_BITS - whole_bits), unit = power_of_two(whole_bits - SUM_BITS);
     uvec2 value = uvec2(0u), rate = uvec2(0u);
     uint at = depth_steps(events[index].entry);
-    // Points 0, at `depth`, to `last`: those between are on the way to the last, at `end`. The first round has the curve's first point.
+    // Each round passes on points `from` to `last`. Point 0 is at `depth` and point `last` at `end`; the others are on the way. The
+    // first round passes on the curve's first point.
     float depth = float(at) / DEPTH_STEPS, end = depth, before = 0.0, after = 0.0, along = 0.0, rise = 0.0;
     uint from = 0u, last = 0u;
     bool is_over = false, is_last = false;
@@ -123,7 +124,7 @@ void sweep(uint index, float total, float dark) {
         if (other > here) {
             rate = wide_plus(rate, wide_of(takes / float(other - here)));
         } else if (other < here) {
-            // The rounding so far is corrected.
+            // Where a segment ends, the rounding that its rate has added up is taken off.
             uint extent = here - other;
             uvec2 its = wide_of(takes / float(extent));
             rate = wide_minus(rate, its);
@@ -155,7 +156,8 @@ void main() {
     first = is_written > 0u ? tile_starts[tile] + starts[place] : 0u;
     barrier();
     if (index != NO_SEGMENT) {
-        // In the order of depth, so that it depends on the casters alone; each is counted where it begins.
+        // Added in the order of depth, so that the sum depends on the casters alone. Each segment is counted where it
+        // begins.
         float total = 0.0;
         for (uint i = index; i != NO_SEGMENT; i = events[i].next) {
             total += events[i].exit >= events[i].entry ? events[i].optical_depth : 0.0;

@@ -5,13 +5,13 @@
 #include "maps/scene.glsl"
 
 layout(push_constant, scalar) uniform DeepPush {
-    uint first_map;      // of those whose lists stand at the same time
-    uint map_count;      // of them
+    uint first_map;      // the first of the maps whose lists exist at the same time
+    uint map_count;      // how many these maps are
     uint group;          // which of the groups of such maps
     uint segment_room;   // segments that the lists have room for
     uint node_room;      // nodes that there is room for
     uint round;          // of the search for an error
-    float node_error;    // the error that nodes stay within; 0: that which the search has found
+    float node_error;    // the error that nodes stay within; 0: the error that the search has found
     uint stored_words;   // of a node
     uint is_written;     // 1: nodes are written, 0: counted
 };
@@ -20,8 +20,8 @@ layout(push_constant, scalar) uniform DeepPush {
 struct DeepState {
     uint nodes;    // of the groups so far
     uint covered;  // texels that have some
-    float error;   // that is tried, or that was found
-    float low;     // errors that are too small, and that are not
+    float error;   // that is tried, or that was found at last
+    float low;     // low: an error that is too small; high: one that is not
     float high;
 };
 

@@ -10,7 +10,7 @@
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityNodes { uint visibility_nodes[]; };
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityStarts { uint visibility_starts[]; };
 
-// The first word of a node says where it is.
+// A node's depth, which is in its first word.
 float node_depth(uint i) {
     uint word = visibility_nodes[i * node_words()];
     return PACKED ? unpack_depth(word) : uintBitsToFloat(word);

@@ -36,18 +36,18 @@ CONSTANT(uint, GRID_SIZE, 128u)
 CONSTANT(uint, MARCH, 0u)
 // Even steps.
 CONSTANT(uint, MARCH_STEPS, 64u)
-// Whether strands take less along them than across.
+// Whether strands take less of light along them than of light across.
 CONSTANT(bool, DIRECTION, false)
 
 const uint MARCH_EVEN = 1u;
 const uint MARCH_RATIO = 2u;
 
-// Set by a consumer that dithers: the place within each step (x), and random numbers (x to z) for random places, from 0 to 1; below 0: the
-// middle, and numbers that depend on the place alone.
+// Set by a consumer that dithers, from 0 to 1: x is the place of a sample within each step; x to z are random numbers for random places.
+// Below 0, samples are at the steps' middles, and the random numbers depend on the place alone.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 
-// Where the way goes, unit length.
+// The way's direction, unit length.
 vec3 look_up_towards = vec3(0.0);
 
 float media_towards(float sum, uvec3 voxel) {

@@ -4,7 +4,7 @@
 #define TECHNIQUE_FOURIER_PARTS_GLSL
 #include "maps/harmonics.glsl"
 
-CONSTANT(uint, COEFFICIENTS, 7u)  // sums of a texel: one, and two a harmonic
+CONSTANT(uint, COEFFICIENTS, 7u)  // sums of a texel: one, and two per harmonic
 
 #define SUMS COEFFICIENTS
 

@@ -35,7 +35,8 @@ CONSTANT(uint, GRID_SIZE, 64u)
 #include "grid/march_casters.glsl"
 #include "grid/march_triangles.glsl"
 
-// Where a ray to a light ends. A virtual light stands on a surface, and leaves it by rounding, as far as a cube of it reaches.
+// Where a ray to a light ends. A virtual light stands on a surface: the end is moved off that surface, so that it stops no
+// ray, however the end is rounded.
 vec3 light_end(Light l) {
     if (l.kind != LIGHT_VIRTUAL) {
         return l.position;
@@ -53,7 +54,7 @@ float light_visibility(uint light, vec3 position) {
         return 1.0;
     }
     float size = float(GRID_SIZE);
-    // Out of the grid, whichever way.
+    // Long enough to leave the grid in any direction.
     float far = (2.0 * size + distance(from, vec3(0.5 * size))) * visibility_grid.voxel;
     vec3 direction = l.kind == LIGHT_DIRECTIONAL ? -l.direction * far : light_end(l) - position;
     vec3 way = direction * visibility_grid.per_unit;

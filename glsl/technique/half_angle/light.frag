@@ -1,7 +1,7 @@
 #version 460
-// Multiplies a caster's transmittance into the light's buffer. Source: Kniss et al. 2003; Green 2008. Cutting it off at meshes is ours.
-// Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light. Invariant: order matters only as
-// far as blending rounds, and primitives blend in drawing order.
+// Multiplies a caster's transmittance into the light's buffer. Source: Kniss et al. 2003; Green 2008. Leaving out casters behind meshes is
+// ours. Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light. Invariant: order matters
+// only as far as blending rounds, and primitives blend in drawing order.
 #define SPLAT_FRAGMENT
 #include "maps/opaque.glsl"
 #include "maps/splat.glsl"
@@ -35,7 +35,7 @@ void main() {
     if (depth.x >= end) {
         discard;
     }
-    // The part of a sphere in front of it.
+    // The share of a sphere's segment that is in front of the mesh.
     float share = depth.y > end ? (end - depth.x) / (depth.y - depth.x) : 1.0;
     transmittance = exp(-optical_depth * share);
 }

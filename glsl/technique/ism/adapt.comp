@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform AdaptPush {
     uint light_count;
     uint points;  // that each light takes at most
     vec3 eye;
-    float near;   // up to here from the eye nothing is taken for farther
+    float near;   // clusters nearer to the eye than this count as equally near
 };
 
 // set 0: ism_adapt
@@ -25,27 +25,27 @@ layout(set = 0, binding = 1, scalar) readonly buffer AdaptHead { IsmPoints head;
 layout(set = 0, binding = 2, scalar) readonly buffer AdaptClusters { IsmCluster clusters[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer AdaptTaken { uint taken[]; };
 
-// Clusters of a light at most, two of them a word: their rank, then the points before them.
+// Clusters of a light at most, two per word: first each cluster's rank, then how many points come before its own.
 shared uint pairs[2048];
-// Clusters of each rank; then points of the clusters of each thread.
+// How many clusters have each rank; then sums of the points of each thread's clusters.
 shared uint histogram[ADAPT_THREADS];
 shared uint scan[2][ADAPT_THREADS];
-// The cluster that the first of each RUN points is of.
+// The cluster of the first of each RUN points.
 shared uint run_firsts[16384u / RUN];
 shared uint best;
 shared uint first_more;
 
-// Ranks are eighths of octaves of texels, from 2^-8 on; 0: not seen.
+// Ranks count eighths of octaves of the texels that a cluster covers, from 2^-8 on; 0: not seen.
 const uint RANKS = 128u;
 const uint RANK_SHIFT = 20u;
 const uint LOWEST_RANK = 951u;
-// Points per texel, the same way: from 2^-10 on, to four.
+// Rates count points per texel in the same way, from 2^-10 to four.
 const uint LOWEST_RATE = 936u;
 const uint RATES = 97u;
 
-// The least weight of a slanted cluster, of its weight if it faced the light.
+// The least weight of a slanted cluster, as a share of its weight if it faced the light.
 const float LEAST_FACING = 0.25;
-// The weight of the farthest cluster from the eye, of the nearest one's.
+// The weight of the farthest cluster from the eye, as a share of the nearest one's.
 const float LEAST_NEAR = 0.25;
 
 // A cluster's rank, by its weight for a light.
@@ -56,7 +56,8 @@ uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     precise float lean = forward.x * cluster.normal.x + forward.y * cluster.normal.y + forward.z * cluster.normal.z;
     precise float support = abs(lean) * cluster.thick + cluster.reach * sqrt(max(1.0 - lean * lean, 0.0));
     precise float sum = abs(offset.x) + abs(offset.y) + abs(offset.z), sum_origin = abs(origin.x) + abs(origin.y) + abs(origin.z);
-    // As is_before and is_seen say it of a point, for the first of all, and a little less.
+    // The tests is_before and is_seen, for whichever point of the cluster passes them first, with a margin for
+    // rounding.
     precise float far = SLANT * max(sum - 1.75 * cluster.reach, 0.0);
     if (!(square < FARTHEST) || !(before + 1.001 * support > 0.99 * far)) {
         return 0u;
@@ -81,7 +82,7 @@ uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     return clamp(floatBitsToUint(worth) >> RANK_SHIFT, LOWEST_RANK + 1u, LOWEST_RANK + RANKS - 1u) - LOWEST_RANK;
 }
 
-// Points of a cluster of a rank, at a rate. Products of a few bits each: exact on all devices.
+// How many points a light takes from a cluster of a rank, at a rate. Products of a few bits each: exact on all devices.
 uint count_of(uint rank, uint rate) {
     float worth = uintBitsToFloat((rank + LOWEST_RANK) << RANK_SHIFT), times = uintBitsToFloat((rate + LOWEST_RATE) << RANK_SHIFT);
     return rank == 0u ? 0u : clamp(uint(min(worth * times, 64.0)), 1u, CLUSTER);
@@ -171,7 +172,8 @@ void main() {
                 }
             }
             uint before = half_of(low), own_count = (low + 1u < count ? half_of(low + 1u) : total) - before, j = i - before;
-            // The first 2^k stand one in each part of the cluster, those after them halve these parts one after the other.
+            // The first 2^k points are one in each part of the cluster; those after them halve these parts, one after the
+            // other.
             uint k = uint(findMSB(own_count)), halved = k + uint(j >= 1u << k || j < own_count - (1u << k));
             uint place = bitfieldReverse(j) >> (32u - CLUSTER_BITS) ^ ism_hash(scrambled + low) % CLUSTER;
             code = low * CLUSTER + place | halved << TAKEN_BITS;

@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform AtlasPush {
     uint points;  // that each light takes
 };
 
-// A shader that only reads defines it first (`readonly`): a device need not let vertices write.
+// A shader that only reads defines ATLAS_ACCESS as `readonly` first: a device need not let vertex shaders write.
 #ifndef ATLAS_ACCESS
 #define ATLAS_ACCESS
 #endif
@@ -21,11 +21,12 @@ layout(set = 0, binding = 2, scalar) readonly buffer AtlasPool { IsmPoint pool[]
 layout(set = 0, binding = 3, scalar) coherent ATLAS_ACCESS buffer AtlasMaps { uint maps[]; };  // map after map
 layout(set = 0, binding = 4, scalar) ATLAS_ACCESS buffer AtlasSeen { uint seen[]; };            // of each light: points that it sees
 
-layout(set = 0, binding = 5, scalar) readonly buffer AtlasTaken { uint taken[]; };  // of each light: its points, where it chose them
+layout(set = 0, binding = 5, scalar) readonly buffer AtlasTaken { uint taken[]; };  // with ISM_ADAPTIVE, codes of each light's points
 
-layout(set = 0, binding = 6, scalar) readonly buffer AtlasClusters { IsmCluster clusters[]; };  // where they did
+layout(set = 0, binding = 6, scalar) readonly buffer AtlasClusters { IsmCluster clusters[]; };  // with ISM_ADAPTIVE
 
-// The `i`-th point that a light takes, the radius of the disc that it stands for, and where that ends; false where it takes fewer.
+// The `i`-th point that a light takes, the radius of the point's disc, and the box at which the disc ends; false where the light
+// takes fewer points.
 bool take(uint light, uint i, out IsmPoint point, out float radius, out Bounds bounds) {
     bounds = Bounds(vec3(0.0), vec3(0.0));
     if (!ISM_ADAPTIVE) {
@@ -48,6 +49,6 @@ bool take(uint light, uint i, out IsmPoint point, out float radius, out Bounds b
 // Fill holes, or leave them.
 CONSTANT(bool, ISM_FILL, true)
 
-// Which workgroup this is; a macro, since only compute shaders have any.
+// The workgroup's number; a macro, since only compute shaders have workgroups.
 #define GROUP_INDEX (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x)
 #endif

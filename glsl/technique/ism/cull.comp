@@ -10,7 +10,7 @@
 #include "technique/ism/atlas.glsl"
 #include "technique/ism/drawn.glsl"
 
-// Points a thread looks at before its workgroup takes places: fewer atomic operations.
+// How many points a thread tests before its workgroup takes places, to save atomic operations.
 const uint ROUNDS = 8u;
 const uint CULL_THREADS = 128u;
 const uint UNKEPT = 0xffffffffu;

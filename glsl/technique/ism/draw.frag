@@ -1,5 +1,5 @@
 #version 460
-// The depth of a point: that of its middle. Source: Ritschel et al. 2008. Input: the map that it may not leave.
+// Draws a point at the depth of its middle, within its own map. Source: Ritschel et al. 2008. Input: the map's corner.
 #include "technique/ism/map.glsl"
 
 layout(location = 0) flat in uvec2 corner;

@@ -1,6 +1,7 @@
 #version 460
-// A corner of a point in its light's map: a square, or a triangle about the same middle, of the disc's area, facing the light. Sources:
-// Ritschel et al. 2008, Tokuyoshi 2014. Inputs: the list, or lights and points. Outputs: where it is in the target, which map it may not leave.
+// A corner of a point in its light's map. The point is a square, or a triangle about the same middle, of the disc's area, facing the light.
+// Sources: Ritschel et al. 2008, Tokuyoshi 2014. Inputs: the list, or lights and points. Outputs: the position in the target, and the upper
+// left texel of the map that the point must stay in.
 #define ATLAS_ACCESS readonly
 #include "technique/ism/atlas.glsl"
 #include "technique/ism/drawn.glsl"
@@ -9,7 +10,8 @@ layout(set = 0, binding = 7, scalar) readonly buffer DrawListed { vec4 listed[];
 
 layout(location = 0) flat out uvec2 corner;
 
-// Half the side of a square, and how far a corner of a triangle is from its middle, of the area of a disc of radius 1.
+// Half the side of a square, and the distance from a triangle's middle to its corners, each of the area of a disc of
+// radius 1.
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 

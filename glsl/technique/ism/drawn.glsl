@@ -12,7 +12,7 @@ CONSTANT(uint, COLUMNS, 32u)
 // Points that lights see are listed; else all are drawn.
 CONSTANT(bool, DRAWN_LISTED, true)
 
-// A distance that is as large as many points are wide is stored as a half.
+// A distance of so many radii of a point is stored as a depth of ½.
 const float HALF_WAY = 64.0;
 
 float drawn_depth(float distance, float radius) { return distance / (distance + HALF_WAY * radius); }
@@ -32,7 +32,7 @@ vec4 drawn_point(uint light, Axes axes, vec3 offset, float radius, float usual) 
     float distance = length(way), ahead = distance + way.z;
     // Never on the border, where the next map begins.
     vec2 middle = clamp((way.xy / ahead * 0.5 + 0.5) * float(ISM_SIZE), vec2(0.0), vec2(float(ISM_SIZE) - 0.01));
-    // At least half a texel, so that the texel that it is in has it.
+    // At least half a texel, so that the point covers the texel that it is in.
     float reach = max(WIDER * radius / ahead * (0.5 * float(ISM_SIZE)), 0.57);
     return vec4(middle + vec2(map_corner(light, ISM_SIZE)), reach, drawn_depth(distance, usual));
 }

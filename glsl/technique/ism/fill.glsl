@@ -1,12 +1,12 @@
 // Finishes a map once all points are in it: wide points come down to the finest level, and holes between points are filled by pull-push,
-// within the map. Threads of a workgroup do it together, on texels behind three functions of the includer: texel_get, texel_set and
-// texel_barrier. Sources: Ritschel et al. 2008, section 4.3 (pull-push); limited by the size of points, so that real gaps stay empty. Twin:
-// reference::twin::ism::fill.
+// within the map. The threads of a workgroup do it together, on texels that they reach by three functions of the including shader:
+// texel_get, texel_set and texel_barrier. Sources: Ritschel et al. 2008, section 4.3 (pull-push); limited by the size of points, so that
+// real gaps stay empty. Twin: reference::twin::ism::fill.
 #ifndef TECHNIQUE_ISM_FILL_GLSL
 #define TECHNIQUE_ISM_FILL_GLSL
 #include "technique/ism/map.glsl"
 
-// Radii of a point that a hole is wide at most.
+// The greatest width of a hole that is filled, in radii of a point.
 const float WIDE = 8.0;
 
 // Distance to the nearest point there; NOTHING counts as infinity.
@@ -34,12 +34,13 @@ void wide_down(uint thread, uint threads) {
     }
 }
 
-// More than three quarters of 16 neighbours have to be found: a hole has points on all sides, while a texel beside a straight edge is no
-// hole.
+// Neighbours with more than three quarters of the whole weight, 16, must have a distance: a hole has points on all sides, while a texel
+// beside a straight edge is no hole.
 const float SURROUNDED = 13.0;
 
-// The mean of those of four distances that belong to one surface, if their weight is at least `least`: they are farther than the nearest by
-// at most twice a point's width and a texel's, as on a surface that the light sees at a slant. `wide`: texel_wide.
+// The mean of those of four distances that belong to one surface, if their weight is at least `least`. They belong to it if they are
+// farther than the nearest by at most twice a point's radius and a texel's width, as on a surface that the light sees at a slant. `wide`:
+// texel_wide.
 float mean_of(vec4 distances, vec4 weights, float least, float wide, float radius) {
     float nearest = min(min(distances.x, distances.y), min(distances.z, distances.w));
     precise float last = nearest + 2.0 * (radius + wide * nearest);
@@ -50,7 +51,7 @@ float mean_of(vec4 distances, vec4 weights, float least, float wide, float radiu
             weight += weights[i];
         }
     }
-    // Rounding brings nothing nearer.
+    // Rounding must not make the mean nearer than the nearest.
     return weight >= least ? max(sum / weight, nearest) : uintBitsToFloat(NOTHING);
 }
 
@@ -62,7 +63,7 @@ void pull(uint thread, uint threads, float radius) {
             vec4 four = vec4(level_get(level - 1u, first), level_get(level - 1u, first + ivec2(1, 0)),
                              level_get(level - 1u, first + ivec2(0, 1)), level_get(level - 1u, first + 1));
             float wide = texel_wide(level, texel), mean = mean_of(four, vec4(1.0), 1.0, wide, radius);
-            // Points at that distance may lie as far apart as the texel is wide.
+            // No mean where a texel at that distance is wider than a hole may be.
             precise float apart = WIDE * radius, across = mean * wide;
             level_set(level, texel, across <= apart ? mean : uintBitsToFloat(NOTHING));
         }
@@ -79,7 +80,7 @@ void push(uint thread, uint threads, float radius) {
             if (level_get(level, texel) <= FARTHEST) {
                 continue;
             }
-            // The four about it, the one that it is in first.
+            // The four coarser texels around it, first the one that it is in.
             ivec2 about = texel / 2, beside = clamp(about + 2 * (texel & 1) - 1, ivec2(0), last);
             vec4 four = vec4(level_get(level + 1u, about), level_get(level + 1u, ivec2(beside.x, about.y)),
                              level_get(level + 1u, ivec2(about.x, beside.y)), level_get(level + 1u, beside));

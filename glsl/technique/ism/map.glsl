@@ -50,7 +50,7 @@ uint texel_index(uint level, ivec2 texel) {
     return level_start(level) + uint(texel.y) * level_side(level) + uint(texel.x);
 }
 
-// A way through a place of the map, -1 to 1 across the half space; its length is 1 + x² + y².
+// The direction of a place of the map, which goes from -1 to 1 across the half space; its length is 1 + x² + y².
 vec3 map_way(vec2 place) {
     precise float square = place.x * place.x + place.y * place.y;
     return vec3(2.0 * place, 1.0 - square);

@@ -1,8 +1,9 @@
 #version 460
-// A point for each stratum of each subset: strata have equal weights, and each of the triangles that share one is met by its share of
-// it. Points of neighbouring strata are spread over their triangle. Sources: Ritschel et al. 2008, section 4.1 (points on surfaces);
-// Roberts 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps its place
-// on its triangle as long as areas keep their shares. Twin: reference::twin::ism::points.
+// Makes a point for each stratum of each subset. Strata have equal weights. A stratum's point falls on each of the triangles in it as
+// often as that triangle's share of the stratum says. Points of neighbouring strata are spread over their triangle. Sources: Ritschel
+// et al. 2008, section 4.1 (points on surfaces); Roberts 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head.
+// Output: the pool. Invariant: a point keeps its place on its triangle as long as areas keep their shares. Twin:
+// reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 
@@ -43,13 +44,14 @@ uint weight_before(uint stratum, uint bits) {
     return bits == 0u ? low : high << (32u - bits) | low >> bits;
 }
 
-// Times that a triangle is halved, to find a place on the curve through it.
+// How often a triangle is halved, to find a place on the curve through it.
 const uint HALVINGS = 20u;
-// How much longer than those before it a side has to be to be the one that is halved.
+// A side's square must be so many times the greatest square before it, for that side to be halved.
 const float LONGER = 1.01;
 
-// The place in a triangle at `weight` of the triangle's `wide`, on the curve that halves the longest side, then in each half the side that
-// it had before, and so on: neighbours on it are neighbours in the triangle. Sums of halves alone: exact.
+// A place in a triangle, on a curve through it: `weight` of `wide`, as a share, of the way along the curve. The curve halves the longest
+// side, then in each half a side that the triangle had before, and so on: neighbours on the curve are neighbours in the triangle. Only
+// halves are added, which is exact.
 vec2 place_at(Triangle triangle, uint weight, uint wide) {
     vec2 corners[3] = { vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(0.0, 1.0) };
     uint longest = 0u;
@@ -82,14 +84,14 @@ void main() {
     if (i >= SUBSETS * points) {
         return;
     }
-    // Where the density adapts all subsets are one order along the curve.
+    // Where the density adapts, all subsets together are in one order along the curve.
     uint subset = i / points, stratum = ISM_ADAPTIVE ? i : i % points;
     uint bits = uint(findMSB(ISM_ADAPTIVE ? SUBSETS * points : points));
     uint before = weight_before(stratum, bits), wide = weight_before(stratum + 1u, bits) - before;
     uint within, unused;
     umulExtended(ism_hash(i), wide, within, unused);
     if (head.total == 0u) {
-        // Nothing has any area: no light takes a point that is no number.
+        // No triangle has any area: points are NaN, which no light takes.
         pool[i] = IsmPoint(vec3(uintBitsToFloat(0x7fc00000u)), 0u);
         return;
     }

@@ -1,5 +1,5 @@
-// Points on the meshes, SUBSETS times as many as a light takes: `points` a subset, stratified by area, subset after subset. Twins:
-// technique::PointData, reference::twin::ism::points.
+// Points on the meshes, SUBSETS times as many as a light takes: `points` per subset, stratified by area, subset after subset.
+// Twins: technique::PointData, reference::twin::ism::points.
 #ifndef TECHNIQUE_ISM_POINTS_GLSL
 #define TECHNIQUE_ISM_POINTS_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -11,7 +11,7 @@ struct IsmPoint {
 
 // Totals over all points. Twin: technique::PointsData.
 struct IsmPoints {
-    float scale;   // weight a unit of area: a power of two
+    float scale;   // weight per unit of area: a power of two
     uint total;    // the weight of all triangles
     float radius;  // of the disc that a point stands for, world units
     float area;    // of all triangles
@@ -19,7 +19,7 @@ struct IsmPoints {
 
 const uint SUBSETS = 16u;
 
-// Threads next to each other take points next to each other.
+// Strata in a row for which a light takes one subset, so that neighbouring threads read neighbouring points.
 const uint RUN = 32u;
 
 // Source: Jarzynski and Olano 2020, Hash functions for GPU rendering: pcg.
@@ -29,7 +29,7 @@ uint ism_hash(uint value) {
     return (word >> 22u) ^ word;
 }
 
-// Where the point stands that light `light` takes from stratum `stratum`: each light has a mixture of the subsets of its own.
+// The place of the point that a light takes from a stratum: each light mixes the subsets in a way of its own.
 uint point_of(uint light, uint stratum, uint points) {
     uint subset = ism_hash(ism_hash(light) + stratum / RUN) % SUBSETS;
     return subset * points + stratum;

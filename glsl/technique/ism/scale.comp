@@ -4,12 +4,13 @@
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 
-// Discs are so much wider than the area that a light's points share: they overlap, since points leave gaps.
+// How much wider a disc is than its point's share of the area: discs overlap, since points leave gaps.
 const float COVER = 1.25;
 
 shared float parts[BLOCK];
 
-// 2^30 over the next power of two, which is at most 2^127 and at least 2^-96: smaller areas have no weight.
+// 2^30 over the next power of two above the area, which is at most 2^127 and at least 2^-96: smaller areas have no
+// weight.
 float scale_of(float area) {
     int exponent = int(floatBitsToUint(area) >> 23u) - 127;
     return uintBitsToFloat(uint(127 + 29 - clamp(exponent, -96, 127)) << 23u);

@@ -13,14 +13,16 @@ CONSTANT(uint, ISM_CULLING, 1u)
 // Whether the normals of light and point alone say which side of a point the light sees, as in Tokuyoshi 2014.
 CONSTANT(bool, ISM_SLIDE, false)
 
-// Radius in texels up to which a point is splatted at a level.
+// The greatest radius in texels of a point on a level; larger points go to the next level.
 const float WIDEST = 3.0;
 
-// A texel has a disc that comes as near to its middle, texels: discs that lie between the middles of texels leave few gaps.
+// A disc covers a texel if it comes so near to the texel's middle, in texels: then discs that lie between the middles of
+// texels leave few gaps.
 const float BESIDE = 0.3;
 
-// How much farther than its point a plane may be in the point's own texel, texels, where its disc is narrower: as far as one that is seen
-// at 30° comes, on a map of 32 texels, from its point to the middle of the texel. So far surfaces stay flat as well.
+// In a point's own texel, the point's plane may be so much farther than the point, in texels, even if its disc is narrower. On a map of
+// 32 texels, a plane that is seen at 30° is so much farther in the middle of the texel than at its point. This keeps far surfaces flat
+// as well.
 const float DEEP = 1.5;
 
 // A box, along the world's axes, that a disc ends at.
@@ -29,11 +31,12 @@ struct Bounds {
     vec3 sides;  // half of them
 };
 
-// Whether lights chose their points, whose discs end at bounds.
+// Whether each light chooses its points (technique/ism/adapt.comp). The discs of points so chosen are cut off at their
+// bounds.
 CONSTANT(bool, ISM_ADAPTIVE, false)
 
-// How far a point may be from the middle of its own texel, texels across and down, to be splatted in any case, with adaptive points: if all
-// points were, shapes narrower than a texel would become one or two texels wide.
+// With adaptive points: how far a point may be from the middle of its own texel, in texels across and down, for that texel to take it in
+// any case. If every texel took its points, shapes narrower than a texel would become one or two texels wide.
 const float OWN_NEAR = 0.3;
 
 struct Splat {
@@ -41,19 +44,19 @@ struct Splat {
     ivec2 low;    // texels whose middles it may cover
     ivec2 high;
     vec2 place;   // of its middle, texels
-    ivec2 texel;  // that it is in
+    ivec2 texel;  // the texel that its middle is in
     vec3 offset;  // from the light, in its axes
     vec3 normal;
     float plane;  // normal · offset
-    float least;  // of its plane's distance in its own texel
+    float least;  // least and most: bounds of its plane's distance in its own texel
     float most;
     float square; // of the disc's radius and half a texel, squared
     float distance;
     Bounds bounds;  // about the light
 };
 
-// What a point has to lie before the light's plane, of its distance and of the light's coordinates: the surface that the light stands on
-// is not before it, however it rounds.
+// How far a point must lie before the light's plane: a share of its distance, and one of the light's coordinates. So the surface that
+// the light stands on is not before the plane, however it is rounded.
 const float SLANT = 1e-3;
 const float ROUNDING = 1e-6;
 
@@ -73,7 +76,7 @@ bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
     return !closed || ISM_CULLING == CULL_NONE || (ISM_CULLING == CULL_NEAR ? away > 0.0 : away < 0.0);
 }
 
-// Whether the point leaves anything in the map.
+// Projects a point into the map; false where it leaves nothing there.
 bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds, out Splat splat) {
     precise vec3 offset = point.position - origin;
     vec3 normal = unpack_normal(point.normal);
@@ -105,8 +108,8 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds
     splat.texel = ivec2(floor(middle));
     precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
     splat.plane = plane;
-    // A disc at a slant is narrower: by the angle between its normal and the axes of the map where it is, and more of it on its near
-    // side than an ellipse has.
+    // A slanted disc is narrower, by the angle between its normal and the map's axes there; but on its near side it reaches farther
+    // than an ellipse.
     precise float wide = reach + BESIDE, slant = splat.normal.z + plane / splat.distance;
     precise vec2 across = splat.normal.xy - (2.0 * place - 1.0) * slant;
     precise vec2 narrow = sqrt(max(1.0 - across * across, 0.0)) * (1.0 + 2.0 * wide / side);
@@ -126,15 +129,16 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds
     return true;
 }
 
-// Whether the point's own texel takes it in any case: one of the map's it is, but for rounding, where the point is before the light's
-// plane; and where lights chose their points, which are many, one whose middle is near.
+// Whether the point's own texel takes the point in any case. The texel must be one of the map's, which it is, but for rounding, where
+// the point is before the light's plane. With adaptive points, which are many, its middle must be near the point too.
 bool takes_own(Splat splat) {
     vec2 off = abs(splat.place - vec2(splat.texel) - 0.5);
     bool near = !ISM_ADAPTIVE || all(lessThanEqual(off, vec2(OWN_NEAR)));
     return near && all(greaterThanEqual(splat.texel, ivec2(0))) && all(lessThan(splat.texel, ivec2(level_side(splat.level))));
 }
 
-// How far the point's plane is in the middle of its own texel, within about the disc's radius of the point: so flat things stay flat.
+// The distance of the point's plane in the middle of its own texel, kept within about the disc's radius of the point's distance: so
+// flat surfaces stay flat.
 uint own_distance(Splat splat) {
     vec3 way = map_way(texel_place(splat.level, splat.texel));
     precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
@@ -150,7 +154,7 @@ bool in_bounds(Axes axes, Bounds bounds, vec3 place) {
     return all(lessThanEqual(off, bounds.sides));
 }
 
-// How far the disc is in the middle of a texel; NOTHING where it is not there.
+// The distance of the disc in the middle of a texel; NOTHING where the disc does not cover it.
 uint disc_at(Axes axes, Splat splat, ivec2 texel) {
     vec2 place = texel_place(splat.level, texel);
     vec3 way = map_way(place);

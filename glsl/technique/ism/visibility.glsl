@@ -1,5 +1,5 @@
 // Imperfect shadow map look-up: how much of virtual light `light` reaches `position`, 0 to 1. Sources: Ritschel et al. 2008; Reeves,
-// Salesin and Cook 1987 (four comparisons, averaged). light_receiver says a surface's normal, before each look-up. Twin:
+// Salesin and Cook 1987 (four comparisons, averaged). Call light_receiver with a surface's normal before each look-up. Twin:
 // reference::twin::ism::look_up.
 //
 //   binding 0  lights (world/light.glsl)
@@ -20,11 +20,11 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityMaps { uin
 // Texels from a map to the next.
 CONSTANT(uint, ISM_STRIDE, 4096u)
 
-// The normal of a surface's point, which light_receiver sets for the next look-up; 0 for a point in space. None of a
-// point in space.
+// The normal of a surface's point, which light_receiver sets for the next look-up; 0 for a point in space.
 vec3 visibility_normal = vec3(0.0);
 
-// How much nearer to the light than a surface its shadow's caster must be, texels: the error of rounding and of the points' planes.
+// A caster shadows a surface if it is nearer to the light by at least so many texels: the error of rounding and of the points'
+// planes.
 const float NEARER_TEXELS = 0.5;
 // The sine of the angle by which a surface has to turn away from the light to be dark for that alone.
 const float AWAY = 1e-4;
@@ -32,17 +32,18 @@ const float AWAY = 1e-4;
 const float WIDEST = 3.0;
 const float REACH = 1.2;
 
-// A point of a surface is looked up where it is, with its surface.
+// A point of a surface is not moved, but its normal is kept for the look-up.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     visibility_normal = normal;
     return position;
 }
 
-// The distance to the surface from the light, which lies `plane` before it, on the ray through the middle of a texel. It also covers the
-// texels of coarser maps about it on which points of the plane may be splatted: `along` is half of ahead in splat.glsl, which changes by at
-// most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. It is clamped to at most `distance`, that of its point, since farther
-// out a slanted plane would lie behind things that stand on it; and to at least half of that, as in own_distance.
+// The distance from the light to a surface's plane, on the ray through the middle of a texel; `plane`: the plane's normal · a point of it.
+// Texels of coarser maps around it count too, if points of the plane may be splatted there: the least distance is returned. There `along`
+// is half of ahead in splat.glsl, which changes by at most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. The result is at
+// most `distance`, the point's own, since farther out a slanted plane would lie behind things that stand on it; and at least half of that,
+// as in own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
     float least = distance;
     for (uint level = 0u; level_side(level) >= 4u; ++level) {
@@ -67,7 +68,8 @@ float light_visibility(uint light, vec3 position) {
     bool on_surface = dot(visibility_normal, visibility_normal) > 0.0;
     visibility_normal = vec3(0.0);
     float square = dot(offset, offset);
-    // A light sends nothing behind its plane, so nothing is shadowed there; NaN has no place; without points nothing casts.
+    // A light sends nothing behind its plane, so nothing is shadowed there. A NaN position is not looked up. Without
+    // points, nothing casts a shadow.
     if (!(offset.z > 0.0) || !(square < FARTHEST) || visibility_points.total == 0u) {
         return 1.0;
     }
@@ -88,7 +90,7 @@ float light_visibility(uint light, vec3 position) {
         float here = on_surface ? surface_distance(normal, plane, texel, distance) - nearer : distance;
         lit[i] = here <= nearest ? 1.0 : 0.0;
     }
-    // So that four that agree are exactly 0 or 1.
+    // In this form, four comparisons that agree give exactly 0 or 1.
     vec2 rows = vec2(lit[0] + part.x * (lit[1] - lit[0]), lit[2] + part.x * (lit[3] - lit[2]));
     return rows.x + part.y * (rows.y - rows.x);
 }

@@ -18,14 +18,14 @@ const float GREATEST_HALF = 65504.0;
 // Words of a texel.
 uint texel_words() { return range_words() + (SUM_STORAGE == STORAGE_F32 ? PLANES : PLANES / 2u); }
 
-// Where layer k ends, k = 0 being no layer but the range's beginning. From the front on each is deeper than the one before by as
-// much as the first is.
+// Where layer k ends; k = 0 is no layer but the range's beginning. With RANGE_FRONT each layer is thicker than the one before,
+// by as much as the first is thick.
 float layer_end(uint k) {
     float of = float(PLANES);
     return SUM_RANGE == RANGE_FRONT ? float(k * (k + 1u)) / (of * (of + 1.0)) : float(k) / of;
 }
 
-// The layer in which a place is, 0 being the first; one off is no matter, since ends are clamped.
+// The layer in which a place is, 0 being the first. An error of one layer does not matter, since ends are clamped.
 uint layer_at(float place) {
     float of = float(PLANES);
     float layer = SUM_RANGE == RANGE_FRONT ? 0.5 * (sqrt(1.0 + 4.0 * place * of * (of + 1.0)) - 1.0) : place * of;

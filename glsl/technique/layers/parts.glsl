@@ -5,7 +5,7 @@
 
 #define SUMS PLANES
 
-// Each layer's sum has all that lies before its end.
+// Each layer's sum has the optical depth of all that lies before the layer's end.
 void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]) {
     // A segment of no length is a step, and its own place lies behind it.
     float steepness = place.y > place.x ? 1.0 / (place.y - place.x) : 0.0;

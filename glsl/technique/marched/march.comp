@@ -1,11 +1,11 @@
 #version 460
-// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it. It keeps a sample where the transmittance
-// differs, by both thresholds, from a prediction by the extinction at the last sample. Where there are more than WORK samples it removes
-// those that change the curve least, in the end all but NODES. One workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine
-// 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are removed); Amanatides and Woo 1987 (the march); that it
-// ends at voxels' sides, and not at even steps, is ours. Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many
-// rays meet any. Twin: reference::twin::marched. Invariants: samples stand on what the grid takes; the last has all that it takes, up to an
-// optical depth of DARK; a tile of which no ray meets any has no nodes where TILED is true.
+// Marches each texel's ray through the density grid of smoke and hair, and keeps the transmittance as a curve of samples. It keeps a sample
+// where the transmittance differs, by both thresholds, from a prediction by the extinction at the last sample. Where there are more than
+// WORK samples it removes those that change the curve least, in the end all but NODES. One workgroup per tile of 8×8 texels, the map in z.
+// Sources: Unreal Engine 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are removed); Amanatides and Woo 1987
+// (the march); that steps end at voxels' sides, and are not even, is ours. Inputs: maps, the grid, its media. Outputs: nodes; counts: for
+// each tile, how many rays meet smoke or hair. Twin: reference::twin::marched. Invariants: samples have the grid's exact optical depth; the
+// last has that of the whole ray, up to DARK; where TILED is true, a tile whose rays all miss smoke and hair has no nodes.
 #include "maps/scene.glsl"
 #include "grid/media.glsl"
 #include "maps/curve/tiled.glsl"
@@ -25,14 +25,16 @@ layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
-// Errors of a transmittance before a sample is kept: as a share of all light, and of the light that is left.
+// How far the transmittance may differ from the prediction before a sample is kept: as a share of all light, and as a
+// share of the light that is left.
 CONSTANT(float, ABSOLUTE_ERROR, 0.0)
 CONSTANT(float, RELATIVE_ERROR, 0.05)
 
-// Depth in the light's range, by the place on the way.
+// At place p on the way, the depth in the light's range is depth_of.x + depth_of.y · p.
 vec2 depth_of;
 
-// A place on the way and the optical depth up to there: of the last sample, from where it goes on by so much, and of where the last stretch ended.
+// kept_place, kept_value and kept_rate: the place of the last sample that was kept, the optical depth up to there, and the extinction
+// behind it. last_place and last_value: the end of the last stretch, and the optical depth up to there.
 float kept_place, kept_value, kept_rate;
 float last_place, last_value;
 
@@ -43,7 +45,7 @@ void keep(float rate) {
     kept_rate = rate;
 }
 
-// From where the last one ended to `end`.
+// Adds a stretch of even extinction, from where the last stretch ended to `end`.
 void stretch(float rate, float end) {
     float value = last_value + rate * (end - last_place), through = exp(-value);
     float error = abs(through - exp(-(kept_value + kept_rate * (end - kept_place))));
@@ -73,8 +75,8 @@ float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// All of the ray that is in the grid: a voxel reaches farther than the casters in it, and parts in front of the range or behind it count at
-// its ends.
+// Marches all of the ray that is in the grid. A voxel reaches farther than the casters in it: parts in front of the range of depths, or
+// behind it, count at its ends.
 void march_ray(View view, uvec2 texel) {
     View about = view;
     about.origin -= grid.origin;

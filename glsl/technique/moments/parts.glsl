@@ -6,7 +6,7 @@
 #include "maps/sums/halves.glsl"
 
 CONSTANT(uint, MOMENTS, 4u)            // sums of a texel besides its optical depth
-CONSTANT(bool, TRIGONOMETRIC, false)  // of cosines and sines, half as many of each; else of Chebyshev polynomials, which carry the same as powers
+CONSTANT(bool, TRIGONOMETRIC, false)  // moments of cosines and sines, half of each; else of Chebyshev polynomials, as good as powers
 
 const uint SUMS = MOMENTS + 1u;
 

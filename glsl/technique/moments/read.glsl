@@ -4,7 +4,8 @@
 #include "maps/sums/read.glsl"
 #include "technique/moments/share.glsl"
 
-// By how much the moments are drawn to those of an even distribution, so that rounding leaves them moments of something.
+// By how much the moments are mixed with those of an even distribution, so that in spite of rounding some distribution
+// has them.
 const float BIAS = MOMENTS == 8u || SUM_STORAGE != STORAGE_F32 ? 3e-4 : 3e-5;
 
 // A smaller optical depth is spread evenly: its moments are mostly rounding.

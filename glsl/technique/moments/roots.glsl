@@ -2,7 +2,7 @@
 #ifndef TECHNIQUE_MOMENTS_ROOTS_GLSL
 #define TECHNIQUE_MOMENTS_ROOTS_GLSL
 
-// The most that a polynomial has.
+// The most roots that a polynomial has.
 const uint MOST_ROOTS = 4u;
 
 // Laguerre's steps to a root.
@@ -36,7 +36,8 @@ void real_roots(float all[MOST_ROOTS], uint n, out float roots[MOST_ROOTS]) {
         roots[i] = 0.0;
     }
     for (uint degree = n; degree > 2u; --degree) {
-        // The sum of squares bounds all roots; mirrored so that a root that is farthest by far is the largest.
+        // The sum of the roots' squares bounds each root. The polynomial is mirrored where the roots' sum is negative,
+        // so that a root that is by far the farthest from 0 is the largest.
         float square = all[0] * all[0];
         float bound = sqrt(max(square - 2.0 * all[1], square / float(degree)));
         if (bound < LEAST_ROOT) {

@@ -1,6 +1,6 @@
-// How much of a ray's optical depth lies before a place, from its moments: among all distributions that have them, the one on fewest places
-// with one at that place gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial; the weight of each is
-// one over a sum of squares, so that bounds stay within 0 to 1 whatever rounding does. Twin: reference::twin::moments.
+// How much of a ray's optical depth lies before a place, from its moments. Among all distributions with these moments, the one that has the
+// fewest places, this place among them, gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial. The
+// weight of each is one over a sum of squares, so that bounds stay within 0 to 1 whatever rounding does. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_SHARE_GLSL
 #define TECHNIQUE_MOMENTS_SHARE_GLSL
 #include "technique/moments/parts.glsl"
@@ -70,7 +70,7 @@ float product_mean(float means[MOST_MEANS], uint i, uint j) {
     if (f.y == g.y) {
         return 0.5 * (f.y == 0u ? apart.x + together.x : apart.x - together.x);
     }
-    // The sine of a difference has its sign.
+    // The sine of a difference has the difference's sign.
     uint of_sine = f.y == 1u ? f.x : g.x;
     return 0.5 * (together.y + (2u * of_sine >= f.x + g.x ? apart.y : -apart.y));
 }
@@ -153,8 +153,8 @@ float moments_share(float means[MOST_MEANS], float place) {
     vec2 here = TRIGONOMETRIC ? cis(0.5 * ARC * place) : vec2(2.0 * place - 1.0, 1.0);
     half_functions(here, c);
     solve(lower, c);
-    // Places of the distribution are at right angles to one another; where rounding makes two places of one, they share its weight. Each
-    // has its direction, and a factor that makes it 1 along that.
+    // As vectors, the places of the distribution are at right angles to one another; where rounding makes two places of one, they share
+    // its weight. Each place has its direction, and in `ones` the root of its weight.
     float directions[MOST * MOST], ones[MOST];
     float own = 1.0 / max(square_of(c), LEAST_PIVOT);
     for (uint k = 0u; k <= DEGREE; ++k) {
@@ -176,7 +176,8 @@ float moments_share(float means[MOST_MEANS], float place) {
         float u = roots[i], one = 1.0, is_before, there[MOST];
         if (TRIGONOMETRIC) {
             half_functions(turned(here, vec2(u, 1.0) / sqrt(u * u + 1.0)), there);
-            // From the place on, in circles. Between the range's end and its beginning it is both.
+            // How far behind this place the other one is, in circles. Between the range's end and its beginning it
+            // counts as both before and behind.
             float turns = atan(1.0, u) / PI;
             is_before = clamp((turns + ARC * place - ARC) / (1.0 - ARC), 0.0, 1.0);
         } else {

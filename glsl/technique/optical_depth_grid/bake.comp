@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "grid/way.glsl"
 
 layout(push_constant, scalar) uniform BakePush {
-    uint first;   // of the layers of cells that are baked
+    uint first;   // the first layer of cells that is baked
     uint layers;
     uint lights;
 };
@@ -35,7 +35,7 @@ float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// A thread's part of the way of a cell.
+// The optical depth of a thread's part of a cell's way.
 float part_of(uvec3 cell, uint light, uint part) {
     float side = place.voxel * (float(GRID_SIZE) / float(CELLS));
     vec3 from, way;

@@ -1,6 +1,6 @@
 // Optical depth grid look-up: how much of light `light` reaches `position`, 0 to 1, from the baked optical depth, interpolated linearly
-// between cells' middles. A point outside of the grid takes that of the place where its way to the light enters the grid. Meshes shadow by
-// the light's opaque map. Source: Schneider 2023 (Nubis³). Twin: reference::twin::optical_depth_grid.
+// between cells' middles. A point outside of the grid takes the optical depth of the place where its way to the light enters the grid.
+// Meshes shadow by the light's opaque map. Source: Schneider 2023 (Nubis³). Twin: reference::twin::optical_depth_grid.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  where the cells stand (grid/grid.glsl)
@@ -23,12 +23,12 @@ layout(set = GOBO_SET, binding = 4) uniform sampler2D visibility_opaque;
 
 #include "grid/meshes.glsl"
 
-// Voxels per side of the grid that they were baked from.
+// Voxels per side of the grid that optical depths were baked from.
 CONSTANT(uint, GRID_SIZE, 64u)
 // Cells per side.
 CONSTANT(uint, CELLS, 64u)
 
-// Linear between the middles of eight cells.
+// The baked optical depth at a place, linear between the middles of eight cells.
 float baked_depth(uint light, vec3 place) {
     vec3 at = clamp(place - 0.5, vec3(0.0), vec3(CELLS - 1u));
     uvec3 corner = min(uvec3(at), uvec3(CELLS - 2u));

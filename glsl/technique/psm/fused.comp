@@ -16,17 +16,17 @@
 layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, THREADS, 256u)
-// Casters that stand in shared memory at the same time, in the view's axes, fewer than THREADS, without those that miss the
-// rows. 0: each is fetched by the thread that looks at it.
+// How many casters are in shared memory at the same time, fewer than THREADS. They are in the view's axes, and casters that
+// miss the rows are left out. 0: each caster is fetched by the thread that looks at it.
 CONSTANT(uint, BATCH, 0u)
-// As many where there are strands, else 0.
+// BATCH where there are strands, else 0.
 CONSTANT(uint, BATCH_AXES, 0u)
 
-// The casters of the next batch are fetched while those of one are added: where tiles have many batches.
+// Whether the casters of the next batch are fetched while those of a batch are added: for tiles of many batches.
 CONSTANT(bool, FETCH_AHEAD, false)
 
 layout(push_constant, scalar) uniform PartPush {
-    uint room;        // not 0: entries of each tile, tile after tile; parts are not listed then
+    uint room;        // not 0: every tile has room for so many entries; parts are not listed then
     uint tile_count;  // of a map
 };
 
@@ -34,22 +34,26 @@ BINS_COUNTS(readonly buffer)
 // set 2: psm_volume
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
-// Rows of texels that are built at the same time, and of half a tile.
+// Rows of texels that are built at the same time; then texels of a row, rows of half a tile, and texels that are built
+// at the same time.
 CONSTANT(uint, ROWS, 2u)
 const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
-// Texels of a row that a thread looks at for a caster: the dearer it is to fetch one, the more. Casters that are looked at
-// at the same time.
+// SPAN is how many texels of a row one thread reads a caster for: more where it takes longer to fetch a caster. SPANS is
+// how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
-// Runs of slices that are summed at the same time, each by one thread per texel, and slices of a run: whole layers.
+// RUNS is how many runs of slices are summed at the same time, each by one thread per texel. RUN is how many slices a
+// run has: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 // Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
 // for each addition: a quarter of a step of a half float.
 const uint MANY = SPLIT ? 128u : 256u;
 
-// Units of optical depth that each slice of each texel takes: sum_place. The first two words are the bound before they are sums.
+// Optical depth of each slice of each texel, in units; sum_place says where. Before there are sums, two of the words are used to
+// find a bound of the sums.
 shared uint slices[SLICES * TEXELS];
-// The batch: centres, and radii; densities, and where among the slices; axes of strands and Gaussians. A plain sphere has the square of
-// its radius, and units per optical depth of a length of 1; others have less than 0. How many there are, this time and the next.
+// The batch: centres with radii; densities with places among the slices; axes of strands and Gaussians. A plain sphere has the square
+// of its radius, and its optical depth in units per half of a chord's length; other casters have minus their radius. `filled`: how many
+// casters this batch has, and the next.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
 shared vec3 batch_axes[BATCH_AXES + 1u];
@@ -71,7 +75,8 @@ Place place_of(View view, Caster caster) {
     return depth_place(view_depth(view, caster.position.z + 0.5 * caster_axis(caster).z));
 }
 
-// Puts a caster into the batch that may meet `rows` rows from the corner on, with the slice that takes it.
+// Puts a caster into the batch, with the slice that takes it, if the caster may meet the `rows` rows from the corner
+// on.
 void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, uint turn) {
     vec2 low, high;
     vec2 first = vec2(corner), last = first + vec2(float(ROW - 1u), float(rows - 1u));
@@ -123,8 +128,8 @@ void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float
     }
 }
 
-// Adds the casters of the part to the rows from the corner on. The slices are 0, and all threads call it alike. `again`: a batch
-// that has all of them stands already.
+// Adds the casters of the part to the rows from the corner on. The slices are 0 before, and all threads call it alike. `again`:
+// the batch has all of these casters already.
 void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale) {
     uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN, rotation = thread / SPANS;
     Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
@@ -135,7 +140,7 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
             Caster caster = tile_caster(view, part.first + i);
             Place place = place_of(view, caster);
             for (uint j = 0u; j < SPAN; ++j) {
-                // Casters begin at different texels of a span, for the banks again.
+                // Threads begin at different texels of a span, so that they meet in fewer banks.
                 uint x = (j + rotation) % SPAN;
                 Ray beside = view_ray_beside(view, ray, float(x) * texel_width);
                 add_caster(view, beside, length(beside.direction), span + x, caster, place, scale);
@@ -144,7 +149,7 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     } else {
         float ray_length = length(ray.direction);
         uint rows = part.count <= BATCH ? HALF : ROWS;
-        // The thread's caster of the next batch, and which is its own of the one behind.
+        // The thread's caster of the next batch, and the number of its caster in the batch behind that.
         uint mine = thread < BATCH ? thread : part.count, later = 0u;
         Caster next;
         if (FETCH_AHEAD && !again && mine < part.count) {
@@ -165,7 +170,8 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
                     }
                     put_caster(view, corner, rows, view_caster(view, next), scale, turn);
                 } else if (thread == THREADS - 1u) {
-                    // The count of the batch before, which is done with; the last thread has no caster of its own.
+                    // Resets the count of the batch before, which is done with. The last thread does so: it has no
+                    // caster of its own.
                     filled[turn + 1u & 1u] = 0u;
                 }
                 barrier();
@@ -185,9 +191,9 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     barrier();
 }
 
-// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. A few casters may each have
-// 2⁴, DARK, and with SPLIT twice that; the bounds of many are added up. Writes to the slices; all threads call it
-// alike.
+// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. A few casters are taken to
+// have 2⁴, DARK, each, or twice that with SPLIT; for many, their bounds are added up. Writes to the slices; all threads
+// call it alike.
 float part_scale(TilePart part) {
     if (part.count < MANY) {
         return exp2(float(min(22, (SPLIT ? 26 : 27) - findMSB(part.count))));
@@ -211,7 +217,7 @@ float part_scale(TilePart part) {
 // Writes the transmittance behind each slice of the thread's run of a texel. All threads call it alike.
 void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     uint begin = min(run * RUN, SLICES), end = min(begin + RUN, SLICES);
-    // The sum of each run stands where its last slice was; then that of the runs before it.
+    // First the sum of each run takes the place of its last slice; then each run adds the sums of the runs before it.
     uint before = 0u, whole = 0u;
     if (RUNS != 1u) {
         for (uint k = begin; k < end; ++k) {
@@ -221,7 +227,7 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
             slices[sum_place(end - 1u, t)] = whole;
         }
         barrier();
-        // All are read, so that none waits for another.
+        // The sums of all runs are read, so that no read waits for another.
         [[unroll]] for (uint i = 1u; i < RUNS; ++i) {
             uint last = i * RUN - 1u;
             before += last < begin ? slices[sum_place(min(last, SLICES - 1u), t)] : 0u;
@@ -264,7 +270,7 @@ bool unlisted_part(out TilePart part) {
 void main() {
     TilePart part;
     bool listed = room == 0u, built = listed ? listed_part(part) : unlisted_part(part);
-    // Before it is known whether there is anything to build, to save a wait.
+    // Read before it is known whether there is anything to build, to save a wait.
     uint map = !listed ? gl_WorkGroupID.z : built ? part_map(part) : 0u;
     View view = maps[map].volume;
     if (!built) {
@@ -288,7 +294,7 @@ void main() {
         }
         add_casters(view, part, corner + down, row > 0u && part.count <= BATCH, scale);
         write_run(view, map, texel + down, t, run, unit);
-        // Threads that still read sums are waited for.
+        // Waits for threads that still read sums.
         barrier();
     }
     end_part(part);

@@ -18,7 +18,7 @@ Place depth_place(float depth) {
     return Place(slice, SPLIT ? at - float(slice) : 0.0);
 }
 
-// By a centre, a strand's middle.
+// A caster's place by its centre, or by a strand's middle.
 Place caster_place(View view, Caster caster) {
     float z = dot(caster.position + 0.5 * caster_axis(caster) - view.origin, view.forward);
     return depth_place(view_depth(view, z));

@@ -25,8 +25,8 @@ bool caster_quad(View view, uint map, Caster caster, uint index, out Quad quad) 
     }
     quad.layer = map * LAYERS;
     if (index >= slice_quads()) {
-        // From NDC of the map to NDC of whole coverage texels, the last of which may reach past the map; and half a coverage
-        // texel more on each side: then each that the bounds touch has its centre inside.
+        // Converts NDC of the map to NDC of the coverage image, whose last texels may reach past the map. The quad is half a
+        // coverage texel larger on each side, so that it covers the centre of each coverage texel that the bounds touch.
         vec2 size = vec2(view.width, view.height), tiles = ceil(size / 8.0);
         vec2 scale = size / (8.0 * tiles);
         quad.low = (clamp(low, -1.1, 1.1) + 1.0) * scale - 1.0 - 1.0 / tiles;

@@ -5,12 +5,12 @@
 // Specialization constants SLICES, ADDITIVE and LAYERS as the volume was built.
 // flat: bindings 24, constants 48: SLICES LAYERS ADDITIVE FILTER FILTER_RADIUS
 //
-// Slice k holds what is left behind all casters of the slices 0 to k, which is so at its far face, the depth (k + 1) /
-// SLICES: there it is taken to stand, and in between the values are interpolated. (At the slice's middle, where a
-// texture's texels stand, everything would come half a slice too early, and a caster would lie in all of its own shadow.)
-// So a slice's shadow begins at its near face and is whole at its far face. At the slice's middle, half a slice from both,
-// half of it has come: of a sphere's shadow on its own centre that is also the truth. In front of the first slice all
-// light is left, behind the last what the last leaves.
+// Slice k holds the light that is left behind all casters of the slices 0 to k. That is so at its far face, at the depth
+// (k + 1) / SLICES: the value is taken to stand there, and values between faces are interpolated. (If it stood at the
+// slice's middle, where a texture's texels stand, every shadow would come half a slice too early, and a caster would lie
+// in all of its own shadow.) So a slice's shadow begins at its near face and is whole at its far face. At the slice's
+// middle, half a slice from both, half of it has come, which is also the truth of a sphere's shadow on its own centre. In
+// front of the first slice all light is left; behind the last, the light that the last leaves.
 #define MAP_TRANSMITTANCE slices_transmittance
 #include "maps/look_up.glsl"
 #include "technique/psm/constants.glsl"
@@ -30,7 +30,7 @@ Faces depth_faces(float depth) {
     return Faces(face, max(face, 1u) - 1u, place - float(face));
 }
 
-// Interpolates between the values of two slices, `near` and the face's.
+// Interpolates between the values of slice `near` and of slice `face`.
 float between(Faces f, vec4 near_slices, vec4 far_slices) {
     vec2 ends = vec2(near_slices[f.near % 4u], far_slices[f.face % 4u]);
     ends = ADDITIVE ? 1.0 - ends : ends;
@@ -57,6 +57,6 @@ float slices_transmittance(LookUp l) {
     }
     Faces f = depth_faces(l.depth);
     vec4 far_slices = bilinear_slices(l, f.face);
-    // Slices k and k + 1 share a layer, save where k is its last.
+    // Slices k and k + 1 share a layer, unless slice k is the layer's last.
     return between(f, f.near / 4u == f.face / 4u ? far_slices : bilinear_slices(l, f.near), far_slices);
 }

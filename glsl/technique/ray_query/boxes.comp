@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform BoxesPush {
 layout(set = 0, binding = 0, scalar) readonly buffer BoxesCasters { Caster casters[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer BoxesBoxes { float boxes[]; };
 
-// By how much a box is larger, as a share of its coordinates and radius: some rounding of floats.
+// By how much a box is larger, as a share of its coordinates and radius: a few roundings of floats.
 const float BOX_MARGIN = 1e-5;
 
 void main() {

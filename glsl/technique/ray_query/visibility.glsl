@@ -1,8 +1,8 @@
 // Ray query look-up: how much of light `light` reaches `position`: 0 where a mesh stands between, else the transmittance of all smoke and
-// hair on the way, whose boxes the ray meets in any order. Source: VK_KHR_ray_query. A point comes rounded, and lies on either side of the
-// surface that it is meant to lie on; how far along its ray it meets that surface again has no bound when the ray is nearly in the surface.
-// So a triangle whose plane passes the point as closely as it may have been rounded does not count, at whatever distance the ray meets it:
-// what is flat does not shadow itself at any angle. Nor does what is so near along the ray.
+// hair on the way, whose boxes the ray meets in any order. Source: VK_KHR_ray_query. A point of a surface is rounded to either side of it,
+// and a ray that nearly lies in the surface may meet it again at any distance. So a triangle does not count if the point is as near to its
+// plane as rounding may bring it, at whatever distance the ray meets the triangle: flat surfaces do not shadow themselves at any angle. Nor
+// do triangles count that the ray meets within that distance.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place in

@@ -17,10 +17,10 @@ CONSTANT(bool, GATHERS, true)
 // Maps of a light, each half as wide as the one before.
 CONSTANT(uint, CASCADES, 1u)
 
-// Maps of all lights together, which the list has once for each cascade.
+// Maps of all lights in one cascade; the list has as many for each further cascade.
 CONSTANT(uint, CASCADE_MAPS, 1u)
 
-// The narrowest map of a light that has all texels within so many of the point, else the widest.
+// The narrowest map of a light that holds the point and so many texels around it, else the widest.
 uint map_about(Light light, vec3 position, float texels) {
     uint map = light_map(light, position);
     for (uint cascade = CASCADES - 1u; cascade > 0u; --cascade) {
@@ -77,7 +77,8 @@ float light_visibility(uint light, vec3 position) {
             if (GATHERS) {
                 vec4 hits = opaque_quad(corner, look_up_opaque, ivec2(x, y));
                 uvec4 ends = uvec4(opaque_quad_ends(view, receiver, hits, apart));
-                // The last of an odd number in a row or column comes with one that does not count.
+                // With an odd side, the last gather of a row or column also has texels beyond the square, which do not
+                // count.
                 uvec2 rows = ends.xz + (x + 1 < high.x ? ends.yw : uvec2(0u));
                 dark += rows.x + (y + 1 < high.y ? rows.y : 0u);
             } else {
@@ -86,6 +87,6 @@ float light_visibility(uint light, vec3 position) {
             }
         }
     }
-    // A device may divide by multiplying: none and all are exact.
+    // Exact where none or all are dark, even if a device divides by multiplying.
     return dark == 0u ? 1.0 : float(uint(side * side) - dark) / float(side * side);
 }

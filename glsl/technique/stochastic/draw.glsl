@@ -1,6 +1,6 @@
-// Which samples of a texel end at a caster, and at which depth: each sample is a ray of its own that ends where it first meets something,
-// and knows nothing but that depth, as bits, which order as depths do. Sources: Enderton et al. 2010 (samples; the nearest survivor); free
-// flights instead of one alpha per caster: ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the hash: O'Neill 2014 (PCG),
+// Which samples of a texel end at a caster, and at which depth. Each sample is a ray of its own that ends where it first meets something.
+// Only that depth is kept, as bits, which order as depths do. Sources: Enderton et al. 2010 (samples; the nearest survivor); free flights
+// instead of one alpha per caster: ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the hash: O'Neill 2014 (PCG),
 // Jarzynski and Olano 2020. Twin: reference::twin::stochastic.
 #ifndef TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #define TECHNIQUE_STOCHASTIC_DRAW_GLSL
@@ -27,8 +27,8 @@ float stochastic_share(uint bits) {
     return share;
 }
 
-// A texel's seed, the same in each map, so that a light's noise does not depend on other lights; with `number`, of a caster's random
-// numbers there.
+// A texel's seed is the same in each map, so that a light's noise does not depend on other lights. caster_key: the seed of caster
+// `number` in that texel.
 uint texel_key(uvec2 texel) { return stochastic_hash(stochastic_hash(texel.y) ^ texel.x); }
 uint caster_key(uint of_texel, uint number) { return stochastic_hash(of_texel ^ stochastic_hash(number)); }
 
@@ -44,8 +44,9 @@ uint depth_bits(float depth) { return floatBitsToUint(abs(max(depth, 0.0))); }
 // Called for a sample that ends at a depth: each pass defines it.
 void keep_sample(uint place, uint bits);
 
-// Each sample flies on by itself. The rays of a texel are laid end to end: a flight that leaves one ray goes on in the next, which is
-// allowed since free flight has no memory. So the work is proportional to the samples that end. `first`: of the texel's samples.
+// Each sample flies freely, by itself. The rays of a texel are laid end to end: a flight that leaves one ray goes on in the next,
+// which is allowed since free flight has no memory. So the work is proportional to the samples that end. `first`: the first of the
+// texel's samples.
 void fly(uint key, uint first, vec2 depth, float optical_depth) {
     uint i = 0u;
     while (i < SAMPLES) {
@@ -61,7 +62,8 @@ void fly(uint key, uint first, vec2 depth, float optical_depth) {
     }
 }
 
-// Samples have even thresholds, moved by the texel's noise; all casters are held to the same ones, and are where their middle is.
+// Samples have even thresholds, moved by the texel's noise. All casters are compared with the same thresholds, each at the depth
+// of its middle.
 void hash_alpha(float noise, uint first, vec2 depth, float optical_depth) {
     float taken = (1.0 - exp(-optical_depth)) * float(SAMPLES) - noise;
     for (uint i = 0u; i < SAMPLES && float(i) < taken; ++i) {

@@ -7,7 +7,7 @@ const uint THREADS = 64u;
 #include "maps/bins/batch.glsl"
 #include "technique/stochastic/draw.glsl"
 
-// A texel is one thread's.
+// Not atomic: each texel belongs to one thread.
 void keep_sample(uint place, uint bits) { samples[place] = min(samples[place], bits); }
 
 void main() {

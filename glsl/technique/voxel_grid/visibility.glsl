@@ -31,7 +31,7 @@ layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityMasks { ui
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 256u)
-// What shadows are of: 0: voxels; 1: the cells of their masks; 2: the triangles that are listed in them.
+// What casts shadows: 0: voxels; 1: the cells of their masks; 2: the triangles that are listed in them.
 CONSTANT(uint, CELL, 0u)
 
 #include "grid/march.glsl"
@@ -48,16 +48,16 @@ CONSTANT(uint, MARCH_STEPS, 0u)
 // Where in each step.
 CONSTANT(float, MARCH_OFFSET, 0.5)
 
-// A consumer that dithers says here where in each step (x), or where across a voxel (y and z), a look-up is asked, from 0 to 1; below
-// 0: in the middle, or where MARCH_OFFSET says.
+// Set by a consumer that dithers, from 0 to 1: x is the place of a sample within each step; y and z are where across a voxel the
+// receiver is. Below 0, samples are where MARCH_OFFSET says, and the receiver is not moved.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)
 
-// Whether meshes are asked by a cone.
+// Whether meshes are looked up by a cone.
 CONSTANT(bool, CONE, false)
-// How much its radius grows along it.
+// How much the cone's radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
 // How far a receiver is moved along its ray, once it is off its surface, in cells.
 CONSTANT(float, BIAS, 2.0)
@@ -79,7 +79,8 @@ vec3 off_the_surface(vec3 position, vec3 normal) {
 // How far a receiver is moved along a way, as a share of it.
 float share_along(vec3 way) { return min(1.0, BIAS * cell_side() / max(length(way), 1e-30)); }
 
-// Where a ray to a light ends. A virtual light stands on a surface, and is asked for off it as receivers are.
+// Where a ray to a light ends. A virtual light stands on a surface: the ray ends off that surface, as far as receivers
+// are moved.
 vec3 light_end(Light l) {
     return l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
 }
@@ -95,7 +96,7 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     }
     vec3 receiver = off_the_surface(position, normal);
     if (MARCH_STEPS == 0u && look_up_dither.x >= 0.0) {
-        // Edges of cells are spread over a cell along the surface.
+        // Dithered: the receiver moves along the surface within a cell's width, which blurs the edges of cells.
         vec3 axis = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
         vec3 across = normalize(cross(normal, axis));
         vec2 by = (look_up_dither.yz - 0.5) * cell_side();

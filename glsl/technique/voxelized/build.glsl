@@ -1,8 +1,8 @@
 // Shared by the passes of a bake: buffers, push constants, counts. Twins: technique::voxelized::buffers, reference::twin::voxelized.
 //
-// Blocks are squares of columns, `side` voxels wide; for each, `ranges` has the least exit and the greatest entry of its
-// columns: a voxel in front of every exit may be lit, one behind every entry may be shadowed. So a block's nodes that need
-// children lie one behind the other, and which of them a node is follows from prefix sums of their counts: nothing is appended.
+// Blocks are squares of columns, `side` voxels wide. For each block `ranges` has the least exit and the greatest entry of its
+// columns: voxels in front of every exit may be lit, and voxels behind every entry may be shadowed. So a block's nodes that
+// need children lie one behind the other, and prefix sums of their counts number them: nothing is appended.
 #ifndef TECHNIQUE_VOXELIZED_BUILD_GLSL
 #define TECHNIQUE_VOXELIZED_BUILD_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -40,22 +40,22 @@ layout(push_constant, scalar) uniform BuildPush {
     uint table_mask;
     uint child_table_at;
     uint data_capacity;    // words
-    uint columns_at;       // where the tile's columns are in `boundaries`; of a projection, those of the light's first tile
+    uint columns_at;       // where the tile's columns are in `boundaries`; in project.comp, those of the light's first tile
     uint mode;             // WHOLE, SEEN and LAST
 };
 
 // Twins: Mode in technique::voxelized::buffers.
 const uint WHOLE = 1u;  // all columns are found anew; else those in whose block something moves
 const uint SEEN = 2u;   // `projected` has where triangles were when they were seen last
-const uint LAST = 4u;   // the last tree: they are seen now
+const uint LAST = 4u;   // the last tree of a bake: `projected` is updated
 
 // Twin: LevelCounts.
 struct LevelCounts {
     uint candidates;    // nodes of this tile, 0 where there is no room for them
-    uint demanded;      // as many as there are
+    uint demanded;      // nodes that there are, with or without room
     uint base;          // distinct nodes before this tile
-    uint unique;        // and with it
-    uint units;         // that they take
+    uint unique;        // distinct nodes with this tile's
+    uint units;         // units that these take
     uint at;            // where they stand in `data`, words
     uint pointer_bits;  // of their pointers
     uint lost;          // nodes for which the table had no room
@@ -113,10 +113,10 @@ uint level_side(uint of_level) { return 4u << of_level; }
 // The sum before value i, after a scan of all.
 uint before(uint i) { return values[i] + sums[i / SCANNED]; }
 
-// Children that a mask says there are.
+// How many children a mask has.
 uint mask_children(uint mask) { return uint(bitCount(mask & (mask >> 1u) & 0x5555u)); }
 
-// Nodes with children in a block whose range is this: which z they begin with, and how many.
+// The nodes with children in a block of this range: the z at which they begin, in nodes, and how many there are.
 uvec2 node_range(uvec2 range, uint side) {
     uint first = range.x / side, end = (range.y + side - 1u) / side;
     return uvec2(first, end > first ? end - first : 0u);
@@ -124,7 +124,7 @@ uvec2 node_range(uvec2 range, uint side) {
 
 uint build_group() { return gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x; }
 
-// As dispatches take it: rows of at most 65,535.
+// Workgroups as dispatches take them: rows of at most 65,535.
 uvec3 build_groups(uint count) {
     uint rows = max((count + 65534u) / 65535u, 1u);
     return uvec3((count + rows - 1u) / rows, rows, 1u);

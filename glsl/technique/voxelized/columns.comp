@@ -2,10 +2,10 @@
 // Finds where each column of voxels enters the first mesh and leaves it, the least exit and the greatest entry of each block of 8 × 8
 // columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of a closed mesh, the
 // column leaves it where as many faces have been left as entered, so that closed meshes that overlap are one; voxels between the two are
-// free to count as lit or shadowed. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an
-// open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
-// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values (nodes of
-// each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
+// free to count as lit or shadowed. With CONSERVATIVE, triangles in front of that entry that touch a column's square but miss its middle
+// shadow the column as an open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects),
+// Scandolo et al. 2016 (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries,
+// ranges, values (nodes of each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
@@ -13,7 +13,8 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/moves.glsl"
 #include "world/view.glsl"
 
-// Where a free boundary is put: EXIT, ENTRY or SHARED.
+// Where the shadow begins between entry and exit: at the exit (0), at the entry (1), or where columns can share a
+// boundary (2).
 CONSTANT(uint, FREE, 2u)
 const uint FREE_EXIT = 0u;
 const uint FREE_SHARED = 2u;
@@ -24,10 +25,10 @@ CONSTANT(bool, CLOSED, true)
 // Whether entries and exits are written down too.
 CONSTANT(bool, KEEP_COLUMNS, false)
 
-// Triangles that a block has at hand; of more it takes as many at a time.
+// Triangles that a block has in shared memory; if it has more, they come in batches of so many.
 const uint FACETS = 128u;
 shared Plane planes[FACETS];
-// Which of them each column meets, a bit each.
+// Which of these triangles each column meets, a bit each.
 shared uint met[64][FACETS / 32u];
 shared uint busy[2];
 // Two of each: while one is read, the other is made ready for the turn after.
@@ -37,7 +38,7 @@ shared uint last_entry[2];
 shared uint least;
 shared uint most;
 
-// Triangle `i` as the one at `place`, and which of so many columns from `first` on meet it.
+// Puts triangle `i` at `place`, and marks which of `count` columns from `first` on meet it.
 void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count) {
     Facet facet;
     if (!facet_at(i, corner, squares, facet)) {
@@ -56,13 +57,13 @@ void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count
     }
 }
 
-// Those of the bin's from `batch` on that there is room for.
+// Takes the bin's triangles from `batch` on, as many as there is room for.
 void take_batch(uint batch, uint end, uvec2 corner, bool squares) {
     uint thread = gl_LocalInvocationIndex;
     barrier();
     met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
     barrier();
-    // Where triangles are few, threads share them, so many columns each.
+    // Where triangles are few, several threads share one, each with so many columns.
     uint here = min(FACETS, end - batch), share = 1u << min(findMSB(max(2u * here - 1u, 1u)), 6);
     for (uint i = thread % share; i < here; i += share) {
         take(i, bin_entries[large_capacity + batch + i], corner, squares, thread / share * share, share);
@@ -75,7 +76,7 @@ uint roundest(uint low, uint high) {
     if (low == 0u) {
         return 0u;
     }
-    // High bits that the two have in common, then high's first one that low has not.
+    // Keeps the high bits that low − 1 and high have in common, and high's first one that low − 1 has not.
     uint differ = (low - 1u) ^ high;
     return high & ~((1u << findMSB(differ)) - 1u);
 }
@@ -88,7 +89,7 @@ void put_block(uint block, uvec2 range) {
 
 void main() {
     uint block = build_group(), thread = gl_LocalInvocationIndex;
-    // Without room for all triangles the columns would be others.
+    // If not all triangles had room, the columns would be wrong.
     if (block >= width * width || failed != 0u) {
         return;
     }
@@ -114,12 +115,12 @@ void main() {
     int enters = 0, inside = 0;
     bool open = true, searching = true;
     for (uint round = 0u;; ++round) {
-        // In the first round the nearest surface, and the nearest back of anything; in each further one whether all that was
-        // entered has been left at the back found before, and the next back behind it.
+        // The first round finds the nearest surface, and the nearest back face of anything. Each further round tests whether
+        // all that was entered has been left at the back face found before, and finds the next back face behind it.
         float next = FARTHEST;
         inside = 0;
         for (uint batch = first; batch < end; batch += FACETS) {
-            // Where all are at hand, they stay.
+            // If all triangles fit into a batch, they stay.
             if (round == 0u || end - first > FACETS) {
                 take_batch(batch, end, corner, false);
             }
@@ -139,8 +140,8 @@ void main() {
                 }
             }
         }
-        // Round 0 tests the exit that was guessed. If the column is still inside there, later rounds try the next back
-        // faces; a ground has none.
+        // Round 0 guesses the exit: the nearest back face. While the column is still inside there, later rounds try the
+        // next back face; a ground has none.
         open = round == 0u ? enters <= 0 : open;
         if (searching) {
             bool left = round == 0u ? open : inside <= 0;
@@ -160,8 +161,9 @@ void main() {
         barrier();
     }
     if (CONSERVATIVE) {
-        // What lies in front of the nearest surface by a voxel, with all of it, is no part of that surface: it touches the column
-        // and misses its middle. Smooth surfaces, whose triangles touch each other's columns, stay as they are.
+        // A triangle that lies more than a voxel in front of the nearest surface, with all its corners, is no part of that
+        // surface: it touches the column and misses its middle. Smooth surfaces, whose triangles touch each other's columns, stay
+        // as they are.
         float touched = FARTHEST;
         for (uint batch = first; batch < end; batch += FACETS) {
             take_batch(batch, end, corner, true);
@@ -196,8 +198,9 @@ void main() {
     }
     uint boundary = FREE == FREE_EXIT ? range.y : range.x;
     if (FREE == FREE_SHARED) {
-        // As few boundaries as the block's columns allow: the least exit stands for all columns that have entered by then, and
-        // so on; each where its z has the most trailing zeros, so that blocks meet at the same ones.
+        // As few boundaries as the block's columns allow: the least exit serves all columns that have entered by then, then
+        // the least exit of the others, and so on. Each boundary is the possible z with the most trailing zeros, so that
+        // blocks have the same ones.
         bool placed = false;
         for (uint turn = 0u; turn < 64u; ++turn) {
             // The values of the turn before are no longer read.

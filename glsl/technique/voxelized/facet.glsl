@@ -5,10 +5,10 @@
 
 #include "maps/edge.glsl"
 
-// Its depths.
+// The plane of a triangle's depths.
 struct Plane {
     float z;     // at the first column, voxels; with PERSPECTIVE 1 over it
-    vec2 slope;  // a column
+    vec2 slope;  // change per column
     vec2 range;  // least and greatest z of the corners, voxels
     int faces;   // 1: into something closed, -1: out of it, 0: it is open
 };
@@ -24,15 +24,15 @@ struct Facet {
 
 float projected_float(uint i, uint word) { return intBitsToFloat(projected[PROJECTED_WORDS * i + word]); }
 
-// Edge from `from` on along `edge`, at the origin, or at that corner of the square about it that is farthest inside; in columns.
-// What is out of reach of the block is cut off.
+// The value of the edge from `from` along `edge`, in columns: at the origin, or with `squares` at the corner of the square
+// around it that is farthest inside. Values whose sign no column of the block changes are clamped.
 int edge_value(ivec2 from, ivec2 edge, bool squares) {
     ivec2 corner = squares ? 128 * ivec2(edge.y < 0 ? 1 : -1, edge.x > 0 ? 1 : -1) : ivec2(0);
     Wide value = wide_cross(edge, corner - from);
     int columns = value.high < -64 ? -0x40000000 : value.high > 63 ? 0x40000000
                                                  : int((uint(value.high) << 24) | (value.low >> 8));
-    // A value of 0 is inside for one of the two triangles, and below the least step it counts as more than 0. A square may be
-    // touched by both.
+    // A value of 0 is inside for one of the two triangles at the edge; for the other it is lowered. A square may be touched
+    // by both.
     return !squares && (value.low & 255u) == 0u && !owns_edge(edge) ? columns - 1 : columns;
 }
 
@@ -86,13 +86,13 @@ bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
     return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
 }
 
-// Which of the columns from `first` on it meets, a bit each.
+// Which of `count` columns from `first` on meet the triangle, a bit each.
 uint facet_columns(Facet facet, uint first, uint count) {
     uint met = 0u;
     for (uint c = 0u; c < count; ++c) {
         ivec2 column = ivec2((first + c) & 7u, (first + c) >> 3);
         ivec3 edge = facet.edge + facet.right * column.x + facet.up * column.y;
-        // A value that is negative sets the sign of all.
+        // One negative value makes the combined value negative.
         met |= uint((~(edge.x | edge.y | edge.z) >> 31) & 1) << c;
     }
     return met;

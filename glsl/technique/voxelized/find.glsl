@@ -2,7 +2,8 @@
 #ifndef TECHNIQUE_VOXELIZED_FIND_GLSL
 #define TECHNIQUE_VOXELIZED_FIND_GLSL
 
-// The block of the region from `region` on, of `blocks`, in which a node stands, and which of its nodes it is.
+// Finds the block in which a node stands, of `blocks` blocks whose counts begin at `region`, and which of the block's
+// nodes it is.
 uvec2 find_block(uint region, uint blocks, uint node) {
     uint start = before(region), low = 0u, high = blocks;
     while (high - low > 1u) {

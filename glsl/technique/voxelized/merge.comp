@@ -23,7 +23,7 @@ uint hash(uint node) {
     return sum ^ (sum >> 16);
 }
 
-// Whether the node in a slot is the same.
+// Whether the node that stands in a slot equals a candidate.
 bool is_equal(uint node, uint standing) {
     uint number_of_words = node_words();
     bool kept = (standing & CANDIDATE) == 0u;

@@ -31,7 +31,8 @@ void main() {
         }
         uvec2 range = ranges[child_region + child];
         uint kind = INTERSECTED;
-        // Where both kinds would do, no look-up can tell them apart; shadowed merges a little better.
+        // A child may lie both in front of every exit and behind every entry. Then no look-up can tell lit from
+        // shadowed, and shadowed merges a little better.
         if (child_z * child_side >= range.y) {
             kind = SHADOWED;
         } else if ((child_z + 1u) * child_side <= range.x) {

@@ -4,7 +4,7 @@
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 
-// From bit `bit` of a word of the level on.
+// Writes a value from bit `bit` of a word of the level on.
 void put(uint word, uint bit, uint value) {
     word += levels[level].at + bit / 32u;
     uint shift = bit % 32u;

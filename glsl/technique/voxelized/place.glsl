@@ -11,7 +11,7 @@ uint tree_of(uint light, vec3 position) {
     return first + (faces ? cube_face(position - visibility_trees[first].origin) : 0u);
 }
 
-// Voxels; for a pyramid, at or behind its tip they mean nothing.
+// A position in voxels. At or behind the tip of a pyramid, the result is meaningless.
 vec3 tree_voxel(uint tree, vec3 position) {
     vec3 offset = position - visibility_trees[tree].origin;
     vec3 voxel = vec3(dot(offset, visibility_trees[tree].right), dot(offset, visibility_trees[tree].up),
@@ -22,8 +22,8 @@ vec3 tree_voxel(uint tree, vec3 position) {
     return voxel;
 }
 
-// How far along its normal a point of a surface leaves it, world units, so that it lies `across` columns beside a plane there, as
-// much again as `always`, and `along` voxels before it.
+// How far a point of a surface is moved along its normal, world units. Then it lies `across` columns beside the surface's plane,
+// plus `always`, and `along` voxels in front of it.
 float receiver_way(uint tree, vec3 position, vec3 normal, float across, float along, float always) {
     vec3 right = visibility_trees[tree].right, forward = visibility_trees[tree].forward;
     float columns = length(right), looks = dot(normal, forward);
@@ -36,7 +36,8 @@ float receiver_way(uint tree, vec3 position, vec3 normal, float across, float al
     if (!(z > 0.0)) {
         return 0.0;
     }
-    // A column is wider behind the point, and a ray steeper before it: as much as that counts where the point is then.
+    // Behind the point a column is wider, and in front of it a ray is steeper: `more` allows for that at the moved
+    // point.
     float before = (along + always) * abs(dot(normal, offset)) / z;
     float more = looks > 0.0 ? beside / columns * looks : -2.0 * before * looks / z;
     return (beside * z / columns + before) / (1.0 - min(more, 0.5));

@@ -15,7 +15,8 @@ void main() {
         short_of_room = failed;
     }
     barrier();
-    // The first region is the leaves', one count per brick block; then the bricks', and each further level has a quarter.
+    // The first region has the counts of leaves, one per block of bricks; then come the counts of bricks; each further
+    // level has a quarter as many.
     uint begin = at, across = width;
     for (uint l = level; mine && l < of_level; ++l) {
         begin += across * across;

@@ -1,9 +1,10 @@
-// A triangle among columns. Twin: reference::twin::voxelized::Projected.
+// A triangle, projected into columns. Twin: reference::twin::voxelized::Projected.
 #ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 #define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 
-// Corners, two words each; three of depths; the side; least and greatest depth. The depths are those of the corners, voxels; where
-// the light has a place, 1 over the depth at the middle of all columns, and what a column to the right and a column up add.
+// The words of a triangle: its corners, two words each; three of depths; its side; its least and greatest depth. The depths are
+// those of the corners, in voxels. Where the light has a place, they are instead 1 over the depth at the middle of all columns,
+// and how much that changes per column to the right and per column up.
 const uint PROJECTED_WORDS = 12u;
 const uint PROJECTED_DEPTHS = 6u;
 const uint PROJECTED_SIDE = 9u;
@@ -15,7 +16,7 @@ CONSTANT(bool, PERSPECTIVE, false)
 
 // Columns per side of a bin of triangles.
 const uint BIN_COLUMNS = 8u;
-// Bins beyond which a triangle is a workgroup's.
+// The most bins of a triangle that one thread takes.
 const uint MANY_BINS = 16u;
 
 ivec2 projected_corner(uint i, uint c) {

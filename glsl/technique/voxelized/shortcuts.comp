@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 void main() {
     uint levels = trees[light].levels, bits = shortcut_bits(levels);
     uint cell = 64u * build_group() + gl_LocalInvocationIndex;
-    // Without room for all words there are none to go down.
+    // If not all words had room, there is no tree to go down.
     if (cell >= 1u << 3u * bits || failed != 0u || words >= data_capacity) {
         return;
     }

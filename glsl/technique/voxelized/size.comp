@@ -6,7 +6,7 @@ layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/scan.glsl"
 
-// Bits that numbers up to and without `end` need.
+// How many bits numbers below `end` need.
 uint bits_below(uint end) { return end > 1u ? uint(findMSB(end - 1u)) + 1u : 1u; }
 
 uint pointer_bits() {

@@ -21,7 +21,7 @@ void main() {
         uint here = sums[first + b];
         sums[first + b] = sum;
         sum += here;
-        // More than numbers have room for; of counts that came from elsewhere.
+        // The sum overflows 32 bits. After a failure, counts above level 0 mean nothing.
         if (STEP == 0 && sum < here && (level == 0u || failed == 0u)) {
             atomicMax(entries, 0xffffffffu);
             atomicMax(failed, 1u);

@@ -9,15 +9,15 @@ const uint LIT = 1u;
 const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;
 
-// Levels are leaves, bricks, and nodes of up to 65,536 voxels per side: 15.
-// A directional light's voxels are a cube, and a position's offset from the corner, along right, up and forward, is where it is
-// among them. Those of a light with a place are a pyramid whose tip is the light, all columns as many voxels deep; there right and
-// up give columns from the middle one, times the voxel along forward.
+// Levels are leaves, bricks, and nodes of up to 65,536 voxels per side: 15. The voxels of a directional light are a cube: a
+// position's offset from the corner, along right, up and forward, is its place among them. The voxels of a light with a place
+// are a pyramid with the light at its tip, and all of its columns have the same number of voxels. There right and up give the
+// column, counted from the middle one, times the voxel along forward.
 struct Tree {
     vec3 origin;   // the corner of the cube, or the light
     uint size;     // voxels per side
     vec3 right;    // voxels per world unit along x, y and z of the cube; light travels along z
-    uint levels;   // the root's, and 1
+    uint levels;   // the root's level, plus 1
     vec3 up;
     uint root;     // LIT, SHADOWED, or INTERSECTED where there are nodes
     vec3 forward;

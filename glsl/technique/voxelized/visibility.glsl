@@ -1,6 +1,6 @@
-// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose voxel at
-// the position's depth is lit. Leaves are counted whole, at most four, below the nodes that all columns share (shared_way). Source: Sintorn
-// et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
+// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns around it, the share whose voxel
+// at the position's depth is lit. Columns are counted leaf by leaf, in at most four leaves, below the nodes that all columns share
+// (shared_way). Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
 //   binding 0  the trees of all lights (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
 // flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF NORMAL_BIAS
@@ -10,19 +10,20 @@
 // Columns per side that are asked.
 CONSTANT(uint, PCF, 1u)
 
-// The share of the normal offset, which keeps a flat surface out of its own shadow, that a point on a surface takes.
+// How much of the normal offset a point on a surface takes; all of it keeps a flat surface out of its own shadow.
 CONSTANT(float, NORMAL_BIAS, 1.0)
 
-// Voxels: corners lie on a grid of 256ths, and depths and positions of 65,536 voxels are rounded to 128ths.
+// In voxels: corners are rounded to 256ths, and depths and positions among 65,536 voxels to 128ths.
 const float ROUNDING = 1.0 / 32.0;
 
-// Bits of the columns low to high, at most 7, in one row of a leaf, in all rows of a word from row `first` on.
+// A mask of the four rows of a leaf's word from row `first` on: the bits `row` in each of the rows `rows.x` to
+// `rows.y`.
 uint leaf_rows(uint row, ivec2 rows, int first) {
     int low = max(rows.x - first, 0), high = min(rows.y - first, 3);
     return low > high ? 0u : (row * 0x01010101u) & (0xffffffffu >> (8 * (3 - high))) & (0xffffffffu << (8 * low));
 }
 
-// Whether one column is.
+// Whether one voxel is shadowed.
 bool shadowed_voxel(uint light, uvec3 voxel) {
     Walk walk = walk_from_cell(light, voxel);
     while (walk.kind == INTERSECTED && walk.level > 0u) {
@@ -41,7 +42,7 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
     uint levels = visibility_trees[light].levels;
     bool one_cell = shortcut_of(levels, uvec3(low, z)) == shortcut_of(levels, uvec3(high, z));
     Walk shared_way = walk_from_cell(light, uvec3(low, z));
-    // As long as all columns lie in the same child.
+    // Walks down once for all columns, as long as they lie in the same child.
     while (one_cell && shared_way.kind == INTERSECTED && shared_way.level > 1u &&
            all(equal(low >> int(shared_way.level + 1u), high >> int(shared_way.level + 1u)))) {
         walk_down(light, uvec3(low, z), shared_way);
@@ -66,17 +67,17 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
     return shadowed;
 }
 
-// Moves a point off its surface along the normal, so far that the surface stays behind as columns have it: the plane through
-// the point at the middle of any column that is read, up to PCF / 2 voxels to either side, plus half a voxel for rounding.
-// With CONSERVATIVE a triangle may stand for any of a column's square with its farthest corner there: half a voxel farther
-// away. The rest is what corners and depths are rounded by.
+// Moves a point off its surface along the normal, so far that the surface stays behind it in every column that is read. A
+// surface's plane counts at the middle of a column, which is up to PCF / 2 voxels to either side, and is rounded by half a
+// voxel. With CONSERVATIVE a triangle may count at the farthest corner of a column's square instead: half a voxel farther
+// away. ROUNDING is what corners and depths are rounded by.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
     vec3 by = NORMAL_BIAS * vec3(reach, 0.5, ROUNDING);
     uint tree = tree_of(light, position);
     float way = receiver_way(tree, position, normal, by.x, by.y, by.z);
-    // It may be looked up in another face then, whose columns lie otherwise.
+    // The moved point may be looked up in another face of the cube, whose columns are others.
     uint other = tree_of(light, position + normal * way);
     if (other != tree) {
         way = max(way, receiver_way(other, position, normal, by.x, by.y, by.z));
@@ -90,7 +91,7 @@ float light_visibility(uint light, vec3 position) {
     float size = float(visibility_trees[tree].size), reach = float(PCF / 2u);
     bool perspective = visibility_trees[tree].perspective != 0u;
     float beyond = perspective ? size : reach;
-    // In floats: a position outside, or NaN, has no voxel. Behind the cube lies the shadow of all meshes.
+    // Tested as floats: a position outside, or NaN, has no voxel. Behind the cube is the shadow of all meshes.
     if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-beyond))) && all(lessThan(voxel.xy, vec2(size + beyond))))) {
         return 1.0;
     }
@@ -102,6 +103,6 @@ float light_visibility(uint light, vec3 position) {
     }
     ivec2 low = max(column - int(PCF / 2u), ivec2(0)), high = min(column + int(PCF / 2u), last);
     uint shadowed = shadowed_columns(tree, low, high, uint(min(voxel.z, size - 1.0)));
-    // A device may divide by multiplying: none and all are exact.
+    // Exact where none or all are shadowed, even if a device divides by multiplying.
     return shadowed == 0u ? 1.0 : float(PCF * PCF - shadowed) / float(PCF * PCF);
 }

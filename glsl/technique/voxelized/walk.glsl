@@ -37,7 +37,7 @@ Walk walk_from_root(uint light) {
     return Walk(visibility_trees[light].levels - 1u, visibility_trees[light].root_at, visibility_trees[light].root);
 }
 
-// From the cell that the voxel is in.
+// A walk that begins at the voxel's cell of the shortcuts.
 Walk walk_from_cell(uint light, uvec3 voxel) {
     uint levels = visibility_trees[light].levels;
     uint cell = visibility_nodes[visibility_trees[light].shortcuts + shortcut_of(levels, voxel)];

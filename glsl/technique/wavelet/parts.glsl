@@ -10,10 +10,10 @@ const uint SUMS = MEANS + 1u;
 // A shorter segment is a step.
 const float LEAST_LENGTH = 1e-20;
 
-// The mean from `low` to `high` of the share of a segment that lies before a place.
+// The share of a segment that lies before a place, as the mean over places from `low` to `high`.
 float mean_share(vec2 place, float low, float high) {
     float from = clamp(place.x, low, high), to = clamp(place.y, low, high);
-    // Behind the exit all of it; along it the mean of where it begins and ends.
+    // Behind the exit, the share is 1. Along the segment, it is the mean of the shares at `from` and `to`.
     float length_ = max(place.y - place.x, LEAST_LENGTH);
     float along = (to - from) * min(0.5 * ((from - place.x) + (to - place.x)) / length_, 1.0);
     return (along + (high - to)) / (high - low);

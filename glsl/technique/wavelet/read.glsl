@@ -1,5 +1,5 @@
-// Reads a texel's means: they stand in the middles of their intervals, none at the range's beginning and all at its end, and between them
-// the optical depth is linear.
+// Reads a texel's means: each is taken for the optical depth in the middle of its interval. The optical depth is 0 at the range's
+// beginning, the whole at its end, and linear in between.
 #ifndef TECHNIQUE_WAVELET_READ_GLSL
 #define TECHNIQUE_WAVELET_READ_GLSL
 #include "maps/sums/read_halves.glsl"
@@ -15,7 +15,7 @@ float kept_transmittance(uint at, float place) {
     }
     float middle = place * float(MEANS) - 0.5, below = floor(middle), along = middle - below;
     uint next = uint(below + 1.0);
-    // Half an interval to either end.
+    // The ends of the range are only half an interval away from the first and the last middle.
     along = next == 0u ? 2.0 * along - 1.0 : next == MEANS ? 2.0 * along : along;
     float low = next == 0u ? 0.0 : kept_sum(at, next - 1u);
     return exp(-mix(low, kept_sum(at, next), along));

@@ -1,6 +1,6 @@
-// Wavelet look-up: how much of light `light` reaches `position`, 0 to 1: means of the optical depth over even intervals of each texel's
-// range stand in the intervals' middles, none at its beginning and all at its end, and between them it is linear. Source: Aizenshtein,
-// Smal and McGuire 2022, Wavelet Transparency.
+// Wavelet look-up: how much of light `light` reaches `position`, 0 to 1, from means of the optical depth over even intervals of each
+// texel's range. Each mean is taken for the optical depth in the middle of its interval; that is 0 at the range's beginning, the whole
+// at its end, and linear in between. Source: Aizenshtein, Smal and McGuire 2022, Wavelet Transparency.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  texels, map after map, rows of texels: the range (maps/sums/range.glsl), then MEANS + 1 sums (maps/sums/halves.glsl);
 //              then those of coarser levels, as maps/level_place.glsl says
