@@ -65,7 +65,7 @@ fn variable(unit: &Unit, renamed: &str) -> Option<String> {
     let about = unit.comment.iter().map(|l| l.trim_start_matches('/').trim()).collect::<Vec<_>>().join(" ");
     let is_free = unit.kind == Kind::Variable
         && !["const", "layout"].iter().any(|word| renamed.starts_with(word))
-        && !about.starts_with("Said by the look-up");
+        && !about.starts_with("Set by each look-up");
     is_free.then(|| wrapped(&format!("  {}", renamed.trim_end_matches(';')), 6, &format!(": {about}")))
 }
 

@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
 
 shared uint most;
 
-// Smaller than any sum.
+// No texel counts as brighter, so that sums over all texels stay finite.
 const float BRIGHTEST = 1e30;
 
 void main() {

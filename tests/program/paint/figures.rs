@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 55] = [
+const FIGURES: [Figure; 58] = [
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure(
@@ -103,6 +103,9 @@ const FIGURES: [Figure; 55] = [
     Figure("failures-reference.png", "docs/notebook/failures.md", "gobo render failures --technique reference", 0),
     Figure("indirect-cornell.png", "docs/notebook/ism.md", "gobo render cornell --vpls 256", 0),
     Figure("indirect-courtyard.png", "docs/notebook/ism.md", "gobo render courtyard --vpls 256", 0),
+    Figure("opaque-town.png", "docs/notebook/opaque.md", "gobo render town --width 320", 0),
+    Figure("opaque-courtyard.png", "docs/notebook/opaque.md", "gobo render courtyard --width 320", 0),
+    Figure("opaque-cornell.png", "docs/notebook/opaque.md", "gobo render cornell --width 320", 0),
     Figure("many-lights.png", "docs/notebook/many-lights.md", "gobo render courtyard --columns", 0),
     Figure(
         "plume-stochastic-stratified.png",
@@ -124,8 +127,14 @@ const FIGURES: [Figure; 55] = [
 ];
 
 /// Those that a software driver draws for a minute, which no run of tests compares.
-const MINUTES: [&str; 5] =
-    ["courtyard.png", "fountain.gif", "fountain-speed.png", "indirect-courtyard.png", "many-lights.png"];
+const MINUTES: [&str; 6] = [
+    "courtyard.png",
+    "fountain.gif",
+    "fountain-speed.png",
+    "indirect-courtyard.png",
+    "many-lights.png",
+    "opaque-courtyard.png",
+];
 
 /// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, of files that the repository does not
 /// hold, or taken from a screen (of the window, with a panel of times that no two runs have).
