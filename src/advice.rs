@@ -1,4 +1,4 @@
-//! Advice with the program's own options, for errors of the library, whose texts name none of them.
+//! Adds the program's own options to errors of the library, whose texts name no option.
 
 use crate::technique::VIRTUAL_LIGHTS;
 use crate::{Error, Less, WayOut, one_of};
@@ -70,7 +70,7 @@ mod tests {
             ),
             (WayOut::Each(Vec::new()), "--technique SPEC --technique SPEC"),
         ] {
-            // The library's own words are of no program.
+            // The library's own words name no option and no file of the program.
             for typed in ["--", "=", ".sh", "gobo"] {
                 assert!(!way_out.to_string().contains(typed), "{way_out}");
             }

@@ -1,5 +1,6 @@
-//! For tests: the n-th call of a kind fails, as a driver or a full disk would have it fail. `allocation:17` names both; with 0 all
-//! succeed, and with `17+` those after it fail too. Calls of all kinds are counted. Without a [`Fault`] nothing of this happens.
+//! For tests: the n-th call of a kind fails, as a driver or a full disk would make it fail. `allocation:17` names the
+//! kind and the number. With `0` all calls succeed; with `17+` all calls after the 17th fail too. Calls of all kinds
+//! are counted. Without a [`Fault`] nothing fails and nothing is counted.
 
 use super::testing::testing;
 use ash::prelude::VkResult;
@@ -33,7 +34,7 @@ const CALLS: [(&str, Call); 6] = [
     ("write", Call::Write),
 ];
 
-/// How many there were of each kind.
+/// How many calls of each kind there were.
 static MADE: [AtomicU64; CALLS.len()] = [const { AtomicU64::new(0) }; CALLS.len()];
 
 /// Which kind is to fail, and at which call.
@@ -56,7 +57,7 @@ impl Fault {
     }
 }
 
-/// Whether a call is to fail.
+/// Whether a fault was asked for.
 #[cfg(feature = "program")]
 pub(crate) fn is_asked() -> bool {
     testing().fault.is_some()
@@ -87,7 +88,7 @@ pub(super) fn creation<T>(make: impl FnOnce() -> VkResult<T>) -> VkResult<T> {
     if fails(Call::Creation) { Err(vk::Result::ERROR_OUT_OF_HOST_MEMORY) } else { make() }
 }
 
-/// Commands that are handed over by `submit`.
+/// The result of `submit`, or the fault.
 pub(crate) fn submission(submit: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
     if fails(Call::Submission) { Err(vk::Result::ERROR_DEVICE_LOST) } else { submit() }
 }
@@ -98,7 +99,7 @@ pub(super) fn wait(wait: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
     wait().and(if fails { Err(vk::Result::ERROR_DEVICE_LOST) } else { Ok(()) })
 }
 
-/// Bytes that go to a disk.
+/// Fails where this write to a file or to standard output is the call to fail.
 #[cfg(feature = "program")]
 pub(crate) fn write() -> std::io::Result<()> {
     if fails(Call::Write) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }

@@ -5,8 +5,8 @@ use std::io;
 use std::ops::Deref;
 use std::path::Path;
 
-/// The bytes of a regular file: of the program read from the disk as they are looked at, without the feature `program` read into
-/// memory at once.
+/// The bytes of a regular file. With the feature `program` the file is mapped, and its bytes come from the disk when
+/// they are read; without the feature all of it is read into memory at once.
 #[cfg(feature = "program")]
 pub struct Mapped(memmap2::Mmap);
 
@@ -18,7 +18,7 @@ impl Mapped {
     /// Opens a file.
     ///
     /// # Errors
-    /// That of the system; folders, pipes and devices are no regular files.
+    /// The system's error, or one for a folder, a pipe or a device, which are no regular files.
     pub fn open(path: &Path) -> io::Result<Self> {
         // Asked before opening: opening a pipe waits for its writer.
         if !std::fs::metadata(path)?.is_file() {

@@ -28,12 +28,13 @@ pub struct Testing {
 static TESTING: OnceLock<Testing> = OnceLock::new();
 
 impl Testing {
-    /// From now on, for the whole process; the first that begins stays.
+    /// Applies these changes from now on, for the whole process. Later calls change nothing.
     pub fn begin(self) {
         TESTING.get_or_init(|| self);
     }
 
-    /// Runs `body`; devices that this thread opens in it have one less of a limit than is wanted, or as much as they had, if that was less.
+    /// Runs `body`. Devices that this thread opens in it have one less of `limit` than is needed, or as much as they
+    /// really have, if that is less.
     pub fn just_below<T>(limit: Limit, body: impl FnOnce() -> T) -> T {
         LOWERED.set(Some(limit));
         let done = body();
@@ -46,7 +47,7 @@ thread_local! {
     static LOWERED: Cell<Option<Limit>> = const { Cell::new(None) };
 }
 
-/// Which limit is too low, if one is.
+/// The limit that [`Testing::just_below`] lowers, if there is one.
 pub(super) fn lowered() -> Option<Limit> {
     LOWERED.get()
 }
@@ -64,7 +65,8 @@ pub(super) fn testing() -> &'static Testing {
     TESTING.get().unwrap_or(&NONE)
 }
 
-/// A buffer that each build also fills, and how many times; none where no test wants it. Devices bind 128 MiB at least.
+/// A buffer that each build fills in addition, and how many times; none where no test wants it. It has at most 64 MiB:
+/// every device binds at least 128 MiB.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.
@@ -75,7 +77,7 @@ pub(crate) fn burden(context: &Context) -> Result<Option<(Buffer, u64)>> {
     (times > 0).then(|| Ok((buffer(times)?, times))).transpose()
 }
 
-/// Takes as long as a test wants so many rows of the window's reference to take.
+/// Sleeps for as long as a test wants `rows` rows of the window's reference to take.
 #[cfg(feature = "view")]
 pub(crate) fn slow_truth(rows: u32) {
     let ms = testing().slow_truth_ms;

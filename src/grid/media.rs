@@ -1,4 +1,4 @@
-//! Smoke and hair in a grid: per voxel, the optical depth of a way one voxel long.
+//! Smoke and hair in a grid: per voxel, the optical depth along one voxel's length.
 
 use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups};
@@ -8,7 +8,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 
-/// Workgroups that share the casters of many voxels.
+/// Workgroups that share the casters that meet many voxels.
 const LARGE_GROUPS: u32 = 4096;
 
 /// Extra data of smoke and hair in a grid, besides a number per voxel.
@@ -20,7 +20,7 @@ pub struct Holds {
     pub most: bool,
 }
 
-/// A number per voxel, and bits that say where there are any.
+/// A number per voxel, and bits that say which voxels have one.
 pub(super) struct Media {
     size: u32,
     /// As glsl/grid/media.glsl has them: optical depths of one voxel's length, brick by brick.
@@ -34,7 +34,7 @@ pub(super) struct Media {
     most: Option<(Buffer, Kernel<GridPush>)>,
 }
 
-/// Bytes of numbers in each voxel, if the device binds so many.
+/// Bytes of `numbers` numbers per voxel, if the device binds so many.
 fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
     let (wants, has) = (4 * numbers * u64::from(size).pow(3), context.features().max_storage_buffer_range);
     if wants > u64::from(has) {
@@ -92,7 +92,7 @@ impl Media {
         self.voxels.bytes() + self.bits.bytes() + held.map(Buffer::bytes).sum::<u64>()
     }
 
-    /// There is nothing anywhere: zeros where there was something.
+    /// Empties the media. `voxels` is cleared only where it held something.
     pub(super) fn clear(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = u64::from(side(self.size, 2).pow(3));
@@ -108,7 +108,7 @@ impl Media {
         });
     }
 
-    /// Puts the casters into a grid that stands where it should.
+    /// Puts the casters into a grid whose place is set.
     pub(super) fn deposit(&self, commands: &mut Commands, world: &World) {
         let caster_count = world.caster_count();
         if caster_count == 0 {
