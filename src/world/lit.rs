@@ -16,7 +16,8 @@ impl World {
     ///
     /// # Errors
     /// [`Error::Input`] where there are more lights than there is room for, a number is out of range, or a light has
-    /// another number of maps than the light before it in its place: a point light has six, any other has one.
+    /// another number of maps than the light before it in its place: a point or a virtual light has six, any other has
+    /// one.
     pub fn lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
         let all = self.places(lights)?;
         if let Some(i) = lights.iter().position(|light| !is_light(light)) {
@@ -35,9 +36,9 @@ impl World {
     /// Replaces the lights by those in a buffer of the caller's, whose types are `types`, in the buffer's order.
     /// Records the pass that gathers them, and counts all of them as moved. The host knows only their types, which
     /// decide how many maps there are. Lights with a number that is not as [`LightAt`] says are dark, and are counted
-    /// ([`World::gathered`]). Also dark are lights behind a device count that is less than the number of types, and
-    /// earlier lights that are gone.
-    /// types, and those that there were before and there are no more.
+    /// ([`World::gathered`]). Also dark are lights behind a count that is less than the number of types, and earlier
+    /// lights that are gone.
+    ///
     /// Views are then aimed on the device, in single floats. Axes of directional and of spot lights differ by up to
     /// 2.1e-6 from those of the same lights given by the host. The width of a spot light's view differs by more the
     /// narrower it is (0.08 % at 1°); point lights do not differ.

@@ -64,7 +64,7 @@ pub struct World {
     pub lights: Buffer,
     /// The lights as the host knows them.
     lit: Vec<Light>,
-    /// Whether `lit` holds the real lights, or stand-ins of the same types.
+    /// Whether `lit` holds the real lights; else it holds stand-ins of the same types.
     knows_lights: bool,
     camera: Option<Camera>,
     /// See [`Aim::anchors`].
