@@ -13,7 +13,8 @@ use crate::world::World;
 pub struct Frames<'a> {
     /// Its state in each frame; one for a still scene. A simulated scene needs only one if no truth is wanted.
     pub states: &'a [Scene],
-    /// The times of a scene that moves: where the device can simulate it, it goes through them and not through the states.
+    /// The times of a scene that moves. Where the device can simulate the scene, it goes through these times, and not
+    /// through the states.
     pub times_s: &'a [f64],
     /// A bounce of light, with which pictures under virtual lights are also compared.
     pub bounce: Option<Traced<'a>>,
@@ -35,7 +36,7 @@ impl<'a> From<&'a [Scene]> for Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// How many.
+    /// How many frames there are.
     pub(super) fn count(&self) -> usize {
         self.states.len().max(self.times_s.len())
     }

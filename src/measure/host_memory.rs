@@ -1,4 +1,4 @@
-//! What the process takes of the host.
+//! The memory that this process takes on the host.
 
 /// Resident memory of this process; none where the system does not say.
 pub(crate) fn host_bytes() -> Option<u64> {

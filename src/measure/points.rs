@@ -4,13 +4,13 @@ use super::compare::LOOKUPS;
 use super::truth::Points;
 use crate::consume::Asked;
 
-/// So many lights have all the points that are wanted each. More lights share that total.
+/// So many lights get all points that are wanted each. More lights share that total.
 const FULLY_ASKED: usize = 8;
 
 /// Points per light at least, however many lights there are.
 const LEAST_POINTS: usize = 32;
 
-/// How many points each of so many lights is asked about, where few lights have `points` each.
+/// Points per light, for `lights` lights, where few lights have `points` each.
 pub(super) fn of_each_light(points: usize, lights: usize) -> usize {
     if lights <= FULLY_ASKED { points } else { (points * FULLY_ASKED / lights).max(LEAST_POINTS.min(points)) }
 }

@@ -14,7 +14,7 @@ pub fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     (squares > 0.0).then(|| product(&x, &y) / squares.sqrt())
 }
 
-/// From 1 for the smallest.
+/// The rank of each value, 1 for the smallest.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let rank = |value: &f64| {
         let (below, equal) = values.iter().fold((0.0, 0.0), |(below, equal), other| match other.total_cmp(value) {

@@ -12,10 +12,10 @@ pub(super) const WARM_UP: Duration = Duration::from_millis(200);
 const GPU_WARM_UP: Duration = Duration::from_millis(50);
 const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 
-/// A device whose clock is seen to be low warms up for longer, at most as long: it may have idled while a truth was made.
+/// The longest warm-up of a device whose clock is low: the device may have idled while a truth was made.
 pub(super) const SLOW_WARM_UP: Duration = Duration::from_secs(6);
 
-/// How often it is asked then.
+/// The time between two looks at the clock then.
 const ASK_AGAIN: Duration = Duration::from_millis(50);
 
 /// When to stop repeating a bake: it may take a minute, and is no part of a frame.
@@ -51,14 +51,14 @@ impl Repeats {
         }
     }
 
-    /// The same in a shorter time, for a row that is only to be chosen.
+    /// The same in a shorter time, for a row that is only compared for a choice.
     pub fn of_choice(self) -> Self {
         Self { budget: self.budget.min(CHOICE_BUDGET), ..self }
     }
 
-    /// Calls `build` with the number of the frame and whether it is timed, and returns what the timed builds came to, one at
-    /// least. Warms up for as long as the device `is_slow`, within limits. Where the budget is spent before the warm-up ends, its
-    /// last build is the only one.
+    /// Calls `build` with the number of the frame and whether the build is timed. Returns the results of the timed
+    /// builds, at least one. Warms up for as long as the device `is_slow`, within limits. Where the budget is spent
+    /// before the warm-up ends, the last build of the warm-up is the only result.
     ///
     /// # Errors
     /// Those of `build`.
@@ -94,7 +94,7 @@ impl Repeats {
 mod tests {
     use super::*;
 
-    /// How many of the builds are timed, and the frames of all of them, where each takes so long.
+    /// How many of the builds are timed, and the frames of all builds, where each build takes `takes`.
     fn run(repeats: &Repeats, takes: Duration) -> (usize, Vec<usize>) {
         let (mut frames, mut timed) = (Vec::new(), 0);
         let build = |frame, is_timed| {

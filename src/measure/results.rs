@@ -1,6 +1,7 @@
-//! The schema of `results.json`, version 3: errors are over all points, with the part within a technique's own resolution beside
-//! them; before, they were over the rest alone. What a row does not have is absent, never zero. Fields may be added to a version,
-//! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
+//! The schema of `results.json`, version 3. Errors are over all points, and those within a technique's own resolution
+//! are also given separately; in earlier versions, errors were over the other points alone. A value that a row does not
+//! have is absent, never zero. Fields may be added to a version, and are missing in older files; [`Results::read`]
+//! takes files of versions 1 and 2 too.
 
 use crate::gpu::{Executable, Features, PassCounts};
 use crate::measure::{CasterError, ColorError, FootprintError, PointError, Shard, Steadiness, Timing};
@@ -107,8 +108,8 @@ pub struct Row {
     /// Casters of the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unseen: Vec<String>,
-    /// The first build since the technique was opened, device time: commands that were recorded again, since a buffer had too little room,
-    /// count. New in version 3.
+    /// Device time of the first build since the technique was opened, with commands that were recorded again because a
+    /// buffer had too little room. New in version 3.
     #[serde(default)]
     pub first_ns: Option<f64>,
     /// The same, host time. New in version 3.
@@ -124,15 +125,15 @@ pub struct Row {
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
     pub lookup_ns_per_million: Option<Timing>,
-    /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1 and 2
-    /// without the meshes where `shading=forward`. On slow devices of one sample, which is not warmed up.
+    /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1
+    /// and 2 without the meshes where `shading=forward`. Slow devices have one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
     /// A build and `draw_ns`: the time of a frame whose light has moved; for baked techniques in a still world, `draw_ns` alone (before,
     /// the bake too). New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
-    /// The passes of a build, in order; and, though no part of it, before them `world.move` where the world moves, or
-    /// `simulate.step`, all steps of a frame together, where the device simulates it.
+    /// The passes of a build, in order. Before them, though no part of the build, is `world.move` where the world
+    /// moves, or `simulate.step`, all steps of a frame together, where the device simulates it.
     pub passes: Vec<PassTiming>,
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -151,7 +152,8 @@ pub struct Row {
     pub counters: BTreeMap<String, u64>,
     /// Against the f64 reference.
     pub error: Option<RowError>,
-    /// The lowest mean absolute map error of any curve of as many nodes with its vertices on the true curve.
+    /// The lowest mean absolute map error that a curve with as many nodes can have, if its vertices lie on the true
+    /// curve.
     pub limit_mean_abs: Option<f64>,
     /// Standard error of the map error's mean absolute, since only a sample of the covered texels was asked. Absent where all were. New in
     /// version 2.
@@ -220,7 +222,7 @@ pub struct RowError {
     pub image: Option<ImageError>,
 }
 
-/// Errors of pictures of frames one after the other.
+/// Errors of pictures of consecutive frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FramesError {
     /// Root mean square over frames, pixels and channels, display-referred [0, 1].
@@ -253,7 +255,7 @@ pub fn built_from() -> (Option<String>, Option<bool>) {
 }
 
 impl Results {
-    /// What made it: `0.1.0, commit 1a2b3c4d5, changed`, as far as it says.
+    /// The program that made the results: `0.1.0, commit 1a2b3c4d5, changed`, as far as the file says.
     pub fn edition(&self) -> String {
         let commit = self.commit.as_ref().map(|commit| format!(", commit {}", commit.get(..9).unwrap_or(commit)));
         let changed = if self.changed == Some(true) { ", changed" } else { "" };
@@ -265,7 +267,7 @@ impl Results {
     /// # Errors
     /// [`Error::Input`] names the file where it is missing, cut off, no results at all, or of a newer version.
     pub fn read(path: &Path) -> Result<Self> {
-        /// All that is read before it is known whether the rest can be.
+        /// The part that is read first, to know whether the rest can be read.
         #[derive(Deserialize)]
         struct Version {
             schema: u32,
@@ -292,7 +294,8 @@ impl Results {
             for row in &mut results.rows {
                 let Some(error) = &mut row.error else { continue };
                 let sampled = error.map.and_then(|map| map.within).is_some_and(|within| within.points > 0);
-                // The first is over a part of the points, and so are the second's classes, which do not say of how many more.
+                // In these files the standard error is over a part of the points. So are the classes of `casters`,
+                // which do not say how many points are left out.
                 row.standard_error = row.standard_error.filter(|_| !sampled);
                 error.casters = None;
                 let kinds = [&mut error.map, &mut error.space, &mut error.surface];
@@ -311,12 +314,13 @@ impl PassTiming {
     }
 }
 
-/// A default that had a word, and is `auto` now: technique, key, word. They are the same but with `detail=adaptive`.
+/// A default that older files write as a word, and that is `auto` now: technique, key, word. Both mean the same, except
+/// with `detail=adaptive`.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Row {
-    /// The value of a key of its variant. Where it is the default, it is in this version's word, whatever it was in that of the program
-    /// that wrote the row.
+    /// The value of a key of its variant. A default is in this version's word, whatever word the program that wrote the
+    /// row used.
     pub fn value(&self, key: &str) -> Option<&str> {
         let value = self.variant.get(key)?;
         let was = (self.technique.as_str(), key, value.as_str()) == WAS;

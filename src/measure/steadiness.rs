@@ -14,13 +14,13 @@ const STEADY_SPREAD: f64 = 1.3;
 /// The part of its highest clock below which a device is slow.
 const STEADY_CLOCK: f64 = 0.9;
 
-/// The part of the processors that others may use before it is seen in times.
+/// The part of the processors that other processes may use before times show it.
 const QUIET: f64 = 0.25;
 
 /// Observations while builds were timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Steadiness {
-    /// 95th over 5th percentile of a build's device time, of its host time where there is no other.
+    /// 95th over 5th percentile of a build's device time, or of its host time where there is no device time.
     pub spread: Option<f64>,
     /// The lowest and the highest clock of the device that were seen, MHz. Absent where nothing tells it.
     pub clock_mhz: Option<[f64; 2]>,
@@ -28,7 +28,7 @@ pub struct Steadiness {
     pub highest_mhz: Option<f64>,
     /// The part of the processors that other processes used meanwhile, in [0, 1]. Absent where nothing tells it.
     pub busy: Option<f64>,
-    /// Whether the row was measured a second time, since the first was not steady: the steadier of the two stands.
+    /// Whether the row was measured a second time because the first was not steady; the steadier of the two is kept.
     pub measured_again: bool,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Asks a driver for the clock of a device; of software devices, and where no library tells it, there is none.
+/// Asks a driver for the clock of a device. There is no clock for software devices, and where no library reports it.
 pub(super) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
@@ -118,7 +118,7 @@ impl ClockMeter {
         now.zip(self.highest_mhz).is_some_and(|(now, highest)| now < STEADY_CLOCK * highest)
     }
 
-    /// The clock did not come up.
+    /// Notes that the clock did not come up.
     pub(super) fn give_up(&self) {
         self.stays_low.store(true, Ordering::Relaxed);
     }
@@ -129,8 +129,8 @@ impl ClockMeter {
     }
 }
 
-/// Processor time since the machine started, hundredths of a second (proc(5)): for all processes, spent or not, and for
-/// this one.
+/// Processor time since the machine started, hundredths of a second (proc(5)): of all processors, the idle part of
+/// that, and of this process.
 #[derive(Clone, Copy)]
 struct Jiffies {
     all: f64,
@@ -154,7 +154,7 @@ impl Jiffies {
         Some(Self { all: times.iter().sum(), idle: times.get(3)? + times.get(4)?, own: own[0]? + own[1]? })
     }
 
-    /// The part of all processors' time that other processes had in between.
+    /// The share of all processors' time since `before` that other processes used.
     fn others_since(self, before: Self) -> Option<f64> {
         let all = self.all - before.all;
         let others = (all - (self.idle - before.idle) - (self.own - before.own)).max(0.0);

@@ -14,7 +14,7 @@ pub const SUBMISSION: u32 = 1;
 /// The schema of the rows in the first submissions.
 const FIRST_SCHEMA: u32 = 3;
 
-/// The file.
+/// The content of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Submission {
     /// [`SUBMISSION`].
@@ -27,9 +27,9 @@ pub struct Submission {
     pub seconds: f64,
     /// Layers and tools that were active.
     pub layers: Vec<Tool>,
-    /// Layers that the environment names, which need not tell of themselves.
+    /// Layers that the environment names, which do not have to report themselves.
     pub environment: Vec<String>,
-    /// Whether the validation layer looked on; then times are no measure.
+    /// Whether the validation layer was active; then times mean nothing.
     pub validation: bool,
     /// Its messages, and its failures.
     pub failed: Vec<String>,
@@ -69,7 +69,7 @@ pub fn noise(rows: &[Row]) -> Option<f64> {
 }
 
 impl Submission {
-    /// Reads one.
+    /// Reads a submission.
     ///
     /// # Errors
     /// [`Error::Input`] names the file where it is missing, no submission, or of a newer version.
@@ -90,7 +90,7 @@ impl Submission {
         Ok(read)
     }
 
-    /// Why it does not count, as far as the file itself says; nothing where it does.
+    /// Why it does not count, as far as the file itself says; nothing where it counts.
     ///
     /// # Errors
     /// Those of [`standard::scenes`].

@@ -37,7 +37,7 @@ impl Extent {
         }
     }
 
-    /// With maps and tests of techniques' resolutions.
+    /// Whether maps, and tests of techniques' resolutions, are included.
     pub(super) fn is_whole(self) -> bool {
         matches!(self, Self::Sample | Self::Full)
     }
@@ -53,7 +53,7 @@ const PICTURE_TRIES: f64 = 1e9;
 /// The smallest picture that says anything, pixels across.
 const LEAST_WIDTH: u32 = 80;
 
-/// Steps for the limits, at most, as [`limit_steps`] counts them.
+/// The most steps for the limits, as [`limit_steps`] counts them.
 const LIMIT_STEPS: f64 = 2e9;
 
 /// Node counts that the limit is computed for.
@@ -77,16 +77,17 @@ pub(crate) struct Points {
     pub light: usize,
     pub positions: Vec<[f32; 3]>,
     pub visibility: Vec<f64>,
-    /// The same of red, green and blue light; empty where all light is taken alike.
+    /// The truth for red, green and blue light; empty where casters absorb all colors alike.
     pub colors: Vec<[f64; 3]>,
-    /// Where they lie on meshes.
+    /// The points as surface points, where they lie on meshes.
     surface: Vec<SurfacePoint>,
-    /// Per point, the side that light is asked for on, unit length; empty for points in space.
+    /// Per point, the unit normal of the side on which light is asked for; empty for points in space.
     pub normals: Vec<[f32; 3]>,
     /// Per point, how far the nearest mesh on the way is from the light and from the point, as
-    /// [`Casters::caster_distances`]; empty where a row is only to be chosen.
+    /// [`Casters::caster_distances`]; empty where rows are only compared for a choice.
     pub casters: Vec<[f64; 2]>,
-    /// Whether each point is in the boundary, for each resolution that was asked about.
+    /// Whether each point is nearer to an opaque shadow's edge than the resolution, for each set of resolutions that
+    /// was asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
 
@@ -98,7 +99,7 @@ impl Points {
     }
 }
 
-/// In maps of the same views, and the limits over all.
+/// The truth in maps of the same views, and the limits over all of these maps.
 pub(crate) struct MapsTruth {
     /// Points of each map that covers something.
     pub maps: Vec<Points>,
@@ -194,8 +195,8 @@ impl<'a> Truth<'a> {
     }
 
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
-        // Made before, and not by whichever of the threads comes first: making them is shared out among these too, and a thread
-        // that took a point meanwhile would wait for itself.
+        // The casters are made before the parallel loop, and not by whichever thread comes first. Making them is shared
+        // out among the same threads, and a thread that took a point meanwhile would wait for itself.
         let casters = self.casters();
         let visibility = |p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();
@@ -245,7 +246,7 @@ impl<'a> Truth<'a> {
         self.wanted.extent != Extent::Glance
     }
 
-    /// In maps of these views, which many variants share.
+    /// The truth in maps of these views, which many variants share.
     pub fn maps(&self, views: Vec<View>) -> Arc<MapsTruth> {
         self.maps.get(views, |views| {
             let most = if self.wanted.extent == Extent::Full { usize::MAX } else { SAMPLED_TEXELS };
@@ -253,7 +254,7 @@ impl<'a> Truth<'a> {
             let count = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum::<u64>();
             let (covered, segments) = (count(|t| t.texels.len() as u64), count(|t| t.segments));
             let steps = LIMIT_STEPS / crate::reference::truth::LIMIT_TEXELS as f64;
-            // A curve without vertices of its own, as splats and volumes make, has none to choose among.
+            // Splats and volumes give curves without vertices, so there are none to choose among.
             let bends = self.scene.gaussians.is_empty() && self.scene.volumes.is_empty();
             let affordable = bends && covered > 0 && limit_steps(segments / covered) <= steps;
             let limits = affordable.then(|| limit_mean_abs(self.casters(), views, &truths, &LIMIT_NODES));
@@ -263,8 +264,9 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Which of `points` lie in the boundary of opaque shadows, one resolution for each map of all lights: none of
-    /// them where there is no resolution, which is to say that the technique is exact. Empty where nothing opaque casts.
+    /// Which of `points` are nearer to an opaque shadow's edge than the technique resolves. `resolution` has one entry
+    /// per map of all lights. It has none where the technique is exact; then no point is. Empty where nothing opaque
+    /// casts.
     pub fn boundary(&self, points: &Points, resolution: &[Resolution]) -> Arc<Vec<bool>> {
         if !self.scene.has_triangles() {
             return Arc::default();
