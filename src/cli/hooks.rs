@@ -1,5 +1,5 @@
-//! For tests: variables of the environment that make devices lesser ones, calls fail and commands do little. The program reads
-//! them where it is started with `--test-hooks`, which `--help` does not name.
+//! For tests: environment variables that lower what devices can do, make calls fail and make commands do little. The
+//! program reads them where it is started with `--test-hooks`, which `--help` does not list.
 
 use super::little;
 use crate::gpu::{Fault, Testing};

@@ -29,7 +29,7 @@ const BELOW_PLOT: i32 = 62;
 const SMALLEST_PLOT_HEIGHT: i32 = 330;
 const LEGEND_LEFT: i32 = PLOT_RIGHT + 24;
 const LEGEND_LINE: i32 = 21;
-/// From the first line of an entry to its second.
+/// Pixels from the first line of an entry to its second.
 const LEGEND_NEXT_LINE: i32 = 15;
 
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
@@ -38,9 +38,10 @@ const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
 /// Coprime to the number of colours, so that thirty series have thirty looks.
 const SHAPES: usize = 5;
 
-/// File names and log-log SVGs, of those plots for which a row has time and error: `time-vs-error.svg`, the build
-/// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel per scene, its Pareto
-/// front marked; and `footprints.svg`, where squares were asked about. An error that a logarithmic axis cannot show stands on a line that says so.
+/// File names and log-log SVGs, for each plot of which a row has time and error: `time-vs-error.svg`, the build against
+/// the map error, and `frame-vs-error.svg`, a frame against the error in space. They have one panel per scene, with its
+/// Pareto front marked. `footprints.svg` is there where means over squares were asked for. An error that a logarithmic
+/// axis cannot show lies on a line that says so.
 pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     let footprints = footprint_plot(results).map(|svg| ("footprints.svg", svg));
     AXES.iter().filter_map(|axes| Some((axes.file, plot(results, axes)?))).chain(footprints).collect()

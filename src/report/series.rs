@@ -32,7 +32,7 @@ pub(super) struct Series {
     pub(super) points: Vec<Point>,
 }
 
-/// The lowest error that so many nodes can have.
+/// The lowest error that a curve with so many nodes can have.
 pub(super) struct Limit {
     /// Mean absolute error.
     pub(super) error: f64,
@@ -56,7 +56,7 @@ pub(super) struct Panel {
     pub(super) error: (f64, f64),
 }
 
-/// One panel for each scene that has a row with both.
+/// One panel for each scene that has a row with a time and an error.
 pub(super) fn panels(results: &Results, axes: &Axes) -> Vec<Panel> {
     let specs = Specs::of(&results.rows);
     scenes(results).into_iter().filter_map(|scene| panel(results, axes, scene, &specs)).collect()
@@ -112,7 +112,7 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
     })
 }
 
-/// Whether no error is above zero, or all of several rows have the same: there is nothing to choose by.
+/// Whether there is nothing to choose by: no error is above zero, or all of several rows have the same error.
 pub(super) fn says_nothing(points: &[(f64, f64)]) -> bool {
     let same = points.len() > 1 && points.iter().all(|point| point.1 == points[0].1);
     same || points.iter().all(|point| point.1 < SMALLEST_ERROR)
@@ -127,7 +127,8 @@ fn series_name(row: &Row, specs: &Specs) -> String {
     one_line(&words.join(" "))
 }
 
-/// One for each number of nodes, if all its rows agree: a sweep over sizes has several, which would be a thicket.
+/// One limit for each number of nodes, if all rows with that number agree. A sweep over sizes has several limits per
+/// number, which would clutter the plot.
 fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
     let mut disputed = Vec::new();

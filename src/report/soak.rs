@@ -11,7 +11,7 @@ use serde::Serialize;
 #[derive(Serialize)]
 struct Page<'a> {
     soaked: &'a Soaked,
-    /// A line a life: its first seed, rounds, seconds, process, bytes.
+    /// One line per life: its first seed, rounds, seconds, process, bytes.
     lives: Vec<[String; 7]>,
     seconds: String,
     failures: usize,

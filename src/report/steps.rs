@@ -38,7 +38,7 @@ impl StepRange {
         [self.least, self.most]
     }
 
-    /// Three bytes per pixel, of pictures of that range.
+    /// Colours of `counts` on the scale of `range`, three bytes per pixel.
     pub fn paint(range: Option<Self>, counts: &[Option<u32>]) -> Vec<u8> {
         let (least, most) = range.map_or((0, 1), |range| (range.least, range.most));
         let colour = |count: u32| step_colour(f64::from(count - least) / f64::from((most - least).max(1)));

@@ -154,7 +154,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
         };
         names.extend(["space", "surface"].into_iter().flat_map(columns));
     }
-    // A prefix, for a counter may be called like a column.
+    // With a prefix, since a counter may have the name of a column.
     names.extend(counters.iter().map(|name| format!("counter_{name}")));
     writer.write_record(&names)?;
     for row in &results.rows {

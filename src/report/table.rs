@@ -47,7 +47,7 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
         let most_dispensable = (0..columns.len()).max_by_key(|&place| columns[place].dispensable);
         match most_dispensable.filter(|_| columns.len() > KEPT_COLUMNS) {
             Some(place) => left_out.push(columns.remove(place).heading),
-            // Some stay: then the spec has to give, as far as it can still be told from others.
+            // The last columns stay. Then the spec is shortened, as far as it can still be told from others.
             None if longest_spec == usize::MAX => {
                 let longest = results.rows.iter().map(|row| specs.compact(row).chars().count()).max().unwrap_or(0);
                 longest_spec = longest.saturating_sub(excess).max(16);
@@ -218,7 +218,7 @@ mod tests {
         assert!(text.contains("failed: device lost at") && !text.contains('\u{1b}'), "{text}");
     }
 
-    /// By their worth, whatever place they have.
+    /// Columns go by their worth, in whatever order they are shown.
     #[test]
     fn what_is_worth_most_stays_longest() {
         let mut rows = vec![row("4", Status::Ok, ""), row("8", Status::Ok, "")];

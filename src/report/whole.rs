@@ -5,14 +5,14 @@ use crate::{Error, Result};
 use std::io::Write;
 use std::path::Path;
 
-/// What a file is called behind its name until it is whole. A process that is killed leaves it.
+/// The suffix of a file's name until the file is whole. A process that is killed leaves such a file.
 const UNFINISHED: &str = ".unfinished";
 
-/// Writes a file next to the one that there may be, which takes its name once it is on the disk. What is no regular file (a
-/// pipe, say) is written to as it is.
+/// Writes a new file beside `path`, which takes that name once it is on the disk. Where `path` is no regular file (a
+/// pipe, say), the bytes are written to it directly.
 ///
 /// # Errors
-/// [`Error::Output`] names the file; what was there is as it was.
+/// [`Error::Output`] names the file; an old file is as it was.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let written = || -> std::io::Result<()> {
         if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {

@@ -5,7 +5,7 @@ use crate::measure::{Row, Status, Timing};
 use crate::technique::REGISTRY;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Stands where a row has no value.
+/// The text where a row has no value.
 pub(super) const NOTHING: &str = "–";
 
 /// Three significant digits: `0.0142`, `1.20`, `4.70e-5`; `0` for exactly zero.
@@ -115,7 +115,7 @@ pub(super) fn shortened(text: &str, limit: usize) -> String {
     characters[..head].iter().chain(&['…']).chain(tail).collect()
 }
 
-/// `refused: …` or `failed: …`, once.
+/// `refused: …` or `failed: …`, with that word only once.
 pub(super) fn outcome(row: &Row) -> String {
     let status = status_word(row.status);
     let reason = one_line(&row.reason);
@@ -139,24 +139,24 @@ pub(super) fn status_word(status: Status) -> &'static str {
 pub(super) struct Specs {
     /// Key and value with the techniques that have it, or no name when every row has it.
     shared: Vec<(String, String, Vec<String>)>,
-    /// Techniques with their keys that tell no rows apart.
+    /// Techniques with those of their keys that tell none of their rows apart.
     silent: BTreeSet<(String, String)>,
 }
 
-/// What a key of a technique is where a spec does not say.
+/// The default of a technique's key.
 fn default(technique: &str, key: &str) -> Option<&'static str> {
     let entry = REGISTRY.iter().find(|entry| entry.name == technique)?;
     keys(entry).find(|known| known.name == key).map(|known| known.default)
 }
 
 impl Specs {
-    /// A key is shared, and so left out of the rows' specs, when every row that has it agrees, or every row of a technique has its default:
-    /// if two techniques differ in it, that tells none of their rows apart. A single row shares with no other, and its spec has what is not
-    /// the default.
+    /// A key is shared, and left out of the rows' specs, where all rows that have it agree, or where all rows of a
+    /// technique have its default. A key in which only two techniques differ tells none of their rows apart. A single
+    /// row shares with no other; its spec has the keys that differ from their defaults.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
-        // Each value in the row's words and in today's: a default under an older name is still the default, unless rows with both names
-        // stand beside each other.
+        // Each value in the row's word and in today's. A default under an older word is still the default, unless rows
+        // with both words are in one table.
         let mut keys: BTreeMap<&str, BTreeMap<&str, BTreeMap<&str, &str>>> = BTreeMap::new();
         for row in rows {
             // The path that ran has a column of its own, whatever the spec asked for.
@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(labels(&["avsm:nodes=4,size=64"]).0, ["avsm:nodes=4,size=64"]);
     }
 
-    /// `storage=` is 8 bits of the one and half a curve's of the other; each has one value only.
+    /// `storage=` means different things for two techniques, and each of them has one value only.
     #[test]
     fn what_only_one_technique_has_is_no_label() {
         let (names, shared) = labels(&["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
@@ -291,10 +291,10 @@ mod tests {
             assert!(shared.contains(words), "{words} is not in {shared}");
         }
         assert!(!shared.contains("size=64") && !shared.contains("nodes=") && !shared.contains("skip=on ("), "{shared}");
-        // What differs between its own rows is one.
+        // A key that differs between a technique's own rows is a label.
         let names = labels(&["psm", "psm:storage=rgba16f", "avsm"]).0;
         assert_eq!(names, ["psm:storage=rgba8", "psm:storage=rgba16f", "avsm"]);
-        // What all agree in is none, default or not.
+        // A key in which all rows agree is no label, at its default or not.
         let (names, shared) = labels(&["avsm:size=64", "psm:size=64"]);
         assert!(names == ["avsm", "psm"] && shared.contains("size=64"), "{names:?}, {shared}");
     }
