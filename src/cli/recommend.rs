@@ -19,9 +19,9 @@ use std::process::ExitCode;
 /// The key that says how opaque maps are drawn.
 const OPAQUE: &str = "opaque";
 
-/// Timed frames, and warm-up frames before them. The first look at software devices needs no warm-up, as they have no
-/// clock rate to reach; `COARSE` is the first look at other devices, and `FINE` the second look at the rows that are
-/// left.
+/// Timed frames, and warm-up frames before them: of the first look on a software device, which needs no warm-up as it
+/// has no clock rate to reach; of the first look on other devices; of the second look, at the specs that are left; and
+/// of `--thorough`, as in `compare`.
 const COARSE_SOFTWARE: [usize; 2] = [2, 0];
 const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
