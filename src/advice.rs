@@ -16,7 +16,7 @@ pub(crate) fn advised(error: Error) -> Error {
     }
 }
 
-/// None where the library's words say all.
+/// None where the library's own words are enough.
 fn typed(way_out: &WayOut) -> Option<String> {
     Some(match way_out {
         WayOut::Less(less) => format!("use {}", one_of(less.iter().map(of_less))),

@@ -16,7 +16,7 @@ pub struct Engine {
     frames: Vec<(vk::CommandBuffer, vk::Fence)>,
 }
 
-/// Runs an example; without a driver it says why it does not.
+/// Runs an example. Where there is no driver, it prints so.
 pub fn runs(example: impl FnOnce(&Engine) -> Result<()>) {
     // SAFETY: as in any program that uses Vulkan.
     let Some(engine) = (unsafe { Engine::open() }) else {

@@ -48,8 +48,8 @@ pub struct Binding {
     pub descriptor: vk::DescriptorType,
     /// Its GLSL type: `gobo_avsm_Light[]`, `sampler2D`.
     pub glsl: &'static str,
-    /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 for bindings other than
-    /// buffers.
+    /// In scalar layout, the bytes of one element of a buffer that is an array, or of all of any other buffer; 0 for
+    /// bindings that are not buffers.
     pub stride: u32,
     /// Its content.
     pub about: &'static str,
@@ -75,7 +75,7 @@ include!(concat!(env!("OUT_DIR"), "/glsl.rs"));
 /// The file of a technique: `avsm`, `beer-shadow-map`.
 ///
 /// # Errors
-/// [`Error::Input`] where there is none, with the names of those that there are.
+/// [`Error::Input`] where no technique has that name, with the names that there are.
 pub fn file(technique: &str) -> Result<&'static File> {
     let line = |text: &str| text.replace(char::is_control, "?");
     FILES.iter().find(|file| file.technique == technique).ok_or_else(|| {

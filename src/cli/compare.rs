@@ -26,11 +26,11 @@ use std::process::ExitCode;
 /// A scene of meshes with more lights than this counts as one of many lights.
 const FEW_LIGHTS: usize = 8;
 
-/// How often a row that seems slower than its baseline is measured again: a build that is slower stays slower, while a disturbance by
-/// another program passes.
+/// How many times a row that seems slower than its baseline is measured again. A build that is slower stays slower,
+/// while a disturbance by another program passes.
 const MEASURED_AGAIN: u32 = 2;
 
-/// Pixels of a picture of a quick look, and on a software device where no technique is named.
+/// Size of a picture, pixels, in a quick look, and on a software device where no technique is named.
 pub(super) const SMALL_PICTURE: [u32; 2] = [320, 180];
 
 #[derive(Args)]
@@ -460,7 +460,8 @@ pub(super) fn exit_code(results: &Results) -> ExitCode {
     if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Scenes of one name, such as smoke.ply and smoke.toml, get numbers: their pictures are files.
+/// Gives numbers to scenes with the same name, such as smoke.ply and smoke.toml: their names are used for the files of
+/// pictures.
 fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
     for i in 1..scenes.len() {
         let (before, rest) = scenes.split_at_mut(i);

@@ -411,7 +411,7 @@ mod tests {
     use super::*;
     use crate::measure::{PointError, RowError};
 
-    /// Every technique that sees all of a scene is a candidate there, and none that does not.
+    /// Every technique that sees all of a scene is a candidate for it, and no technique that does not.
     #[test]
     fn each_technique_is_looked_at_where_it_sees_all() {
         for name in ["cornell", "plume_8k", "town"] {
@@ -427,8 +427,8 @@ mod tests {
         }
     }
 
-    /// Under meshes alone one technique stands for all that draw the same maps; techniques that keep meshes in other ways stay, and so do
-    /// all under smoke.
+    /// In a scene of meshes alone, one technique represents all that draw the same maps. Techniques that keep meshes in
+    /// other ways stay, and in a scene of smoke all techniques stay.
     #[test]
     fn opaque_maps_are_looked_at_once() {
         let names = |name: &str| {

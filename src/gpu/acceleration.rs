@@ -26,7 +26,7 @@ struct Inner {
     over: Over,
 }
 
-/// The geometry that it is built from.
+/// The geometry that a structure is built from.
 enum Over {
     Triangles { corners: Buffer, indices: Buffer, count: u32 },
     Boxes { boxes: Buffer, count: u32 },

@@ -93,7 +93,8 @@ impl<'a> Commands<'a> {
         self.frame
     }
 
-    /// Records a pass: waits for all commands before, labels and times those that `record` adds.
+    /// Records a pass: waits for all earlier commands, then records those that `record` adds, with a label and their
+    /// time.
     pub fn pass(&mut self, name: &str, record: impl FnOnce(&mut Pass<'_, 'a>)) {
         self.record_pending();
         self.barrier(
@@ -131,8 +132,8 @@ impl<'a> Commands<'a> {
         true
     }
 
-    /// Behind the last pass: the end of passes that are timed together, copies to read back, and a barrier, so that
-    /// later commands see all of it.
+    /// Records what comes behind the last pass: the end of passes that are timed together, copies to read back, and a
+    /// barrier, so that later commands see all of it.
     pub(super) fn finish(&mut self) -> Recorded {
         self.record_pending();
         if !self.times_passes && self.passes > 0 {
@@ -268,7 +269,7 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(groups.kept());
     }
 
-    /// Writes `data`, as far as there is room, to the start of `buffer`; it travels in the commands themselves.
+    /// Writes `data`, as far as there is room, to the start of `buffer`. The data are part of the commands.
     pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let bytes = &bytes[..bytes.len().min(buffer.bytes() as usize)];

@@ -1,4 +1,4 @@
-//! A context: a device, the caller's or its own, and data that is on its way there.
+//! A context: a device, opened here or the caller's, and data on its way to the device.
 
 use super::device::{Device, Handle, Memory, Parts, allocation_error};
 use super::executables::Executables;
@@ -192,12 +192,12 @@ impl Context {
         self.0.device.features()
     }
 
-    /// Layers and tools that are active on it and say so; none are known of an adopted device.
+    /// Layers and tools that are active on the device and report themselves; none for an adopted device.
     pub fn tools(&self) -> &[Tool] {
         &self.0.tools
     }
 
-    /// The validation layer's messages, those about objects that were never freed included.
+    /// The validation layer's messages, including those about objects that were never freed.
     pub fn messages(&self) -> &Messages {
         self.0.device.messages()
     }

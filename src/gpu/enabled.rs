@@ -237,7 +237,8 @@ impl EnabledStructures {
 }
 
 impl Requirement {
-    /// Features that meet the requirement, beside [`Enabled::FLOOR`]; any one of these is enough.
+    /// Sets of features that meet the requirement, each in addition to [`Enabled::FLOOR`]. Any one of the sets is
+    /// enough.
     pub fn any_of(self) -> Vec<Enabled> {
         let none = Enabled::NONE;
         let geometry = Enabled { geometry_shader: true, multi_viewport: true, ..none };

@@ -93,7 +93,7 @@ pub(crate) fn submission(submit: impl FnOnce() -> VkResult<()>) -> VkResult<()> 
     if fails(Call::Submission) { Err(vk::Result::ERROR_DEVICE_LOST) } else { submit() }
 }
 
-/// The result of `wait`, or the fault: the device runs on, so it is waited for in any case.
+/// The result of `wait`, or the fault. The device really runs in either case, so `wait` is always called.
 pub(super) fn wait(wait: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
     let fails = fails(Call::Wait);
     wait().and(if fails { Err(vk::Result::ERROR_DEVICE_LOST) } else { Ok(()) })
@@ -105,7 +105,7 @@ pub(crate) fn write() -> std::io::Result<()> {
     if fails(Call::Write) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }
 }
 
-/// As the program ends, where a fault was asked for: how many calls of each kind there were.
+/// How many calls of each kind there were, for the end of the program; none unless a fault was asked for.
 #[cfg(feature = "program")]
 pub(crate) fn counted() -> Option<String> {
     let of = |(name, call): (&str, Call)| format!("{name} {}", MADE[call as usize].load(Ordering::Relaxed));

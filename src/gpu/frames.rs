@@ -31,7 +31,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// The times of its passes; none where it is not over.
+    /// The times of its passes; none where the frame is not over.
     fn times(&self) -> Vec<PassTime> {
         let read = |(queries, names): &(Queries, String)| {
             queries.read(names, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()

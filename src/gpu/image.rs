@@ -92,7 +92,7 @@ impl Image {
     /// A 3D image of `size` texels with undefined content.
     ///
     /// # Errors
-    /// As [`Image::new`], and where it is drawn to and a render cannot have as many layers.
+    /// As [`Image::new`]; also where the volume is drawn to and has more layers than a render can have.
     pub fn volume(context: &Context, name: &str, format: vk::Format, size: [u32; 3], drawn: bool) -> Result<Self> {
         let limit = context.features().max_framebuffer_layers;
         if drawn && size[2] > limit {

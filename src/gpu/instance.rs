@@ -1,4 +1,4 @@
-//! The instance, the choice of a device, and how it is opened, for a context that is not given one.
+//! The instance, the choice of a device, and how the device is opened, for a context that opens its own.
 
 use super::validation::{is_gpu_assisted, messenger_info};
 use super::{Enabled, Features, Messages, fault, vk_error};

@@ -1,4 +1,4 @@
-//! Limits of a device, by their Vulkan names: how much of each is wanted, and whether a device has as much.
+//! Limits of a device, by their Vulkan names: how much of each is needed, and whether a device has that much.
 
 use super::Features;
 use super::features::STORAGE_BUFFERS;

@@ -24,7 +24,7 @@ impl<'a> Pass<'_, 'a> {
         self.render_area([0, 0], size, colors, depth, record);
     }
 
-    /// The same over the `size` texels from `corner` on: the others are neither drawn nor cleared.
+    /// As [`Pass::render`], over the `size` texels from `corner` on. The other texels are neither drawn nor cleared.
     pub fn render_area(
         &mut self,
         corner: [u32; 2],

@@ -1,4 +1,4 @@
-//! A compiled shader. Those of the program are in [`crate::shaders`].
+//! A compiled shader. The program's own shaders are in [`crate::shaders`].
 
 /// SPIR-V, aligned for Vulkan, which reads it in words.
 #[repr(C, align(4))]

@@ -27,7 +27,7 @@ impl Context {
     /// As [`Context::submit`], but nothing runs where recording fails.
     ///
     /// # Errors
-    /// That of `record`, else as [`Context::submit`].
+    /// The error of `record`, or one of [`Context::submit`].
     pub fn try_submit(&self, record: impl FnOnce(&mut Commands) -> Result<()>) -> Result<Vec<PassTime>> {
         let fail = |r| {
             self.note_lost(r);

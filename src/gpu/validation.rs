@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct Allowed {
     /// The message's id.
     pub id: &'static str,
-    /// Only where the text has this, so that the entry hides nothing else.
+    /// A part of the text that the message must have, so that the entry hides no other message.
     pub contains: &'static str,
     /// Why it may be ignored.
     pub reason: &'static str,

@@ -102,7 +102,8 @@ pub(super) struct Lists {
     sort: Kernel<GridPush>,
 }
 
-/// Room for so many pairs, words, their prefix sums, and unsorted triangles.
+/// Buffers with room for `pairs` pairs, for `words` words of lists, for the words' prefix sums, and for unsorted
+/// triangles.
 fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
@@ -169,7 +170,7 @@ impl Lists {
         self.list(commands, world, world.triangle_count());
     }
 
-    /// Makes lists of so many triangles or casters.
+    /// Records the passes that make the lists of `count` triangles or casters.
     fn list(&self, commands: &mut Commands, world: &World, count: u32) {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());

@@ -22,7 +22,7 @@ const MASK_BYTES: u64 = 8;
 pub(super) struct Masks {
     context: Context,
     size: u32,
-    /// As glsl/grid/masks.glsl has them.
+    /// The masks, in the layout of glsl/grid/masks.glsl.
     pub(super) words: Buffer,
     runs: Buffer,
     /// How many voxels are occupied, for the host.

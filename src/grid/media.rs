@@ -23,7 +23,7 @@ pub struct Holds {
 /// A number per voxel, and bits that say which voxels have one.
 pub(super) struct Media {
     size: u32,
-    /// As glsl/grid/media.glsl has them: optical depths of one voxel's length, brick by brick.
+    /// Optical depths of one voxel's length, brick by brick, in the layout of glsl/grid/media.glsl.
     pub(super) voxels: Buffer,
     /// In the order of the grid's.
     pub(super) bits: Buffer,

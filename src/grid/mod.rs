@@ -39,7 +39,7 @@ const LARGE_GROUPS: u32 = 1024;
 /// each, and how many for all workgroups together.
 const LISTS_BYTES: u64 = 8;
 
-/// Where a grid stands. Twin: Grid in glsl/grid/grid.glsl.
+/// The place of a grid. Twin: Grid in glsl/grid/grid.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GridData {
@@ -135,11 +135,11 @@ struct Plan {
 pub struct GridBuffers<'a> {
     /// [`GridData`].
     pub data: &'a Buffer,
-    /// A bit per voxel, set where a mesh meets it, and those of the levels above.
+    /// A bit per voxel, set where a mesh meets the voxel, and the bits of the levels above.
     pub bits: &'a Buffer,
     /// Optical depth of each voxel's smoke and hair.
     pub media: &'a Buffer,
-    /// A bit per voxel, set where it has some, and those of the levels above.
+    /// A bit per voxel, set where the voxel has smoke or hair, and the bits of the levels above.
     pub media_bits: &'a Buffer,
     /// The counts of cells for cones, or the lists of triangles in a grid that has them.
     pub cells: &'a Buffer,
@@ -148,7 +148,7 @@ pub struct GridBuffers<'a> {
 }
 
 impl Grid {
-    /// A grid of `size` voxels per side, a power of two from 64 to 512, about all that casts in `world`.
+    /// A grid of `size` voxels per side, a power of two from 64 to 512, about all casters of `world`.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of a number per voxel and there is smoke or hair,

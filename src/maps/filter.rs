@@ -32,7 +32,7 @@ impl Filter {
         constants.set(FILTER, self.kind as u32).set(FILTER_RADIUS, self.radius)
     }
 
-    /// Texels around a texel from which look-ups read it: bilinear weights reach one away.
+    /// How many texels away from a texel look-ups still read it: bilinear weights reach one away.
     pub fn reach(self) -> u32 {
         1 + if self.kind == FilterKind::Bilinear { 0 } else { self.radius }
     }

@@ -1,5 +1,5 @@
-//! The views of all maps, fitted on the device to the casters and meshes as they are now.
-//! Twin: [`crate::reference::twin::fit`].
+//! The views of all maps, fitted on the device to the present casters and meshes. Twin:
+//! [`crate::reference::twin::fit`].
 
 use super::Map;
 use crate::Result;

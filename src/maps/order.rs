@@ -52,7 +52,7 @@ pub struct ItemData {
 
 /// Keys, the sort and its result.
 pub struct Order {
-    /// Caster indices, those of map m from m · capacity on.
+    /// Caster indices: map m's from `m · capacity` on.
     pub sorted: Buffer,
     /// [`ItemData`], in two halves: a round reads one half and writes the other.
     pub items: Buffer,

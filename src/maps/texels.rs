@@ -68,7 +68,8 @@ pub trait TexelPasses {
 pub struct Texels {
     /// The image that look-ups bind.
     pub image: Image,
-    /// The texels of coarser levels (maps/image_levels.glsl); a stand-in where there are none.
+    /// The texels of coarser levels (maps/image_levels.glsl); a buffer that nothing reads where there are no such
+    /// levels.
     pub coarser: Buffer,
     levels: Option<Levels>,
     way: Way,

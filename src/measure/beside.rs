@@ -57,7 +57,7 @@ pub struct Disagreement {
     pub values: Vec<Option<f64>>,
     /// The largest less the smallest.
     pub apart: f64,
-    /// The same as a share of the smallest; infinite where that is 0.
+    /// `apart` as a share of the smallest value; infinite where that is 0.
     pub share: f64,
     /// The column without which the others agree, if there is one.
     pub odd: Option<usize>,
@@ -144,7 +144,7 @@ impl Beside {
         line.any(&self.columns)
     }
 
-    /// Places of the lines that two columns or more have; all where there is one column.
+    /// Indices of the lines that two columns or more have; of all lines where there is one column.
     pub fn shared(&self) -> impl Iterator<Item = usize> + '_ {
         let least = self.columns.len().min(2);
         (0..self.lines.len()).filter(move |&line| self.lines[line].rows.iter().flatten().count() >= least)
@@ -371,7 +371,7 @@ fn lines(columns: &[Column]) -> Vec<Line> {
 /// Names each column by its device where that tells it from the others, else with the driver, else with the commit,
 /// else with the file.
 fn name(columns: &mut [Column]) {
-    // In brackets stand versions of the parts; behind a dash stands that of a distribution's package.
+    // Brackets hold versions of the driver's parts; behind a dash is the version of a distribution's package.
     let whole = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
     let short = |text: &str| {
         let words = whole(text);

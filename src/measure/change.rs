@@ -54,7 +54,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// How much more it is now, as a share of the earlier figure; nothing where that was 0.
+    /// How much larger the figure is now, as a share of the earlier figure; nothing where the earlier figure was 0.
     pub fn share(&self) -> Option<f64> {
         (self.before != 0.0).then(|| self.now / self.before - 1.0)
     }
@@ -94,7 +94,7 @@ pub enum Change<'a> {
 }
 
 impl Change<'_> {
-    /// The row, of now where it is still there.
+    /// The row as it is now, or the earlier row where it is gone.
     pub fn row(&self) -> &Row {
         match self {
             Self::Both { now, .. } | Self::Status { now, .. } => now,

@@ -1,4 +1,4 @@
-//! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
+//! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
 
 use super::color::ColorAnswers;
 use super::flicker::Flicker;
@@ -32,16 +32,16 @@ pub const LOOKUPS: usize = 1_000_000;
 /// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
 const MOMENTS: usize = 5;
 
-/// Points at which a moving world is watched, for each light, or fewer where there are many.
+/// Points per light at which a moving world is watched; fewer where there are many lights.
 const WATCHED: usize = 2048;
 
-/// Processors that measuring keeps for itself while the truth is computed beside it.
+/// Processors that are left for measuring while others compute the truth.
 const KEPT_PROCESSORS: usize = 2;
 
 /// How much to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Builds that are timed where the world stands still; fewer for baked techniques that take long.
+    /// Builds that are timed in a still world; fewer for baked techniques that take long.
     pub frames: usize,
     /// Frames that warm up before those, and are not timed.
     pub warm_up: usize,
@@ -80,7 +80,7 @@ pub struct Case<'a> {
     pub(super) effort: Effort,
     /// Pictures of consecutive frames, once they are asked for.
     references: OnceCell<Arc<Vec<Picture>>>,
-    /// The bounce of light that virtual lights stand for, once asked for.
+    /// The bounce of light that virtual lights represent; computed when first asked for.
     bounce: OnceCell<Bounce>,
     /// Means over areas, once asked for.
     footprints: OnceCell<Footprints>,
@@ -194,7 +194,7 @@ struct Moments {
 }
 
 impl Case<'_> {
-    /// The picture lit by the truth, if there is one by now.
+    /// The picture lit by the truth; none where it has not been made.
     pub fn reference(&self) -> Option<&Picture> {
         let last = self.truths.last().filter(|truth| self.effort.truth != Extent::None && truth.has_picture())?;
         last.picture().map(|lit| &lit.picture)

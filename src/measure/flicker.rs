@@ -5,7 +5,7 @@ use super::truth::Points;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// How answers at fixed points change from frame to frame, beside how the truth does.
+/// How answers at fixed points change from frame to frame, compared with the changes of the truth.
 #[derive(Default)]
 pub(super) struct Flicker {
     before: Option<(Answers, Vec<bool>)>,

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// Sides of the squares, in texels of a map of 256 texels per side that is fitted to the casters.
 pub const FOOTPRINTS: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
 
-/// Texels per side of the map that footprints are told in.
+/// Texels per side of the map whose texels are the unit of [`FOOTPRINTS`].
 const MAP: u32 = 256;
 
 /// Points that are asked, of all lights together.
@@ -27,8 +27,8 @@ pub struct FootprintError {
     pub texels: f64,
     /// Points that were asked.
     pub points: u64,
-    /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two means that share
-    /// no ray, and may come out below 0 where there is no error: 0 then.
+    /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two
+    /// means that share no ray. Where there is no error the estimate may be below 0, and counts as 0.
     pub rms: f64,
     /// The square root of that estimate's standard error: an error below this cannot be told from none.
     pub noise: f64,

@@ -1,4 +1,4 @@
-//! The state of a scene in each frame, and how it is drawn where the device simulates it.
+//! The state of a scene in each frame, and how simulated particles are drawn.
 
 use crate::Result;
 use crate::consume::{Colours, Kernels, Lighting, Points, Renderer, Shading};
@@ -23,7 +23,7 @@ pub struct Frames<'a> {
 /// One bounce of light, path traced.
 #[derive(Clone, Copy)]
 pub struct Traced<'a> {
-    /// The scene in the last frame, under the lights that virtual ones stand for.
+    /// The scene in the last frame, under the lights that virtual lights represent.
     pub scene: &'a Scene,
     /// Directions per pixel, on each side of the surface that it sees.
     pub samples: u32,
@@ -68,7 +68,7 @@ impl Drawing {
         Ok(Self { renderer, kernels, points })
     }
 
-    /// Draws the world as it is now; the time of each pass.
+    /// Draws the present world; returns the time of each pass.
     pub(super) fn draw(&self) -> Result<Vec<PassTime>> {
         self.renderer.draw_points(&self.kernels, &self.points)
     }

@@ -11,7 +11,7 @@ pub(crate) fn host_bytes() -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// The system says what a process holds, and more where it holds more.
+    /// The system reports what a process holds, and more once the process holds more.
     #[test]
     fn memory_is_seen() {
         let Some(before) = host_bytes() else { return println!("skipped: the system does not say") };

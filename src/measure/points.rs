@@ -7,7 +7,7 @@ use crate::consume::Asked;
 /// So many lights get all points that are wanted each. More lights share that total.
 const FULLY_ASKED: usize = 8;
 
-/// Points per light at least, however many lights there are.
+/// The fewest points per light, however many lights there are.
 const LEAST_POINTS: usize = 32;
 
 /// Points per light, for `lights` lights, where few lights have `points` each.

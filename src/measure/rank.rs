@@ -1,7 +1,8 @@
 //! Whether two figures put rows in the same order.
 
-/// Spearman's rank correlation of pairs, in [−1, 1]: Pearson's of their ranks, where equal values share the mean of theirs
-/// (Kendall and Gibbons, Rank Correlation Methods, chapter 3). None for fewer than three pairs, and where one figure is the same in all.
+/// Spearman's rank correlation of pairs, in [−1, 1]: Pearson's correlation of their ranks, where equal values share the
+/// mean of their ranks (Kendall and Gibbons, Rank Correlation Methods, chapter 3). None for fewer than three pairs, and
+/// where one figure is the same in all pairs.
 pub fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     if pairs.len() < 3 {
         return None;

@@ -29,10 +29,11 @@ pub struct Results {
     pub changed: Option<bool>,
     /// The command that made it.
     pub command: String,
-    /// Conditions of the figures beside specs and device: option → value, `scene NAME` → the scene's fingerprint. New in version 2.
+    /// Conditions that the figures depend on, besides specs and device: option → value, `scene NAME` → the scene's
+    /// fingerprint. New in version 2.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub conditions: BTreeMap<String, String>,
-    /// Which part of the run's rows this is. Absent where it is all. New in version 3.
+    /// Which part of the run's rows the file holds. Absent where it holds all. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
     /// The device and driver that it ran on.
@@ -103,7 +104,7 @@ pub struct Row {
     pub path: String,
     /// How it ended.
     pub status: Status,
-    /// Why this path, why refused, or what failed.
+    /// Why this path ran, why the row was refused, or what failed.
     pub reason: String,
     /// Casters of the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -112,7 +113,7 @@ pub struct Row {
     /// buffer had too little room. New in version 3.
     #[serde(default)]
     pub first_ns: Option<f64>,
-    /// The same, host time. New in version 3.
+    /// Host time of that first build. New in version 3.
     #[serde(default)]
     pub first_host_ns: Option<f64>,
     /// How far the times of the builds may be trusted. New in version 3.
@@ -128,8 +129,8 @@ pub struct Row {
     /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1
     /// and 2 without the meshes where `shading=forward`. Slow devices have one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// A build and `draw_ns`: the time of a frame whose light has moved; for baked techniques in a still world, `draw_ns` alone (before,
-    /// the bake too). New in version 2.
+    /// A build and `draw_ns` together: the time of a frame whose light has moved. For baked techniques in a still world
+    /// `draw_ns` alone; in files of earlier programs it includes the bake. New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
     /// The passes of a build, in order. Before them, though no part of the build, is `world.move` where the world
@@ -163,13 +164,14 @@ pub struct Row {
     /// Absent where nothing moves. New in version 2.
     #[serde(default)]
     pub flicker_rms: Option<f64>,
-    /// Pictures of consecutive frames, with the camera going round. Absent where it stands still. New in version 2.
+    /// Errors of pictures of consecutive frames, with a camera that goes around. Absent where the camera is still. New
+    /// in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
     /// Errors against means over areas, for each size of area. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
-    /// Errors of each color, where smoke takes some more than others. Absent elsewhere. New in version 3.
+    /// Errors of each color, where smoke absorbs some colors more than others. Absent elsewhere. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub colors: Vec<ColorError>,
     /// The picture's file name in the output folder.
@@ -213,8 +215,8 @@ pub struct RowError {
     /// At points on surfaces that the camera sees and on all meshes. Absent without meshes. New in version 2.
     #[serde(default)]
     pub surface: Option<PointError>,
-    /// Errors at surface points in the shadow of meshes, by how far these are. Absent without such points. New in
-    /// version 2.
+    /// Errors at surface points in the shadow of meshes, by the distance of the meshes. Absent without such points. New
+    /// in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub casters: Option<CasterError>,
     /// Errors of the shaded picture. Absent where its truth would have taken longer than all else.
@@ -227,7 +229,7 @@ pub struct RowError {
 pub struct FramesError {
     /// Root mean square over frames, pixels and channels, display-referred [0, 1].
     pub rmse: f64,
-    /// The same of (change of the picture − change of the truth's) from frame to frame.
+    /// Root mean square of (change of the picture − change of the true picture) from frame to frame.
     pub flicker_rms: f64,
 }
 
@@ -238,7 +240,8 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean of the FLIP map.
     pub flip_mean: f64,
-    /// Under virtual lights, RMSE against one bounce of the lights that they stand for. Absent unless asked for. New in version 2.
+    /// Under virtual lights, RMSE against one bounce of the lights that they represent. Absent unless asked for. New in
+    /// version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounce_rmse: Option<f64>,
     /// The standard error of that reference, in the same units. New in version 2.
@@ -265,7 +268,7 @@ impl Results {
     /// Reads a `results.json` of this version or an older one, as one of this version.
     ///
     /// # Errors
-    /// [`Error::Input`] names the file where it is missing, cut off, no results at all, or of a newer version.
+    /// [`Error::Input`] names the file where it is missing, cut off, not a file of results, or of a newer version.
     pub fn read(path: &Path) -> Result<Self> {
         /// The part that is read first, to know whether the rest can be read.
         #[derive(Deserialize)]
@@ -328,8 +331,8 @@ impl Row {
         Some(if was && is_even { AUTO } else { value })
     }
 
-    /// Device time of those passes of a build that techniques share: that move the world, fit views, order casters and draw
-    /// opaque maps. Absent where no pass was timed.
+    /// Device time of the passes of a build that techniques share: passes that move the world, fit views, order casters
+    /// and draw opaque maps. Absent where no pass was timed.
     pub fn shared_ns(&self) -> Option<f64> {
         (!self.passes.is_empty())
             .then(|| self.passes.iter().filter(|pass| pass.is_shared()).map(|pass| pass.median_ns).sum())

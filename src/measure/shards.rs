@@ -146,7 +146,7 @@ mod tests {
         (1..=of).map(one).collect()
     }
 
-    /// However many rows and shards there are, and whatever order they are named in.
+    /// The order is right for any number of rows and shards, and for any order of the shards.
     #[test]
     fn all_rows_come_in_their_order() {
         for rows in 0..9 {
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn what_is_no_whole_run_is_refused() {
-        /// Changes shards into those of no whole run.
+        /// Changes shards so that they are no complete run.
         type Change = fn(&mut Vec<(String, Results)>);
         let cases: [(&str, Change); 9] = [
             ("no shard is given", |all| all.clear()),

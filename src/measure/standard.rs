@@ -75,7 +75,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
     Ok(all)
 }
 
-/// Conditions of the figures beside specs and device.
+/// Conditions that the figures depend on, besides specs and device.
 pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     let [width, height] = EFFORT.picture;
     let mut all: BTreeMap<String, String> = [
@@ -183,7 +183,7 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
 mod tests {
     use super::*;
 
-    /// No technique is left out, none is asked where it casts nothing, and no row is there twice.
+    /// No technique is left out, none is measured where it casts nothing, and no row is there twice.
     #[test]
     fn every_technique_has_rows() {
         let mut named = BTreeSet::new();

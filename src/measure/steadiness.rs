@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// 95th over 5th percentile above which a median says little.
+/// Where the 95th percentile over the 5th is above this, a median says little.
 const STEADY_SPREAD: f64 = 1.3;
 
 /// The part of its highest clock below which a device is slow.
@@ -51,7 +51,7 @@ impl Steadiness {
         .collect()
     }
 
-    /// Whether it is the steadier of two.
+    /// Whether this run is steadier than `other`.
     pub(super) fn is_steadier_than(&self, other: &Self) -> bool {
         let badness = |s: &Self| (s.warnings().len(), s.spread.unwrap_or(f64::INFINITY));
         badness(self) < badness(other)
@@ -78,7 +78,7 @@ impl<'a> Watch<'a> {
     }
 
     pub(super) fn end(self, timing: Option<Timing>) -> Steadiness {
-        // The counters count hundredths of a second, and say nothing about less time.
+        // The counters count hundredths of a second, and are useless for shorter times.
         let counted = self.others.filter(|_| self.began.elapsed().as_secs_f64() > 0.25);
         let busy = counted.and_then(|before| Jiffies::now()?.others_since(before));
         let highest_mhz = self.meter.highest_mhz;
@@ -183,7 +183,8 @@ mod tests {
         assert_eq!(Steadiness::default().with_spread(Some(Timing { samples: 1, ..timing })).spread, None);
     }
 
-    /// Two processors for ten seconds: half of it idle, three seconds this process, the rest another.
+    /// Two processors for ten seconds: half of that time is idle, three seconds are this process, and the rest is
+    /// another process.
     #[test]
     fn others_are_what_is_neither_idle_nor_own() {
         let of = |machine: &str, own: &str| {

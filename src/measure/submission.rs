@@ -81,7 +81,8 @@ impl Submission {
         let json = std::fs::read(path).map_err(|cause| input(cause.to_string()))?;
         let read: Self =
             serde_json::from_slice(&json).map_err(|cause| input(format!("no whole submission: {cause}")))?;
-        // Rows of all schemas since the first submission are read as they are: fields that are new in one are absent in those before.
+        // Rows of all schemas since the first submission are read as they are: fields that are new in a schema are
+        // absent in older files.
         let (first, last) = (FIRST_SCHEMA, super::SCHEMA);
         if read.submission != SUBMISSION || !(first..=last).contains(&read.results.schema) {
             let cause = format!("format {} with rows of schema {}", read.submission, read.results.schema);

@@ -60,8 +60,8 @@ pub struct TimedBuilds {
 pub struct BuildTimes {
     /// With each pass timed.
     pub each: Ran,
-    /// The same build once more, with all passes timed as one, without the cost of timestamps between. None where the world moves, of a
-    /// bake, and on a software device.
+    /// The same build once more, with all passes timed as one, so without the cost of timestamps between passes. None
+    /// where the world moves, for a bake, and on a software device.
     pub whole: Option<Ran>,
 }
 
@@ -168,7 +168,7 @@ impl Case<'_> {
         let mut looked = 0;
         let repeats = Repeats::of(lifetime, software, self.effort.warm_up, count);
         let repeats = if self.effort.is_choice() { repeats.of_choice() } else { repeats };
-        // A device that has nothing to build, as where only the camera moves, is idle: its clock says nothing then.
+        // A device without work to build, as where only the camera moves, is idle: its clock then says nothing.
         let works = Cell::new(false);
         let slow = Cell::new(false);
         let is_slow = || {
@@ -236,8 +236,9 @@ impl Case<'_> {
         Ok(samples)
     }
 
-    /// Each drawing of a picture. The first ones warm up, on a GPU until it reaches its clock rate; where the first takes the whole budget
-    /// it is the only one, or one of the few that a picture needs to settle.
+    /// The time of each drawing of a picture. The first drawings warm up, on a GPU until it reaches its clock rate.
+    /// Where the first one takes the whole budget, it is the only one, or one of the few that a picture needs until it
+    /// no longer changes.
     pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
         let software = self.context.features().is_software();
         let mut start = Instant::now();

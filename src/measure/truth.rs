@@ -1,5 +1,5 @@
-//! The truth of a scene at one time, shared by all rows. Each part is computed once, when it is first needed: by the
-//! measuring itself, or by a thread of its own where that does not disturb times.
+//! The truth of a scene at one time, shared by all rows. Each part is computed once, when it is first needed: during
+//! the measuring, or by a thread of its own where that does not disturb times.
 
 use crate::reference::truth::{
     Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tries, points_outside, sample_maps,
@@ -225,8 +225,8 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// The picture, as large as it was wanted, or smaller by halves where that would take long; none where the smallest would.
-    /// Where all of the truth is wanted it is never smaller.
+    /// The picture, in the size that is wanted, or halved as often as needed where that would take long. None where the
+    /// smallest size would take long. Where all of the truth is wanted, it has full size.
     pub fn picture(&self) -> Option<&LitPicture> {
         let made = self.picture.get_or_init(|| {
             let mut size = self.wanted.picture;

@@ -1,4 +1,4 @@
-//! Pictures of consecutive frames compared with those of the truth, where the camera goes round.
+//! Pictures of consecutive frames compared with the true pictures, while the camera goes around.
 
 use super::compare::Case;
 use super::{FramesError, picture_error, picture_flicker};

@@ -27,7 +27,7 @@ const FRAME: Time = Time { unit: "ms per frame", of: |row| row.frame_ns };
 /// The time for rows of a device without timestamps.
 const HOST: Time = Time { unit: "ms per build by the host's clock", of: |row| Some(row.host_ns?.median) };
 
-/// Errors over all points of a kind; what a user looks at first stands first.
+/// Errors over all points of a kind, in the order in which a user looks at them.
 const ERRORS: [Measure; 3] = [
     Measure { name: "surface error", of: |row| Some(row.error.as_ref()?.surface?.mean_abs), time: FRAME },
     Measure { name: "error in space", of: |row| Some(row.error.as_ref()?.space?.mean_abs), time: FRAME },

@@ -13,7 +13,7 @@ pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0x56, 0xb4, 0xe9),
 ];
 
-/// Lightness and the largest chroma that stand out from a light page and from a dark one and do not glare.
+/// Lightness and largest chroma of colours that stand out from a light page and from a dark one, and do not glare.
 const LIGHTNESS: std::ops::RangeInclusive<f64> = 0.43..=0.88;
 const LARGEST_CHROMA: f64 = 0.18;
 /// Step between the values that a channel may have.
@@ -113,7 +113,8 @@ fn times(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Red, green, blue of the sRGB in OKLab, to the digits that CSS Color 4 has; a grey is one for all eyes.
+    /// Red, green and blue of sRGB in OKLab, to the digits that CSS Color 4 gives. A grey looks the same with any
+    /// colour vision.
     #[test]
     fn known_colours() {
         let known = [

@@ -96,7 +96,7 @@ fn count_text(value: f64) -> String {
 
 fn times_limit(row: &Row) -> Option<f64> {
     let limit = row.limit_mean_abs?;
-    // Without a limit above zero there is no multiple of it.
+    // Where the limit is zero, no multiple of it can be given.
     (limit > 0.0).then_some(map(row)?.mean_abs / limit)
 }
 

@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(hopeless(Limits { ms: Some(1.95), ..Limits::default() }), [3, 7, 8, 10]);
         assert_eq!(hopeless(Limits { error: Some(1e-4), ..Limits::default() }), [3, 5, 7, 8]);
         assert_eq!(best_and_extremes(&rows, &none), [9, 6, 10, 7]);
-        // The closest is close enough, and among those that are farther off it is not.
+        // The closest row is close enough. Among rows that are farther off, the closest is not.
         assert_eq!(to_be_sized(&rows, &none), [6, 9]);
         assert_eq!(
             (best_and_extremes(&rows[..8], &none), to_be_sized(&rows[..8], &none)),
@@ -111,7 +111,8 @@ mod tests {
         );
     }
 
-    /// Where FLIP is limited, and no picture was made, points alone drop nothing; where one was, what it shows better stays.
+    /// Where FLIP is limited and no picture was made, errors at points alone drop no row. Where a picture was made, a
+    /// row that is better by FLIP stays.
     #[test]
     fn a_limit_of_flip_drops_nothing_by_points_alone() {
         let of = |ms: f64, surface: f64, flip: Option<f64>| {

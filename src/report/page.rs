@@ -25,7 +25,7 @@ use std::path::Path;
 /// Columns that are folded away until they are asked for.
 const FOLDED: [&str; 9] = ["host", "first", "bias", "RMS", "p99", "max", "× limit", "transient", "on disk"];
 
-/// All that the template gets. Everything but the plots and the pictures is escaped there.
+/// All data of the template, which escapes everything but the plots and the pictures.
 #[derive(Serialize)]
 struct Page<'a> {
     gobo: String,
@@ -261,7 +261,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     Scene {
         name,
         columns: headings(&columns),
-        // A row that was refused says why across all of them, even where there are none.
+        // The reason of a refused row takes the width of all columns, and of at least one.
         column_count: columns.len().max(1),
         rows,
         reference,

@@ -132,7 +132,7 @@ pub fn with_scale(
 mod tests {
     use super::*;
 
-    /// Each picture lies in its place as it is; below it are words, and none above.
+    /// Each picture is unchanged in its place, with words below it and none above.
     #[test]
     fn pictures_stay_as_they_are() {
         let size = [60, 10];

@@ -186,7 +186,7 @@ fn draw_axes(
     root.draw(&Text::new(axes.error_title, (22, middle.1), style))
 }
 
-/// Lines across the panel, each with its name at an end where there is room.
+/// Draws lines across the panel, each with its name at an end where there is room.
 fn limits_and_floor(
     root: &DrawingArea<Backend, Shift>,
     area: &Logarithmic,
@@ -214,7 +214,8 @@ fn limits_and_floor(
     text(root, &label, (left + 6, y + 10), 13, &COLOURS[1], (HPos::Left, VPos::Center), false)
 }
 
-/// The border of all that the front beats: steps, since nothing between two of its points has been measured.
+/// Draws the border of the points that the front beats: steps, since nothing between two points of the front has been
+/// measured.
 fn front(area: &Logarithmic, panel: &Panel) -> Drawn {
     let mut corners: Vec<(f64, f64)> = panel
         .series
@@ -282,7 +283,7 @@ impl Labels {
         inside && !self.taken.iter().any(|t| left < t.2 && t.0 < right && top < t.3 && t.1 < bottom)
     }
 
-    /// A free place around the point, or none: a label across another says less than no label.
+    /// A free place around the point, or none: labels across each other say less than no label.
     fn place(&mut self, label: &str, (x, y): (i32, i32)) -> Option<((i32, i32), HPos)> {
         let width = text_width(label, 13);
         let diagonal = [(11, -12), (11, 12), (-11, -12), (-11, 12)];
@@ -325,7 +326,7 @@ where
     root.draw(element)
 }
 
-/// The SVG backend has no dashes: one short line after another.
+/// A dashed line, drawn as many short lines, since the SVG backend has no dashes.
 fn dashed(
     root: &DrawingArea<Backend, Shift>,
     (left, right): (i32, i32),
@@ -368,7 +369,7 @@ fn characters_in(width: i32, size: i32) -> usize {
     (f64::from(width) / (f64::from(size) * 0.62)) as usize
 }
 
-/// `0.001`, `20`; powers from 1e-5 down and from 1e6 up as such.
+/// `0.001` or `20`; below 1e-4 and from 1e6 on as powers.
 fn tick_label(value: f64) -> String {
     if (0.9e-4..0.9e6).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }

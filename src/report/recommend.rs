@@ -104,7 +104,7 @@ struct Chosen {
 const ABOUT_AS_QUICK: f64 = 1.25;
 const FAR_CLOSER: f64 = 3.0;
 
-/// For each scene, in the order in which they were measured, an answer; or in one line why there is none.
+/// For each scene, in the order in which scenes were measured, an answer, or in one line why there is none.
 pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<Recommendation, String>> {
     scenes(results).into_iter().map(|scene| of_scene(results, scene, limits)).collect()
 }
@@ -214,7 +214,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     })
 }
 
-/// The row that breaks its worst limit by least, and what it breaks.
+/// The row whose worst break of a limit is the smallest, and the limits that it breaks.
 fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<Broken>)> {
     let dark = rows.iter().filter(|(_, row)| row.technique == "none").filter_map(|(_, row)| point(row, measure));
     let dark = dark.map(|point| point.1).fold(f64::INFINITY, f64::min);
@@ -295,7 +295,7 @@ mod tests {
     use crate::consume::runs;
     use crate::measure::{ImageError, PointError, RowError, Status};
 
-    /// A spec of the device's default list comes back from its row as it was.
+    /// A spec of the device's default list is the same after its row is turned back into a spec.
     #[test]
     fn a_spec_to_paste_is_the_row_again() {
         for spec in
@@ -349,7 +349,8 @@ mod tests {
         }
     }
 
-    /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.
+    /// The answer is compared with the definition, row by row: every row that is named is within the limits, and no row
+    /// there is better.
     #[test]
     fn the_choice_is_that_of_brute_force() {
         let (mut state, mut answered, mut refused, mut told) = (7, 0, 0, 0);
@@ -429,7 +430,7 @@ mod tests {
                 assert!(within.contains(&next) && error(next) < error(best), "{text}");
                 assert!(closer.iter().all(|row| time(next) <= time(row)), "{text}");
             }
-            // What is told of FLIP is about as quick, and far closer.
+            // The row that is named by FLIP is about as quick as the best, and far closer.
             if let Some(line) = text.lines().find(|line| line.starts_with("By FLIP")) {
                 let other = named(line);
                 assert!(within.contains(&other) && time(other) <= 1.25 * time(best), "{text}");

@@ -34,7 +34,7 @@ const ADVANCE: f64 = 8.1;
 const LINE: f64 = 16.0;
 /// Half of a point's extent, and of one that the answer names.
 const REACH: f64 = 7.0;
-/// A point farther than this from the middle of all stands at the edge.
+/// A point that is farther than this from the middle of all points is drawn at the edge.
 const FAR: f64 = 25.0;
 const CLOSE: f64 = 1000.0;
 const SMALLEST: f64 = 1e-7;
@@ -50,7 +50,7 @@ pub(super) struct Dot {
     pub(super) label: String,
     /// The full text of the row, for a reader who points at the dot.
     pub(super) title: String,
-    /// Whether it is shown for comparison alone: then it does not stretch the axes.
+    /// Whether the row is shown for comparison only, and does not stretch the axes.
     pub(super) aside: bool,
     /// The answer's words for it: `best balanced`.
     pub(super) said: Option<&'static str>,
@@ -114,7 +114,7 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     Some(((low - air).exp(), (high + air).exp()))
 }
 
-/// The SVG; none where nothing can be told apart by it.
+/// The SVG; none where it would show no differences.
 pub(super) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], aria_label: &str) -> Option<String> {
     let ranges = Ranges::of(dots, size)?;
     let front = pareto_front(&dots.iter().map(|dot| (dot.x, dot.y)).collect::<Vec<_>>());

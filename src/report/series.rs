@@ -7,7 +7,7 @@ use crate::report::wording::{Specs, one_line};
 
 /// Errors below this are rounding of 32-bit visibility and not worth a decade of the axis.
 const SMALLEST_ERROR: f64 = 1e-7;
-/// The resolution of a device timestamp, about: a time of zero nanoseconds stands there.
+/// About the resolution of a device timestamp: a time of zero nanoseconds is drawn there.
 const SMALLEST_MILLISECONDS: f64 = 1e-6;
 
 /// One measured row.
@@ -48,7 +48,7 @@ pub(super) struct Panel {
     pub(super) series: Vec<Series>,
     /// Sorted by error.
     pub(super) limits: Vec<Limit>,
-    /// Set when errors lie below the logarithmic axis: they stand on this line.
+    /// Set when errors lie below the logarithmic axis: these are drawn on a line at this error.
     pub(super) floor: Option<f64>,
     /// Range of the axis, with air at both ends.
     pub(super) milliseconds: (f64, f64),
@@ -149,7 +149,7 @@ fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     limits
 }
 
-/// At least a factor of four, and a twelfth of its length free at both ends.
+/// The range of an axis: at least a factor of four, with a twelfth of the axis's length free at both ends.
 pub(super) fn range_with_air(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let low = values.clone().reduce(f64::min)?.log10();
     let high = values.reduce(f64::max)?.log10();
@@ -158,7 +158,7 @@ pub(super) fn range_with_air(values: impl Iterator<Item = f64> + Clone) -> Optio
     Some((10f64.powf(low - air - missing), 10f64.powf(high + air + missing)))
 }
 
-/// Where an axis has lines, and which of them say their value: 1, 2 and 5 on a short axis, powers of ten on a long one.
+/// Where an axis has lines, and which of them are labelled: 1, 2 and 5 on a short axis, powers of ten on a long one.
 pub(super) fn ticks((low, high): (f64, f64)) -> Vec<(f64, bool)> {
     let decades = (high / low).log10();
     let labelled: &[i32] = match decades {

@@ -195,7 +195,7 @@ pub fn stress_page(results: &Results) -> Result<String> {
     render("stress.html", include_str!("stress.html"), &Value::from(Serde(&page)))
 }
 
-/// A template that escapes what it gets.
+/// Renders a template that escapes its data.
 pub(super) fn render(name: &str, template: &str, page: &Value) -> Result<String> {
     let broken = |cause: minijinja::Error| Error::input(name, format!("{cause:#}"), "report this as a bug");
     let mut environment = Environment::new();

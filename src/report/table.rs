@@ -16,9 +16,9 @@ const NAMING_COLUMNS: usize = 2;
 /// Columns that stay, however narrow the terminal is.
 const KEPT_COLUMNS: usize = 3;
 
-/// One row per line, grouped by scene in the order in which they were measured. A column in which
-/// no row has a value is not there. On a terminal that is too narrow, the columns that say least go first, and a last
-/// line names them. Never any colour, so that a file or pipe gets the same text in full width.
+/// One row per line, grouped by scene in the order in which they were measured. A column in which no row has a value is
+/// left out. On a terminal that is too narrow, the least useful columns are left out first, and a last line names them.
+/// There is never any colour, so that a file or a pipe gets the same text in full width.
 pub fn table(results: &Results) -> String {
     table_of_width(results, Table::new().width().map(usize::from))
 }
@@ -112,7 +112,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
         }
         match row.status {
             Status::Ok => lines.push(line.trim_end().to_owned()),
-            // The crate has no cells that span columns: the reason goes where the measured columns would stand.
+            // comfy_table has no cells that span columns: the reason is put where the measured columns would be.
             Status::Refused | Status::Failed => {
                 let mut start: String = line.chars().take(reason_starts).collect();
                 for part in wrapped(&outcome(row), table_width.saturating_sub(reason_starts).max(24)) {

@@ -63,7 +63,7 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
-/// The path that ran, and what the technique does not see of its scene: `map, smoke is not seen`.
+/// The path that ran, and the casters of the scene that the technique does not see: `map, smoke is not seen`.
 pub(super) fn path(row: &Row) -> String {
     let unseen = row.unseen.join(" and ");
     let verb = if unseen.ends_with('s') || row.unseen.len() > 1 { "are" } else { "is" };
@@ -191,7 +191,7 @@ impl Specs {
         row.variant.iter().filter(move |(key, _)| tells(key)).map(|(key, value)| (key.as_str(), value.as_str()))
     }
 
-    /// `avsm:curve=linear,nodes=8` with only what tells this row from others.
+    /// `avsm:curve=linear,nodes=8`, with only the keys that tell this row from others.
     pub(super) fn compact(&self, row: &Row) -> String {
         let keys: Vec<_> = self.differing(row).map(|(key, value)| format!("{key}={value}")).collect();
         let colon = if keys.is_empty() { "" } else { ":" };

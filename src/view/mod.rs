@@ -33,7 +33,7 @@ use winit::event_loop::EventLoop;
 pub struct Options {
     /// The scenes to choose from.
     pub scenes: Vec<String>,
-    /// The picture's size, pixels; the panel stands beside it.
+    /// The picture's size, pixels; the panel is beside it.
     pub size: [u32; 2],
     /// The script that takes the place of keys and mouse.
     pub script: Option<PathBuf>,

@@ -128,17 +128,17 @@ impl World {
         self.strand_count > 0
     }
 
-    /// Whether there may be strands: whether the scene began with some.
+    /// Whether there may be strands, which is so where the scene began with some.
     pub fn has_strands(&self) -> bool {
         self.strands
     }
 
-    /// Whether there may be Gaussians or cells of volumes: whether the scene began with some.
+    /// Whether there may be Gaussians or cells of volumes, which is so where the scene began with some.
     pub fn has_packed(&self) -> bool {
         self.packed
     }
 
-    /// Casters that there is room for: as many as the scene has at any time, or began with.
+    /// Casters that there is room for: as many as the scene ever has, or began with.
     pub fn caster_capacity(&self) -> u32 {
         self.caster_capacity
     }

@@ -18,7 +18,7 @@ pub struct Source {
     pub count: Count,
 }
 
-/// How many elements there are, and who knows the number.
+/// How many elements there are, and whether the host or the device knows the number.
 #[derive(Clone)]
 pub enum Count {
     /// The host knows.

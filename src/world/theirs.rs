@@ -260,8 +260,8 @@ impl World {
         Ok(())
     }
 
-    /// The counts of what frame `frame`, which is over, gathered from the caller's buffers. None where that frame
-    /// gathered nothing, or where a later recorded frame already uses the same copy.
+    /// Counts of the elements that frame `frame`, which is over, gathered from the caller's buffers. None where that
+    /// frame gathered nothing, or where a later recorded frame already uses the same copy.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the counts cannot be read, [`Error::Input`] where a scene fills the world.

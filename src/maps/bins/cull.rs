@@ -1,4 +1,4 @@
-//! Finds the casters that are in some tile that light reaches; others are neither binned nor drawn.
+//! Finds the casters that are in some tile that light reaches. Other casters are neither binned nor drawn.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Context, Kernel, Memory, Pass};

@@ -3,7 +3,7 @@
 /// What is kept per caster of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entries {
-    /// Nothing: only which casters and tiles meet is wanted.
+    /// Nothing: the technique only asks which casters and tiles meet.
     None,
     /// The caster, with the depth to sort by.
     Sorted,
@@ -16,7 +16,7 @@ pub enum Entries {
 pub struct Use {
     /// The data kept about each tile's casters.
     pub entries: Entries,
-    /// Casters that stand in the dark behind meshes may be left out.
+    /// Whether casters in the dark behind meshes may be left out.
     pub skip: bool,
     /// Texels around a tile from which look-ups read it.
     pub reach: u32,

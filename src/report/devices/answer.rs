@@ -53,7 +53,7 @@ fn fastest(beside: &Beside) -> String {
     let pairs = |of: usize| -> Vec<(usize, Pair)> {
         (0..count).filter(|&to| to != of).filter_map(|to| Some((to, pair(beside, to, of)?))).collect()
     };
-    // The device with the least share of the others' times.
+    // The fastest device: the one whose times are the smallest share of the others' times.
     let score = |of: usize| {
         let pairs = pairs(of);
         let sum: f64 = pairs.iter().map(|(_, pair)| pair.median.ln()).sum();

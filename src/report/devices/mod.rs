@@ -20,7 +20,7 @@ use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// The names of lines: the keys in which shared lines differ, without those that they have in common.
+/// The names of lines: the keys in which shared lines differ, without the keys that are the same in all.
 struct Names<'a> {
     beside: &'a Beside,
     specs: Specs,
@@ -133,7 +133,7 @@ struct Page {
     colours: Vec<String>,
     scenes: Vec<PageScene>,
     shared: Option<String>,
-    /// What interlock buys, in a line, and with numbers.
+    /// What interlock buys: in a line, and with numbers.
     interlock_short: Option<String>,
     interlock: Vec<String>,
     paths: [&'static str; BUILD_PATHS.len()],

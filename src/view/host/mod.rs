@@ -194,10 +194,10 @@ impl Host {
         Ok(())
     }
 
-    /// Has `record` record passes into the frame.
+    /// Lets `record` record passes into the frame.
     ///
     /// # Errors
-    /// As [`Commands::on`], and those of `record`.
+    /// Those of [`Commands::on`] and of `record`.
     pub fn record<T>(&self, frame: &Frame, record: impl FnOnce(&mut Commands) -> Result<T>) -> Result<T> {
         // SAFETY: the command buffer is the frame's own, is being recorded outside a render, and is submitted once, in order;
         // `begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.

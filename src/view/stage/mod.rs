@@ -74,7 +74,7 @@ pub struct Stage {
     values: Values,
     counting: Option<Counting>,
     steps: Option<StepRange>,
-    /// The content of the window's bytes; none where it is out of date.
+    /// What the window's bytes show; none where they are out of date.
     shown: Option<Shown>,
     size: [u32; 2],
     context: Context,
