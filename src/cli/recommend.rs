@@ -306,7 +306,7 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
             specs.retain(|spec| known.insert(spec.entry.name));
         }
         let of_meshes = runs(|runs| runs.stress_meshes, on_cpu)?;
-        // Specs that a software device builds in no time.
+        // Specs that a software device builds quickly.
         let of_smoke = runs(|runs| runs.stress_smoke, on_cpu)?;
         for entry in REGISTRY {
             if specs.iter().any(|spec| spec.entry.name == entry.name) {

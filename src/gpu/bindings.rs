@@ -42,17 +42,18 @@ pub struct Bindings(Arc<Inner>);
 struct Inner {
     context: Link,
     shape: Arc<Shape>,
-    /// The resources bound from now on. Commands recorded before keep the set that they were given.
+    /// The resources that commands recorded from now on are given. Earlier commands keep the set that they were
+    /// recorded with.
     current: Mutex<Arc<Set>>,
     name: String,
 }
 
-/// Shared by all sets with the same bindings.
+/// The layout that all sets with the same bindings share.
 struct Shape {
     device: Device,
     layout: vk::DescriptorSetLayout,
     kinds: Vec<vk::DescriptorType>,
-    /// One per binding; null where it has none.
+    /// One sampler per binding; null where the binding has none.
     samplers: Vec<vk::Sampler>,
 }
 
@@ -209,7 +210,7 @@ unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, f
 }
 
 impl Bindings {
-    /// A set in which `resources[i]` is binding i, visible to every stage that may have it.
+    /// A set in which `resources[i]` is binding i, visible to every shader stage that may use it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver runs out of memory.

@@ -15,7 +15,7 @@ pub struct Calibration {
     host: Instant,
     /// By the device's clock.
     ticks: u64,
-    /// How far the two may be apart, nanoseconds: half of the time that the reading took.
+    /// How far the two clocks' readings may be apart, nanoseconds: half of the time that the reading took.
     pub deviation_ns: f64,
     tick_ns: f64,
     valid_bits: u32,

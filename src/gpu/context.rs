@@ -39,7 +39,7 @@ pub struct Adopt {
     pub physical_device: vk::PhysicalDevice,
     /// The device.
     pub device: ash::Device,
-    /// The family of the command buffers that are recorded into: graphics and compute.
+    /// The queue family of the command buffers that are recorded into; it has graphics and compute.
     pub queue_family: u32,
     /// Features that the device was opened with. Others are not used, and a path that needs one is refused, naming it.
     pub enabled: Enabled,
@@ -212,7 +212,7 @@ impl Context {
         self.0.frames_in_flight
     }
 
-    /// How many pipelines it has made so far.
+    /// How many pipelines have been made on the device so far.
     pub fn pipelines(&self) -> usize {
         self.device().pipelines().count()
     }
@@ -261,7 +261,7 @@ impl Context {
         self.queue().map(|_| ())
     }
 
-    /// The driver's answer to a submission. A lost device stays lost.
+    /// Keeps in mind whether a submission failed because the device is lost. A lost device stays lost.
     pub(super) fn note_lost(&self, result: vk::Result) {
         if result == vk::Result::ERROR_DEVICE_LOST {
             self.0.lost.store(true, Ordering::Relaxed);

@@ -37,7 +37,7 @@ const CALLS: [(&str, Call); 6] = [
 /// How many calls of each kind there were.
 static MADE: [AtomicU64; CALLS.len()] = [const { AtomicU64::new(0) }; CALLS.len()];
 
-/// Which kind is to fail, and at which call.
+/// The kind of call that is to fail, and the number of the call.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
@@ -72,7 +72,7 @@ fn fails(call: Call) -> bool {
     })
 }
 
-/// Memory that is allocated, and mapped where the host sees it.
+/// Fails where this allocation, or its mapping where the host sees the memory, is the call to fail.
 pub(super) fn allocation(is_mapped: bool) -> Result<(), AllocationError> {
     if fails(Call::Allocation) {
         return Err(AllocationError::OutOfMemory);

@@ -135,7 +135,7 @@ pub struct Features {
     pub sub_pixel_precision_bits: u32,
     /// Nanoseconds per timestamp tick.
     pub timestamp_period_ns: f32,
-    /// Valid bits of a timestamp; 0 is no timestamps.
+    /// Valid bits of a timestamp; 0 where there are no timestamps.
     pub timestamp_valid_bits: u32,
 }
 
@@ -219,7 +219,7 @@ impl Features {
         (!has).then(|| requirement.name())
     }
 
-    /// Whether this device has all of `requirements`.
+    /// Checks that this device has all of `requirements`.
     ///
     /// # Errors
     /// [`Error::Refused`] that names the first missing.
@@ -230,8 +230,8 @@ impl Features {
         }
     }
 
-    /// The limit, by its Vulkan name, that leaves no room for a fragment shader with `buffers` storage buffers and
-    /// `attachments` colour attachments which it also reads.
+    /// The Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
+    /// `attachments` colour attachments which it also reads; none where all suffice.
     pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }

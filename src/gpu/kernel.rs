@@ -52,11 +52,11 @@ pub struct Layered<'a> {
 
 /// Stages between vertices and triangles. A patch is one vertex.
 pub struct Tessellated<'a> {
-    /// Says into how many parts a patch is cut.
+    /// Decides into how many parts a patch is cut.
     pub control: &'a Shader,
     /// Makes the triangles' corners.
     pub evaluation: &'a Shader,
-    /// Draw the triangles' sides, and not their insides.
+    /// Whether only the triangles' sides are drawn, and not their insides.
     pub lines: bool,
 }
 

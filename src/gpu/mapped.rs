@@ -1,4 +1,4 @@
-//! Files as memory. They are here because mapping takes `unsafe`, and because mapped files go to the device.
+//! Files as memory. This module is in `gpu` because mapping takes `unsafe`, and because mapped files go to the device.
 
 use std::fs::File;
 use std::io;
@@ -20,7 +20,7 @@ impl Mapped {
     /// # Errors
     /// The system's error, or one for a folder, a pipe or a device, which are no regular files.
     pub fn open(path: &Path) -> io::Result<Self> {
-        // Asked before opening: opening a pipe waits for its writer.
+        // The kind of file is checked before opening: opening a pipe waits for its writer.
         if !std::fs::metadata(path)?.is_file() {
             return Err(io::Error::other("not a regular file"));
         }

@@ -8,7 +8,7 @@ use ash::vk;
 pub struct Target<'a> {
     /// Drawn to.
     pub image: &'a Image,
-    /// Cleared to this first; else kept. Depth takes the first number.
+    /// The value that the target is cleared to first; none keeps its content. Depth takes the first number.
     pub clear: Option<[f32; 4]>,
 }
 

@@ -19,7 +19,7 @@ pub struct Testing {
     pub checks_in_shaders: bool,
     /// A call that fails.
     pub fault: Option<Fault>,
-    /// MiB that each build also fills, so that it takes longer than it should; with 0 none.
+    /// MiB that each build fills in addition, so that it takes longer than it should; 0 for none.
     pub burden: u64,
     /// Milliseconds that each row of the window's reference takes longer than it should.
     pub slow_truth_ms: u64,

@@ -57,7 +57,8 @@ impl Messages {
     }
 }
 
-/// Whether tests have the layer put checks into shaders too, so that a read or write beyond a buffer gives a message.
+/// Whether tests want the layer to put checks into shaders too, so that a read or write beyond a buffer gives a
+/// message.
 pub fn is_gpu_assisted() -> bool {
     testing().checks_in_shaders
 }

@@ -18,7 +18,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Cells of a grid whose own buffers are `grid`.
+    /// Cells of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

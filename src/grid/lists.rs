@@ -115,7 +115,7 @@ fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffe
 }
 
 impl Lists {
-    /// Lists of the triangles, in a grid whose own buffers are `grid`.
+    /// Lists of the triangles of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -227,8 +227,8 @@ impl Lists {
         if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
-        // much.
+        // An eighth more than is needed, so that a scene in motion does not make the buffers grow every frame; where an
+        // eighth more exceeds the limit, as much as the limit allows, and never less than is needed.
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);

@@ -49,7 +49,7 @@ fn words(context: &Context, size: u32, masks: u64) -> Result<Buffer> {
 }
 
 impl Masks {
-    /// Masks of a grid whose own buffers are `grid`.
+    /// Masks of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -91,7 +91,7 @@ impl Masks {
         if first + MASK_BYTES * wants <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
         self.words = words(&self.context, self.size, wants + wants / 8)?;
         self.set.replace(set::GridMasks::MASKS, &self.words)?;
         // Frames that are already recorded had less room: their counts do not say what fits now.

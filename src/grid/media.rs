@@ -47,7 +47,7 @@ fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
 }
 
 impl Media {
-    /// Media of a grid whose own buffers are `grid`.
+    /// Media of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device binds no buffer of a number per voxel, [`Error::Gpu`] where memory runs out.

@@ -73,7 +73,7 @@ pub fn table_bytes(maps: &Maps) -> u64 {
     tile_count(maps) * u64::from(SLOTS) * 4
 }
 
-/// Tiles of all maps, each of which is a block at least.
+/// Tiles of all maps. Each tile is at least one block.
 pub fn tile_count(maps: &Maps) -> u64 {
     let [x, y] = maps.tiles().map(u64::from);
     x * y * u64::from(maps.count())

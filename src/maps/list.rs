@@ -197,8 +197,8 @@ impl List {
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
-        // much.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame; where an
+        // eighth more exceeds the limit, as much as the limit allows, and never less than is needed.
         let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);

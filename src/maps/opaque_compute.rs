@@ -143,7 +143,7 @@ impl OpaqueCompute {
         if asked <= self.capacity || self.capacity == most {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
         let wanted = (asked + asked / 8).min(most);
         self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
         self.set.replace(set::MapsOpaque::ITEMS, &self.items)?;

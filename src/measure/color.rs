@@ -12,12 +12,12 @@ use serde::{Deserialize, Serialize};
 /// Colors of light, as the channels of a picture.
 pub const COLORS: [&str; 3] = ["red", "green", "blue"];
 
-/// Errors of the light that is left, in one color.
+/// Errors of visibility in one color.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColorError {
     /// One of [`COLORS`].
     pub color: String,
-    /// Its extinction, a multiple of that of the casters ([`Scene::extinction_ratio`]).
+    /// The color's extinction, as a multiple of the casters' extinction ([`Scene::extinction_ratio`]).
     pub extinction: f64,
     /// At the space points of [`super::RowError`]. Absent for a technique without a look-up.
     pub space: Option<PointError>,

@@ -225,7 +225,8 @@ mod tests {
         assert_eq!(point_error(&[], &[]).expect("as many answers as points"), None);
     }
 
-    /// Two wrong points of four beyond the resolution, two of three within; smoke is neither a leak nor a false shadow.
+    /// Beyond the resolution two of four points are wrong, within it two of three. Smoke is neither a leak nor a false
+    /// shadow.
     #[test]
     fn an_error_is_over_all_points_and_its_parts_stand_beside_it() {
         let answers = Answers {
@@ -259,13 +260,13 @@ mod tests {
         assert!((error.beyond().and_then(|b| b.mean_abs).expect("four points") - 0.625).abs() < 1e-15);
     }
 
-    /// Against the spread of the mean over many samples of a population of texels.
+    /// The standard error is compared with the spread of the mean over many samples of a population of texels.
     #[test]
     fn standard_error_is_the_spread_of_samples() {
         use rand::Rng;
         let mut random = rand_pcg::Pcg32::new(1, 2);
         let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
-        // Four points per texel that err alike, half of all texels not at all.
+        // Four points per texel that err alike; half of all texels do not err.
         let errors: Vec<f64> = (0..2000).map(|_| (fraction() - 0.5).max(0.0)).collect();
         let (mut means, mut stated) = (Vec::new(), Vec::new());
         for _ in 0..400 {
@@ -283,7 +284,7 @@ mod tests {
         let mean = means.iter().sum::<f64>() / 400.0;
         let spread = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 399.0).sqrt();
         let stated = stated.iter().sum::<f64>() / 400.0;
-        // The spread of 400 samples is itself known to some 4 %; three times that.
+        // The spread of 400 samples is itself known to some 4 %; the bound is three times that.
         assert!((stated / spread - 1.0).abs() < 0.12, "{stated}, and means spread by {spread}");
     }
 

@@ -40,7 +40,7 @@ pub(super) fn at_once(all: &[Points]) -> Vec<Vec<Asked<'_>>> {
 mod tests {
     use super::*;
 
-    /// Points of three lights, of which one has two lists full: nothing is lost, and all stay in their order.
+    /// Points of three lights; one of them has enough for two full lists. No point is lost, and all keep their order.
     #[test]
     fn points_are_asked_at_most_a_million_at_a_time() {
         let position = |light: usize, i: usize| [light as f32, i as f32, 0.0];

@@ -122,7 +122,7 @@ pub struct Row {
     /// One build of the representation, host time: recording, submitting, waiting and settling. New in version 2.
     #[serde(default)]
     pub host_ns: Option<Timing>,
-    /// One build of the representation, device time: a warm one, for which everything has room.
+    /// Device time of one build of the representation, once it is warm and everything has room.
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
     pub lookup_ns_per_million: Option<Timing>,
@@ -156,8 +156,8 @@ pub struct Row {
     /// The lowest mean absolute map error that a curve with as many nodes can have, if its vertices lie on the true
     /// curve.
     pub limit_mean_abs: Option<f64>,
-    /// Standard error of the map error's mean absolute, since only a sample of the covered texels was asked. Absent where all were. New in
-    /// version 2.
+    /// Standard error of the map error's mean absolute error, where only a sample of the covered texels was asked.
+    /// Absent where all were. New in version 2.
     #[serde(default)]
     pub standard_error: Option<f64>,
     /// Over the frames of a moving world, the root mean square of (change of the answer − change of the truth) at fixed points.

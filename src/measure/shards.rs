@@ -186,7 +186,7 @@ mod tests {
         }
     }
 
-    /// A device's copy rate is measured in each.
+    /// Each shard measures the device's copy rate, which may differ.
     #[test]
     fn what_is_measured_may_differ() {
         let mut all = shards(6, 3);

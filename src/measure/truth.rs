@@ -17,7 +17,7 @@ pub enum Extent {
     None,
     /// At points in space and on surfaces, for a first look: no maps, no picture, no tests of a technique's resolution.
     Glance,
-    /// Enough for a choice: the same and a picture.
+    /// Enough for a choice: as `Glance`, with a picture.
     Choice,
     /// A fixed sample of covered texels.
     Sample,
@@ -117,7 +117,7 @@ pub(crate) struct LitPicture {
     pub picture: Picture,
 }
 
-/// Few values by their keys, each made once.
+/// A small cache: values by their keys, each made once.
 pub(crate) struct Cached<K, V>(Mutex<Vec<(K, Arc<V>)>>);
 
 impl<K: PartialEq, V> Cached<K, V> {

@@ -8,7 +8,7 @@ use crate::reference::truth::{Casters, picture};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::Opened;
 
-/// Pixels of a picture: few, for the truth draws each of them too.
+/// Pixels of a picture: few, since the truth draws each of them too.
 const PICTURE: [u32; 2] = [320, 180];
 
 /// The most frames that are compared, from the first on.

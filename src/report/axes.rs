@@ -8,7 +8,7 @@ pub(super) struct Axes {
     pub(super) file: &'static str,
     /// The title above the plot.
     pub(super) title: &'static str,
-    /// For a reader that cannot see the plot.
+    /// A description for readers who cannot see the plot.
     pub(super) aria_label: &'static str,
     /// Both axes in a sentence.
     pub(super) names: &'static str,

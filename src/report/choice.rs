@@ -121,7 +121,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
             };
             let said_so = said.map(|words| format!(", {words}")).unwrap_or_default();
             let [unit, error] = units;
-            // Keys are known from the table; the values tell points apart.
+            // The table names the keys; the values tell points apart.
             let values = specs.differing(row).map(|(_, value)| value);
             let label = std::iter::once(row.technique.as_str()).chain(values).collect::<Vec<_>>().join(" ");
             let spec = specs.compact(row);

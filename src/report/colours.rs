@@ -128,14 +128,14 @@ mod tests {
         for grey in [0, 119, 255].map(|value| seen(RGBColor(value, value, value))) {
             assert!(grey.iter().all(|eye| euclidean(*eye, [grey[0][0], 0.0, 0.0]) < 1e-4), "{grey:?}");
         }
-        // A red and a green of one lightness: far apart for most, one olive for a tenth of all men.
+        // A red and a green of the same lightness: far apart for most people, the same olive for a tenth of all men.
         let [red, green] = [RGBColor(0xa5, 0x60, 0x18), RGBColor(0x6f, 0x76, 0x00)].map(seen);
         let [full, _, without_medium] = [0, 1, 2].map(|eye| euclidean(red[eye], green[eye]));
         assert!(without_medium < full / 3.0, "{full} {without_medium}");
     }
 
-    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Forty are at least
-    /// 0.07 apart, and 0.035 with red–green blindness; each and the one before it 0.15, and 0.08.
+    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Forty colours are at least 0.07
+    /// apart, and 0.035 with red–green blindness; each and the one before it are at least 0.15 apart, and 0.08.
     #[test]
     fn forty_are_told_apart() {
         let colours = distinct(40);

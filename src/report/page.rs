@@ -55,7 +55,7 @@ struct Front {
 struct Heading {
     name: &'static str,
     meaning: &'static str,
-    /// The name of the group that it opens.
+    /// The name of the group of columns that begins here.
     group: Option<&'static str>,
     folded: bool,
 }
@@ -331,7 +331,8 @@ fn hexadecimal(colour: &RGBColor) -> String {
     format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
 }
 
-/// A picture as a data URI. Only PNG files right in `dir`: the name comes from a file that anyone may have edited.
+/// A picture as a data URI. Only PNG files directly in `dir` are read: the name comes from a file that anyone may have
+/// edited.
 fn embedded(dir: &Path, name: Option<&str>) -> Picture {
     let missing = |note: String| Picture { uri: None, note };
     let Some(name) = name else { return missing("no picture".into()) };

@@ -8,7 +8,7 @@ use crate::report::series::says_nothing;
 /// one. Sorted by the first coordinate. Equal points stay together; a point that is not a number is never on the front.
 pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).filter(|&i| !points[i].0.is_nan() && !points[i].1.is_nan()).collect();
-    // The index last, so that equal points keep the caller's order.
+    // The index is the last key, so that equal points keep the caller's order.
     order.sort_unstable_by(|&a, &b| {
         points[a].0.total_cmp(&points[b].0).then(points[a].1.total_cmp(&points[b].1)).then(a.cmp(&b))
     });

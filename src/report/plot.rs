@@ -35,7 +35,7 @@ const LEGEND_NEXT_LINE: i32 = 15;
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
 const FAINT_INK: RGBColor = RGBColor(0x5b, 0x63, 0x6e);
 const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
-/// Coprime to the number of colours, so that thirty series have thirty looks.
+/// The number of shapes; coprime to the number of colours, so that thirty series have thirty looks.
 const SHAPES: usize = 5;
 
 /// File names and log-log SVGs, for each plot of which a row has time and error: `time-vs-error.svg`, the build against
@@ -78,7 +78,7 @@ fn plot(results: &Results, axes: &Axes) -> Option<String> {
     Some(svg.replacen("<svg ", &role, 1))
 }
 
-/// As tall as its legend needs: the series and at most four fixed entries.
+/// A plot is as tall as its legend needs: the series and at most four fixed entries.
 fn plot_height(panel: &Panel) -> i32 {
     let names = panel.series.iter().map(|series| legend_height(&legend_lines(&series.name))).sum::<i32>();
     SMALLEST_PLOT_HEIGHT.max(names + 4 * LEGEND_LINE + 16)
@@ -343,7 +343,7 @@ fn dashed(
 
 fn style_of(size: i32, colour: &RGBColor, (horizontal, vertical): (HPos, VPos), bold: bool) -> TextStyle<'_> {
     let weight = if bold { FontStyle::Bold } else { FontStyle::Normal };
-    // The backend divides sizes by 1.24; times that, pixels are pixels.
+    // The backend divides sizes by 1.24, so they are multiplied by it to be in pixels.
     let font = FontDesc::new(FontFamily::SansSerif, f64::from(size) * 1.24, weight);
     TextStyle::from(font).color(colour).pos(Pos::new(horizontal, vertical))
 }
@@ -369,7 +369,7 @@ fn characters_in(width: i32, size: i32) -> usize {
     (f64::from(width) / (f64::from(size) * 0.62)) as usize
 }
 
-/// `0.001` or `20`; below 1e-4 and from 1e6 on as powers.
+/// A number such as `0.001` or `20`; below 1e-4 and from 1e6 on in the form `1e-5`.
 fn tick_label(value: f64) -> String {
     if (0.9e-4..0.9e6).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }

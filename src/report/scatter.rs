@@ -14,11 +14,12 @@ pub(super) struct Size {
     pub(super) height: f64,
     /// Characters of the longest label.
     longest: usize,
-    /// Only rows that the answer names and the front have labels.
+    /// Whether only rows that the answer names, and rows on the front, have labels.
     few_labels: bool,
 }
 
-/// For a window of 860 pixels and more, two of them side by side from 1400 on; and for a telephone, two of them from 800 on.
+/// The first is for windows of 860 pixels and more, with two plots side by side from 1400 on. The second is for
+/// telephones, with two plots side by side from 800 on.
 pub(super) const SIZES: [Size; 2] = [
     Size { name: "wide", width: 652.0, height: 440.0, longest: 34, few_labels: false },
     Size { name: "narrow", width: 356.0, height: 440.0, longest: 20, few_labels: true },
@@ -29,10 +30,10 @@ const LEFT: f64 = 80.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 52.0;
-/// The mean width of a letter; the widest of common fonts need as much.
+/// The mean width of a letter, pixels, in the widest of common fonts.
 const ADVANCE: f64 = 8.1;
 const LINE: f64 = 16.0;
-/// Half of a point's extent, and of one that the answer names.
+/// Half of the extent of a point, also of a point that the answer names.
 const REACH: f64 = 7.0;
 /// A point that is farther than this from the middle of all points is drawn at the edge.
 const FAR: f64 = 25.0;

@@ -94,7 +94,7 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
         }
     }
     for series in &mut series {
-        // Stable: NaN keeps its place behind the numbers.
+        // A stable sort: points whose label is no number keep their order behind the numbers.
         series.points.sort_by_key(|point| point.label.parse::<u64>().unwrap_or(u64::MAX));
     }
 

@@ -7,7 +7,7 @@ use crate::stress::Soaked;
 use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
-/// All that the template gets, which escapes it.
+/// All data of the template, which escapes it.
 #[derive(Serialize)]
 struct Page<'a> {
     soaked: &'a Soaked,

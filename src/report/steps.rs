@@ -1,9 +1,10 @@
 //! How many steps look-ups take, as colours.
 
-/// Counts of one picture, rows from the top; none where no mesh is.
+/// Counts of one picture, rows from the top; none for pixels without a mesh.
 pub type Counts = Vec<Option<u32>>;
 
-/// Few to many, sRGB: ends and middle of cividis, which is read alike with any colour vision (Nuñez, Anderton and Renslow 2018).
+/// Colours from few to many steps, sRGB: the ends and the middle of cividis, which looks alike with any colour vision
+/// (Nuñez, Anderton and Renslow 2018).
 const COLOURS: [[f64; 3]; 3] = [[0.0, 32.0, 77.0], [124.0, 123.0, 120.0], [255.0, 234.0, 70.0]];
 
 /// Where no mesh is.

@@ -143,7 +143,7 @@ fn fields(row: &Stressed) -> Vec<String> {
     fields
 }
 
-/// All that the template gets, which escapes it.
+/// All data of the template, which escapes it.
 #[derive(Serialize)]
 struct Page<'a> {
     results: &'a Results,

@@ -125,7 +125,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
     lines
 }
 
-/// Breaks at blanks; a word that is longer than a line has one to itself.
+/// Breaks text at blanks; a word that is longer than a line gets a line of its own.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

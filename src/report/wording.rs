@@ -73,7 +73,7 @@ pub(super) fn path(row: &Row) -> String {
     one_line(&said.join(", "))
 }
 
-/// Bytes in the largest binary unit that leaves at least one before the point.
+/// Bytes in the largest binary unit in which the number is at least one.
 pub(super) fn bytes(count: u64) -> String {
     let value = count as f64;
     match count {
@@ -85,7 +85,7 @@ pub(super) fn bytes(count: u64) -> String {
     }
 }
 
-/// Digits in threes, with narrow blanks that no line breaks at.
+/// Digits in groups of three, with narrow blanks at which no line breaks.
 pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -103,7 +103,7 @@ pub(crate) fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>().trim().to_owned()
 }
 
-/// At most `limit` characters: the middle goes, for specs tell themselves apart at both ends.
+/// At most `limit` characters. The middle is left out, since specs differ at both ends.
 pub(super) fn shortened(text: &str, limit: usize) -> String {
     let characters: Vec<char> = text.chars().collect();
     if characters.len() <= limit {
@@ -135,7 +135,7 @@ pub(super) fn status_word(status: Status) -> &'static str {
     }
 }
 
-/// Which keys of the specs tell rows apart, and which are said once above the table.
+/// Which keys of the specs tell rows apart, and which are stated once above the table.
 pub(super) struct Specs {
     /// Key and value with the techniques that have it, or no name when every row has it.
     shared: Vec<(String, String, Vec<String>)>,

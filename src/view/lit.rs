@@ -113,7 +113,7 @@ impl Lit {
     /// Makes the kernels that draw its triangles.
     ///
     /// # Errors
-    /// [`Error::Input`] where it has none, else as [`Renderer::wireframe_kernels`].
+    /// [`Error::Input`] where the technique draws no triangles, else as [`Renderer::wireframe_kernels`].
     pub fn outline(&mut self) -> Result<()> {
         let settings = self.spec.settings();
         let Lighting::Vertex { spacing } = Lighting::of(&settings) else {

@@ -299,7 +299,7 @@ impl State {
         line
     }
 
-    /// The command that plots the curve of a texel of light 0's map, as `specs` have it.
+    /// The command that plots the curve of a texel of light 0's map, for the techniques `specs`.
     pub fn curve_command(&self, [x, y]: [u32; 2], face: Option<&str>, specs: &[&Spec]) -> String {
         let face = face.map_or_else(String::new, |face| format!(" --face {face}"));
         let techniques: String = specs.iter().map(|spec| format!(" --technique {}", quoted(&spec.short()))).collect();

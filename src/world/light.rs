@@ -11,7 +11,8 @@ pub struct LightData {
     pub position: [f32; 3],
     /// 0 directional, 1 spot, 2 point, 3 virtual.
     pub kind: u32,
-    /// The way a directional light travels, the axis of a spot light, the normal of a virtual one; 0 for a point light.
+    /// The direction in which a directional light travels, the axis of a spot light, the normal of a virtual one; 0 for
+    /// a point light.
     pub direction: [f32; 3],
     /// Cosine of half the cone of a spot light, 0 for a virtual light, −2 for the others.
     pub cos_cone: f32,

@@ -153,7 +153,7 @@ impl World {
         self.triangle_capacity
     }
 
-    /// The number of casters; in a world of the caller's buffers, the capacity.
+    /// How many casters there are, by kind; in a world of the caller's buffers, how many there may be.
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
             Filled::Scene(staged) => staged.scene.kinds(),
@@ -161,7 +161,8 @@ impl World {
         }
     }
 
-    /// The lights, as the host has them: where the device alone knows them ([`World::lights_of_buffer`]), dark ones of the same types.
+    /// The lights as the host knows them. Where only the device knows them ([`World::lights_of_buffer`]), these are
+    /// dark lights of the same types.
     pub fn all_lights(&self) -> &[Light] {
         &self.lit
     }
@@ -197,7 +198,7 @@ impl World {
         ))
     }
 
-    /// Whether any light is looked up through the faces of a cube.
+    /// Whether any light has the six maps of a cube's faces.
     pub fn has_faces(&self) -> bool {
         self.lit.iter().any(|light| light.map_count() > 1)
     }

@@ -101,7 +101,7 @@ pub struct LightAt {
     /// World units, at least 1e-18. For a spot or a point light: the distance at which it ends, which may be infinite.
     /// For a virtual light: the distance below which it gets no brighter. Unused for a directional light.
     pub radius: Number,
-    /// Cosine of half the full opening angle of a spot light, < 1, and at least that of half 170°.
+    /// Cosine of half the full opening angle of a spot light: less than 1, and at least the cosine of half of 170°.
     pub cos_cone: Number,
 }
 

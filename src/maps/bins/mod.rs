@@ -438,8 +438,8 @@ impl Lists {
         if entries <= self.capacity.into() {
             return Ok(had_room);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
-        // much. A need past the limit is an error here.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame; where
+        // that exceeds the limit, as much as the limit allows. A need past the limit is an error here.
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;

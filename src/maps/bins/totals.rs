@@ -20,7 +20,7 @@ pub struct BinTotals {
     pub groups_y: u32,
     /// z of that command.
     pub groups_z: u32,
-    /// Not 0: the driver ended loops over a tile's casters before their time.
+    /// Not 0 where the driver ended loops over a tile's casters early.
     pub cut_short: u32,
     /// Casters of the tile that has the most.
     pub fullest: u32,
