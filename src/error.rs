@@ -70,7 +70,7 @@ pub enum WayOut {
     OtherPlace,
     /// A sentence that ends with the command that makes a bake.
     Bake(String),
-    /// These specs, each to be given alone.
+    /// These specs, each given alone and not together with the others.
     Each(Vec<String>),
 }
 

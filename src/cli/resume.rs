@@ -47,7 +47,7 @@ pub fn kept(folder: &Path, now: &Results, asked: &[(&str, &Spec)]) -> Result<Vec
     Ok(kept)
 }
 
-/// The first condition of the figures that differs: its name, and both values.
+/// The first of the conditions, under which the figures are measured, that has changed: its name, and both values.
 fn difference(before: &Results, now: &Results) -> Option<(String, String, String)> {
     let of = |results: &Results| {
         let device = &results.device;

@@ -40,7 +40,7 @@ struct Inner {
     name: String,
     bytes: u64,
     memory: Memory,
-    /// The caller made the buffer and destroys it.
+    /// Whether the caller made the buffer, and destroys it.
     is_theirs: bool,
 }
 

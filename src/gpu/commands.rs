@@ -42,7 +42,7 @@ pub struct Commands<'a> {
     passes: u32,
     /// Names of timed passes, one per line.
     names: String,
-    /// Each pass is timed, instead of all passes together.
+    /// Whether each pass is timed, instead of all passes together.
     times_passes: bool,
     /// Whatever a recorded command uses, kept alive until the device is done.
     used: Vec<Kept>,

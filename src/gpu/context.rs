@@ -23,7 +23,7 @@ const NO_QUEUE: &str = "a queue, and the device's is its owner's: record it (Com
 pub struct Options {
     /// Index among [`devices`], or part of a device's name; none takes discrete > integrated > virtual > CPU.
     pub device: Option<String>,
-    /// Load the validation layer with synchronization validation; an error where it is not installed.
+    /// Whether the validation layer is loaded, with synchronization validation; an error where it is not installed.
     pub validation: bool,
     /// Where the validation layer's messages go.
     pub messages: Messages,

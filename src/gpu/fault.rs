@@ -21,7 +21,7 @@ enum Call {
     Submission,
     /// Waiting for them: the same.
     Wait,
-    /// Writing a file, or to standard output: the disk is full.
+    /// Writing to a file or to standard output: the disk is full.
     Write,
 }
 
@@ -43,7 +43,7 @@ static MADE: [AtomicU64; CALLS.len()] = [const { AtomicU64::new(0) }; CALLS.len(
 pub struct Fault {
     call: Call,
     nth: u64,
-    /// All later ones fail too.
+    /// Whether all later calls of the kind fail too.
     lasts: bool,
 }
 

@@ -29,7 +29,8 @@ pub enum Blend {
     MaxAndAdd,
 }
 
-/// A graphics kernel's state. Triangles, no culling, no vertex buffers: vertex shaders fetch by index.
+/// A graphics kernel's state. It draws triangles without culling and without vertex buffers: vertex shaders fetch by
+/// index.
 pub struct Graphics<'a> {
     /// Vertex shader.
     pub vertex: &'a Shader,
@@ -37,7 +38,7 @@ pub struct Graphics<'a> {
     pub fragment: &'a Shader,
     /// Colour targets in order.
     pub colors: &'a [(vk::Format, Blend)],
-    /// The format of the depth buffer that draws test (less) and write; none for no depth buffer.
+    /// The format of the depth buffer, which draws test against (less) and write to; none for no depth buffer.
     pub depth: Option<vk::Format>,
 }
 

@@ -11,11 +11,12 @@ use std::sync::OnceLock;
 #[doc(hidden)]
 #[derive(Clone, Debug, Default)]
 pub struct Testing {
-    /// Limits as low as Vulkan 1.3 allows.
+    /// Whether the device counts as one whose limits are as low as Vulkan 1.3 allows.
     pub lowest_limits: bool,
-    /// No optional features.
+    /// Whether the device counts as one without optional features.
     pub no_features: bool,
-    /// The validation layer puts checks into shaders too, so that a read or write beyond a buffer gives a message.
+    /// Whether the validation layer puts checks into shaders too, so that a read or write beyond a buffer gives a
+    /// message.
     pub checks_in_shaders: bool,
     /// A call that fails.
     pub fault: Option<Fault>,

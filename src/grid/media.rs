@@ -14,9 +14,9 @@ const LARGE_GROUPS: u32 = 4096;
 /// Extra data of smoke and hair in a grid, besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Holds {
-    /// How strands run in each voxel.
+    /// Whether the grid holds how strands run in each voxel.
     pub directions: bool,
-    /// The greatest number of any voxel.
+    /// Whether the grid holds the greatest number of any voxel.
     pub most: bool,
 }
 

@@ -18,8 +18,8 @@ pub enum Voxelizer {
     Listed,
     /// Triangles are drawn along the axis that they face most, and fragments go through columns.
     Raster {
-        /// Fragments cover what a triangle touches by [`crate::gpu::Features::conservative_rasterization`], else by
-        /// widening the triangles.
+        /// Whether fragments cover what a triangle touches by [`crate::gpu::Features::conservative_rasterization`];
+        /// else by widening the triangles.
         conservative: bool,
     },
 }

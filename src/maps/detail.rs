@@ -80,8 +80,8 @@ pub fn tile_count(maps: &Maps) -> u64 {
 }
 
 impl Detail {
-    /// `bins` is the set of the [`super::Bins`], which holds `slots`. At most `block_count` blocks are chosen; that is
-    /// at least the number of tiles.
+    /// Makes the buffers and passes of detail. `bins` is the set of the [`super::Bins`], which holds `slots`. At most
+    /// `block_count` blocks are chosen; that is at least the number of tiles.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

@@ -55,7 +55,7 @@ pub struct List {
     keep: Keep,
     map_count: u32,
     size: [u32; 2],
-    /// The caller fixed the capacity: segments that do not fit are lost, and counted.
+    /// Whether the caller fixed the capacity. Then segments that do not fit are lost, and counted.
     fixed: bool,
     /// The fragments of the last build, stored or not, per group.
     fragments: Vec<u32>,

@@ -42,7 +42,7 @@ fn rounding(view: &View) -> f64 {
 pub enum OpaqueWay {
     /// By the device's rasterizer, one draw per map.
     Raster,
-    /// By shaders in whole numbers, all maps at once: the same bits on every device.
+    /// By compute shaders that calculate in whole numbers, all maps at once: the same bits on every device.
     Compute,
 }
 
@@ -67,7 +67,8 @@ pub struct OpaqueMaps {
 }
 
 impl OpaqueMaps {
-    /// The settings that techniques with other maps share: glsl/maps/opaque.glsl weighs texels bilinearly.
+    /// The settings of the opaque maps that techniques with maps of their own share. glsl/maps/opaque.glsl weights four
+    /// texels of these bilinearly.
     pub const SHARED: Self = Self {
         size: OPAQUE_SIZE,
         format: Format::D32_SFLOAT,

@@ -48,9 +48,9 @@ pub struct Splat {
     capacity: u32,
     caster_count: u32,
     size: [u32; 2],
-    /// Some casters are strands.
+    /// Whether some casters are strands.
     strands: bool,
-    /// Some casters are Gaussians.
+    /// Whether some casters are Gaussians.
     gaussians: bool,
 }
 

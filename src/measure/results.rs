@@ -124,10 +124,11 @@ pub struct Row {
     pub host_ns: Option<Timing>,
     /// Device time of one build of the representation, once it is warm and everything has room.
     pub build_ns: Option<Timing>,
-    /// A million look-ups at random points, device time.
+    /// Device time of a million look-ups at random points.
     pub lookup_ns_per_million: Option<Timing>,
-    /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1
-    /// and 2 without the meshes where `shading=forward`. Slow devices have one sample, which is not warmed up.
+    /// Device time of drawing and lighting the picture once: meshes and casters, however they are shaded. In files of
+    /// schemas 1 and 2, with `shading=forward`, the time of the meshes is not in it. Slow devices have one sample,
+    /// which is not warmed up.
     pub draw_ns: Option<Timing>,
     /// A build and `draw_ns` together: the time of a frame whose light has moved. For baked techniques in a still world
     /// `draw_ns` alone; in files of earlier programs it includes the bake. New in version 2.
@@ -297,8 +298,8 @@ impl Results {
             for row in &mut results.rows {
                 let Some(error) = &mut row.error else { continue };
                 let sampled = error.map.and_then(|map| map.within).is_some_and(|within| within.points > 0);
-                // In these files the standard error is over a part of the points. So are the classes of `casters`,
-                // which do not say how many points are left out.
+                // In files of versions 1 and 2 the standard error is over a part of the points. So are the classes of
+                // `casters`, which do not say how many points are left out.
                 row.standard_error = row.standard_error.filter(|_| !sampled);
                 error.casters = None;
                 let kinds = [&mut error.map, &mut error.space, &mut error.surface];
@@ -322,8 +323,8 @@ impl PassTiming {
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Row {
-    /// The value of a key of its variant. A default is in this version's word, whatever word the program that wrote the
-    /// row used.
+    /// The value of a key of its variant. A default that an older program wrote as another word is given as the present
+    /// word.
     pub fn value(&self, key: &str) -> Option<&str> {
         let value = self.variant.get(key)?;
         let was = (self.technique.as_str(), key, value.as_str()) == WAS;

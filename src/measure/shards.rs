@@ -46,7 +46,8 @@ impl Shard {
 /// that the user gave it.
 ///
 /// # Errors
-/// [`Error::Input`] names a shard that is none, belongs to another run, is given twice, is missing or is not complete.
+/// [`Error::Input`] that names a file which holds no shard, a shard of another run, one that is given twice, one that
+/// is missing or one that is not complete.
 pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     const SAME: &str = "give all shards of one run, each once";
     let input = |name: &str, cause: String, way_out: &str| Error::input(name.to_owned(), cause, way_out);

@@ -211,7 +211,7 @@ impl Case<'_> {
         Ok(timed)
     }
 
-    /// Look-ups at the same points, one pass after the other.
+    /// Times look-ups at the same points, one pass after the other.
     pub(super) fn time_lookups(&self, technique: &dyn Technique) -> Result<Vec<LookupTimes>> {
         let asked = self.asked.iter().enumerate().map(|(light, points)| Asked { light, points, normals: &[] });
         let asked: Vec<_> = asked.collect();

@@ -14,9 +14,9 @@ use std::collections::BTreeMap;
 /// Which changes fail a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fails {
-    /// Rows that are slower.
+    /// Whether rows that are slower fail it.
     pub slower: bool,
-    /// Rows whose error has grown.
+    /// Whether rows whose error has grown fail it.
     pub worse: bool,
 }
 

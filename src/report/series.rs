@@ -20,7 +20,7 @@ pub(super) struct Point {
     pub(super) error: f64,
     /// Nodes, or nothing for a technique without.
     pub(super) label: String,
-    /// Nothing is both faster and closer.
+    /// Whether no point is both faster and closer to the truth.
     pub(super) on_front: bool,
 }
 

@@ -218,7 +218,7 @@ mod tests {
         assert!(text.contains("failed: device lost at") && !text.contains('\u{1b}'), "{text}");
     }
 
-    /// Columns go by their worth, in whatever order they are shown.
+    /// The columns that are worth least are left out first, whatever the order in which columns are shown.
     #[test]
     fn what_is_worth_most_stays_longest() {
         let mut rows = vec![row("4", Status::Ok, ""), row("8", Status::Ok, "")];

@@ -9,7 +9,8 @@ use std::time::Instant;
 const DEVICE: u32 = 1;
 const HOST: u32 = 2;
 
-/// A build's slice is longer by so many nanoseconds, so that a reader that rounds still has the last pass within it.
+/// Nanoseconds that are added to a build's slice, so that its last pass still ends within it where a reader of the file
+/// rounds times.
 const ROUNDED: f64 = 4.0;
 
 /// The timed builds, look-ups and pictures of rows, on two tracks. On the host's track each lasts from the beginning of

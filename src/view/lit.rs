@@ -37,9 +37,9 @@ pub struct Lit {
 /// What a side recorded in a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Recorded {
-    /// The build or the view has changed.
+    /// Whether the build or the view has changed.
     pub changed: bool,
-    /// Its picture was drawn again.
+    /// Whether its picture was drawn again.
     pub drawn: bool,
 }
 

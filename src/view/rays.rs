@@ -73,7 +73,7 @@ impl Found {
 struct Post {
     asked: Option<Asked>,
     answer: Option<(Key, std::result::Result<Arc<Found>, String>)>,
-    /// The thread is working on a ray.
+    /// Whether the thread is working on a ray.
     is_busy: bool,
     is_over: bool,
 }

@@ -255,7 +255,7 @@ impl Shared {
     }
 }
 
-/// Rows of the picture as it is shown, or measured.
+/// Rows of the picture: as it is shown where there is a `show`, else as it is measured.
 fn rows_of(casters: &Casters, scene: &Scene, camera: &View, show: Option<Show>, rows: Range<u32>) -> Vec<[f32; 3]> {
     let Some(show) = show else { return picture_rows(casters, scene, camera, rows) };
     let [width, height] = show.sampled([camera.width, camera.height]);

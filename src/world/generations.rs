@@ -86,12 +86,13 @@ impl Made {
         Self { of: parts, at: None }
     }
 
-    /// Whether it is made from the present world.
+    /// Whether the thing is already made from the present world.
     pub fn stands(&self, world: &World) -> bool {
         self.at.as_ref().is_some_and(|at| at.agree(world.generations(), self.of))
     }
 
-    /// Returns whether it has to be made from the present world, and takes it as made: the caller must make it.
+    /// Returns whether the thing has to be made from the present world. If so, counts it as made from now on: the
+    /// caller must make it.
     pub fn make(&mut self, world: &World) -> bool {
         let make = !self.stands(world);
         if make {

@@ -83,9 +83,9 @@ enum Filled {
 /// A scene of the host's.
 struct Staged {
     scene: Scene,
-    /// The casters on the device differ from those in the host's scene.
+    /// Whether the casters on the device differ from those in the host's scene.
     written: bool,
-    /// A copy failed: the device's data are partly of the old scene and partly of the new one.
+    /// Whether a copy failed. Then the device's data are partly of the old scene and partly of the new one.
     mixed: bool,
 }
 

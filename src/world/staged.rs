@@ -293,7 +293,7 @@ struct Changed {
     particles: bool,
     /// Strands, splats or volumes.
     strands: bool,
-    /// The lights, or only their colours.
+    /// The lights, even where only their colours have changed.
     lights: bool,
     /// The casters on the device that have changed.
     casters: Range<usize>,

@@ -106,7 +106,7 @@ struct Lists {
     unlisted: bool,
     keeps_entries: bool,
     lists_parts: bool,
-    /// Parts of the fullest tiles are listed first, by one workgroup.
+    /// Whether parts of the fullest tiles are listed first, by one workgroup.
     fullest_first: bool,
     /// Workgroups per tile or block with casters.
     parts_a_block: u32,
@@ -352,8 +352,8 @@ impl Bins {
         Ok(grew)
     }
 
-    /// Makes room for the entries of a build that counted `totals`, the same for each tile if possible. Returns whether
-    /// the build must run again.
+    /// Makes room for the entries of a build that counted `totals`, where possible with the same room for each tile.
+    /// Returns whether the build must run again.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device has no room for them. [`Error::Refused`] where the

@@ -44,7 +44,7 @@ const MOST_TURNS: u64 = 16;
 /// How casters are surveyed.
 #[derive(Clone, Copy)]
 pub(in crate::maps) struct Surveying {
-    /// A workgroup adds up in its own memory before it adds to the tiles.
+    /// Whether a workgroup first adds up in its own memory, and then adds its sums to the tiles.
     pub tallies: bool,
     /// Threads per workgroup.
     pub threads: u32,
@@ -64,9 +64,10 @@ impl Surveying {
 
 /// Decisions that are taken before the passes are made.
 pub(in crate::maps) struct Threads {
-    /// A workgroup counts its casters' tiles in its own memory before it adds to the tiles' counts.
+    /// Whether a workgroup first counts its casters' tiles in its own memory, and then adds its counts to the tiles'
+    /// counts.
     pub tallies: bool,
-    /// Tiles with the most casters are listed first.
+    /// Whether tiles with the most casters are listed first.
     pub fullest_first: bool,
     /// Casters per workgroup of the passes over casters.
     pub casters_a_group: u32,
