@@ -351,7 +351,8 @@ fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
     specs
 }
 
-/// The specs that are not hopeless; and the best ones so far in half and twice the size, which may be better.
+/// The specs that are not hopeless, and the best specs so far in half and in twice their size, since these may be
+/// better.
 fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     let found = best_and_extremes(rows, limits);
     let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);

@@ -67,13 +67,13 @@ pub(super) struct Shared {
     /// Work that is recorded in the caller's command buffers.
     pub(super) frames: Frames,
     device: Device,
-    /// The driver reported the device as lost; nothing is submitted any more.
+    /// Whether the driver reported the device as lost. Then nothing is submitted any more.
     lost: AtomicBool,
-    /// Each pass of a submission is timed, not only all of them together.
+    /// Whether each pass of a submission is timed, and not only all of them together.
     pub(super) times_passes: AtomicBool,
     /// Layers and tools between program and driver, as far as a device that was opened here reports them.
     tools: Vec<Tool>,
-    /// Each pass of a submission counts its work.
+    /// Whether each pass of a submission counts its work.
     pub(super) counts_passes: AtomicBool,
     pub(super) queue_family: u32,
     pub(super) frames_in_flight: u32,

@@ -309,8 +309,8 @@ impl Grid {
         directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
     }
 
-    /// Buffers of the directions of strands in each voxel, and of the greatest number of any voxel. The bits are bound
-    /// in place of buffers that the grid lacks.
+    /// Buffers of the directions of strands in each voxel, and of the greatest number of any voxel. In place of a
+    /// buffer that the grid lacks there is the buffer of bits, so that something is bound.
     pub fn held_buffers(&self) -> [&Buffer; 2] {
         let media = self.media.as_ref();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
@@ -333,7 +333,8 @@ impl Grid {
         self.lists().map_or(Ok(Vec::new()), Lists::read)
     }
 
-    /// The bits and the lists of casters, likewise, after a build; nothing in a grid without lists.
+    /// The bits and the lists of casters, in the layout of the lists of triangles, after a build; nothing in a grid
+    /// without lists.
     ///
     /// # Errors
     /// As [`Grid::data`].

@@ -102,7 +102,8 @@ impl OpaqueRaster {
             cull.record(commands, triangle_count, self.map_count, maps);
         }
         let corner = |map| opaque_corner(image, size, map);
-        // All maps in one render, or each in its own, which keeps the maps beside it.
+        // One render for all maps; or, for some of the maps, one render for each of these, so that the other maps stay
+        // as they are.
         let renders: Vec<_> = match maps {
             [all] if *all == (0..self.map_count) => vec![([0, 0], image.size(), all.clone())],
             some => some.iter().flat_map(Clone::clone).map(|map| (corner(map), size, map..map + 1)).collect(),

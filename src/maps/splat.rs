@@ -136,7 +136,7 @@ impl Splat {
         }
     }
 
-    /// Draws the casters of each map of `maps`, which are group number `group`. The maps are stacked.
+    /// Draws the casters of each map of `maps`, which form group number `group`. The maps are stacked.
     pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, maps: Range<u32>, group: u32, capacity: u32) {
         for (slot, map) in (0..).zip(maps) {
             let push = SplatPush { map, order_first: map * self.capacity, slot, group, capacity };

@@ -91,7 +91,7 @@ impl<'a> Watch<'a> {
 pub(super) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
-    /// The clock once stayed low in spite of work: from then on nothing waits for it.
+    /// Whether the clock once stayed low in spite of work. From then on nothing waits for it.
     stays_low: AtomicBool,
 }
 

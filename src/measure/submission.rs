@@ -42,9 +42,11 @@ pub struct Submission {
     pub results: Results,
 }
 
-/// A hash of all errors of a row at points, by their bits. An answer that differs by one rounding moves a sum over thousands of answers by far
-/// more than a sum in f64 rounds. So this tells answers apart as well as a hash of the answers would, and it can be computed again from the
-/// file alone. A hash of rounded answers could not be compared between devices either: some answer always lies where rounding turns.
+/// A hash of all errors of a row at points, by their bits. An answer that differs by one rounding moves a sum over
+/// thousands of answers by far more than a sum in f64 rounds. So this tells answers apart as well as a hash of the
+/// answers would, and it can be computed again from the file alone. A hash of rounded answers could not be compared
+/// between devices either: some answer is always so close to halfway between two rounded values that devices round it
+/// differently.
 pub fn answers_hash(row: &Row) -> String {
     let Some(error) = &row.error else { return String::new() };
     let mut hasher = FnvHasher::default();

@@ -80,12 +80,12 @@ fn leaks(points: Option<PointError>) -> Option<f64> {
     Some(points.leaks? as f64)
 }
 
-/// The text behind the share of points within the resolution: their error.
+/// The error of the points within the resolution, as text that comes behind their share.
 fn error_within(points: Option<PointError>) -> Option<String> {
     Some(format!("({})", significant(points?.within?.mean_abs?)))
 }
 
-/// The text behind the leaks: the false shadows.
+/// The number of false shadows, as text that comes behind the number of leaks.
 fn false_shadows(points: Option<PointError>) -> Option<String> {
     Some(format!("/ {}", grouped(points?.false_shadows?)))
 }

@@ -31,8 +31,8 @@ fn found(rows: &[Row], limits: &Limits) -> Option<(Answer, Measure)> {
 }
 
 /// Factors of time or error in a first look: up to `ALIKE` there is no difference, and from `SLOWER` and `FARTHER` on
-/// there is one. Errors of few points are steadier than times of few frames. But an error is seen to be larger only at
-/// half as much again, and a quarter more of a time is not worth it.
+/// there is one. `FARTHER` is larger, although errors of few points are steadier than times of few frames: an error
+/// looks larger only where it is half as large again, while a row that takes a quarter longer is not worth its time.
 const ALIKE: f64 = 1.05;
 const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;
@@ -83,7 +83,8 @@ mod tests {
             of("avsm", 2.5, 0.1, 10),
             of("avsm", 2.6, 0.1, 10),
             of("avsm", 2.6, 0.095, 10),
-            // As quick, or a little quicker, and farther off by more than half; quicker.
+            // The first is as quick as the rows above and farther off by more than half; the second is a little
+            // quicker.
             of("avsm", 1.95, 0.16, 10),
             of("avsm", 1.9, 0.16, 10),
             // Smaller.
@@ -133,7 +134,7 @@ mod tests {
             assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &flip)), hopeless, "{flips:?}");
             assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &Limits::default())), [false, true, true]);
         }
-        // By FLIP the second row is the best, and so other sizes are made of it.
+        // By FLIP the second row is the best, so it is one of the rows that are measured in other sizes.
         let rows = [of(1.0, 0.01, Some(0.06)), of(2.0, 0.1, Some(0.004))];
         assert_eq!((best_and_extremes(&rows, &flip)[0], best_and_extremes(&rows, &Limits::default())[0]), (1, 0));
         assert!(to_be_sized(&rows, &flip).contains(&1));

@@ -339,7 +339,7 @@ mod tests {
         Row {
             scene: "s".into(),
             technique: technique.into(),
-            // This is no key of the technique: the row is found again by it.
+            // The technique has no such key; the test finds the row again by it.
             variant: [("row".to_owned(), index.to_string())].into(),
             status: if number(8) == 0 { Status::Failed } else { Status::Ok },
             frame_ns: (number(8) > 0).then(|| (1 + number(6)) as f64 * 1e6),

@@ -14,7 +14,7 @@ const SMALLEST_MILLISECONDS: f64 = 1e-6;
 pub(super) struct Point {
     /// The time, clamped to the axis.
     pub(super) milliseconds: f64,
-    /// 5th and 95th percentile of it, where they are known.
+    /// 5th and 95th percentile of the time, where they are known.
     pub(super) spread_milliseconds: Option<(f64, f64)>,
     /// Mean absolute error, clamped to the panel's floor.
     pub(super) error: f64,

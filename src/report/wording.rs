@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(labels(&["avsm:nodes=4,size=64"]).0, ["avsm:nodes=4,size=64"]);
     }
 
-    /// `storage=` means different things for two techniques, and each of them has one value only.
+    /// `storage=` means different things for two techniques, and each of them has one value only, so it is in no label.
     #[test]
     fn what_only_one_technique_has_is_no_label() {
         let (names, shared) = labels(&["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);

@@ -10,7 +10,8 @@ use crate::world::World;
 /// workgroup then first counts in its own memory.
 pub const MANY_CASTERS: u32 = 1 << 18;
 
-/// Casters per workgroup that counts in its own memory, and its most threads; a device may take fewer threads.
+/// For workgroups that count in their own memory: how many casters each takes, and how many threads it has at most. A
+/// device may take fewer threads.
 const TALLY_CASTERS: u32 = 1024;
 const TALLY_MOST_THREADS: u32 = 512;
 

@@ -184,10 +184,10 @@ fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
 
 /// What interlock buys on a device.
 pub(super) struct Bought {
-    /// In few words, which several devices may share: the words before the devices' names, and those behind.
+    /// The short form, which several devices may share: the words before the devices' names, and the words behind.
     short: (String, String),
     device: String,
-    /// In a sentence with numbers.
+    /// The long form: a sentence with numbers.
     pub(super) long: String,
 }
 
