@@ -131,7 +131,8 @@ fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     keys.map(line).collect()
 }
 
-/// Fills lines of that width. The first line begins with `first`; the others are indented to the text behind `first`.
+/// Sets `words` in lines of [`WIDTH`] characters. The first line begins with `first`; the others are indented to the
+/// text behind `first`.
 pub fn fill(first: &str, words: &str) -> String {
     // A paragraph below a heading of its own is indented by four.
     let indent = if first.ends_with(": ") { 4 } else { first.chars().count() };

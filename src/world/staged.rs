@@ -342,7 +342,7 @@ pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Li
     }
 }
 
-/// The sign of each triangle's side, in the order of [`triangles`].
+/// The sign ([`Side::sign`]) of each triangle, in the order of [`triangles`].
 fn signs(scene: &Scene) -> Vec<i32> {
     scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(Side::sign)).collect()
 }
