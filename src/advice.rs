@@ -1,4 +1,4 @@
-//! Advice with the program's own options, for errors of the library, whose texts name none of them.
+//! Adds the program's own options to errors of the library, whose texts name no option.
 
 use crate::technique::VIRTUAL_LIGHTS;
 use crate::{Error, Less, WayOut, one_of};
@@ -16,7 +16,7 @@ pub(crate) fn advised(error: Error) -> Error {
     }
 }
 
-/// None where the library's words say all.
+/// None where the library's own words are enough.
 fn typed(way_out: &WayOut) -> Option<String> {
     Some(match way_out {
         WayOut::Less(less) => format!("use {}", one_of(less.iter().map(of_less))),
@@ -70,7 +70,7 @@ mod tests {
             ),
             (WayOut::Each(Vec::new()), "--technique SPEC --technique SPEC"),
         ] {
-            // The library's own words are of no program.
+            // The library's own words name no option and no file of the program.
             for typed in ["--", "=", ".sh", "gobo"] {
                 assert!(!way_out.to_string().contains(typed), "{way_out}");
             }

@@ -70,11 +70,11 @@ pub enum WayOut {
     OtherPlace,
     /// A sentence that ends with the command that makes a bake.
     Bake(String),
-    /// These specs, of which each is to be given alone.
+    /// These specs, each given alone and not together with the others.
     Each(Vec<String>),
 }
 
-/// What less of may be used.
+/// What to use less of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Less {
     /// Texels of a map.
@@ -85,9 +85,9 @@ pub enum Less {
     Casters,
     /// Lights.
     Lights,
-    /// No less, but more of memory.
+    /// Less of nothing: a device with more memory.
     MoreMemory,
-    /// No less, on a device that takes more.
+    /// Less of nothing: another device, with higher limits.
     OtherDevice,
 }
 
@@ -182,10 +182,10 @@ impl Error {
     }
 }
 
-/// ` (did you mean avsm?)`, for the cause of an error; empty where nothing that is known is near.
+/// ` (did you mean avsm?)`, for the cause of an error; empty where no known word is similar.
 pub(crate) fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let length = given.chars().count();
-    // Anything is near numbers, and a letter or two.
+    // Too many words are similar to a number or to a letter or two.
     if !(3..=64).contains(&length) || !given.contains(char::is_alphabetic) {
         return String::new();
     }

@@ -1,11 +1,11 @@
-// Shared by the examples of the documentation. It is no part of the crate: each of them includes it.
+// Shared by the examples of the documentation, each of which includes this file. It is no part of the crate.
 
 use glam::DVec3;
 use gobo::gpu::{Context, Options};
 use gobo::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
 use gobo::{Error, Result};
 
-/// Runs an example; without a driver, or where the device lacks what it needs, it says why it does not.
+/// Runs an example. Where there is no driver, or the device lacks a feature that the example needs, it prints why.
 #[allow(dead_code)]
 pub fn on_a_device(example: impl FnOnce(&Context) -> Result<()>) {
     match Context::new(&Options::default()).and_then(|context| example(&context)) {
@@ -17,7 +17,7 @@ pub fn on_a_device(example: impl FnOnce(&Context) -> Result<()>) {
     }
 }
 
-/// Under a light from above, nothing yet.
+/// A scene with one light from above, and no casters.
 pub fn empty() -> Scene {
     Scene {
         name: "example".into(),

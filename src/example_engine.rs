@@ -1,5 +1,5 @@
-// The engine of the first page's example: a device, a queue and two frames in flight, none of which is Gobo's. It is no part of the
-// crate.
+// The engine in the example at the top of lib.rs: a device, a queue and two frames in flight, none of which is Gobo's.
+// This file is no part of the crate.
 
 use ash::vk;
 use gobo::gpu::{Adopt, Enabled, Features, Messages};
@@ -16,7 +16,7 @@ pub struct Engine {
     frames: Vec<(vk::CommandBuffer, vk::Fence)>,
 }
 
-/// Runs an example; without a driver it says why it does not.
+/// Runs an example. Where there is no driver, it prints so.
 pub fn runs(example: impl FnOnce(&Engine) -> Result<()>) {
     // SAFETY: as in any program that uses Vulkan.
     let Some(engine) = (unsafe { Engine::open() }) else {
@@ -94,11 +94,11 @@ impl Engine {
         }
     }
 
-    /// The command buffer of a frame, once the one is over whose place it takes.
+    /// The command buffer of a frame. Waits until the earlier frame that used the same buffer is over.
     pub fn begin(&self, frame: u64) -> vk::CommandBuffer {
         let (buffer, fence) = self.frames[frame as usize % 2];
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the frame that had both before is over.
+        // SAFETY: the earlier frame that used the buffer and the fence is over.
         unsafe {
             self.device.wait_for_fences(&[fence], true, u64::MAX).expect("no device is lost");
             self.device.begin_command_buffer(buffer, &begin).expect("it is over");

@@ -1,8 +1,8 @@
 //! GLSL for other programs: the look-up of each technique as one file, with its descriptors and constants.
 //!
-//! [`file()`] is a technique's file: it includes nothing, every global name in it begins with `gobo_` and the technique's name,
-//! and the numbers of its bindings and constants stay what they are from version to version. At its top it says all that it is
-//! given. Build.rs makes it from glsl/ (build/flat.rs).
+//! [`file()`] is a technique's file: it includes nothing, every global name in it begins with `gobo_` and the
+//! technique's name, and the numbers of its bindings and constants stay the same from version to version. The comment
+//! at its top lists everything that it must be given. Build.rs makes it from glsl/ (build/flat.rs).
 //!
 //! ```
 //! let avsm = gobo::glsl::file("avsm")?;
@@ -23,7 +23,7 @@ use ash::vk;
 /// The look-up of a technique, in one file.
 #[derive(Debug)]
 pub struct File {
-    /// `beer-shadow-map`; in names of the file `beer_shadow_map`.
+    /// The technique's name, as `beer-shadow-map`; the file writes it `beer_shadow_map` in its own names.
     pub technique: &'static str,
     /// GLSL, to be put behind `#version 460`.
     pub text: &'static str,
@@ -40,7 +40,7 @@ pub struct File {
 /// A binding of a [`File`].
 #[derive(Debug)]
 pub struct Binding {
-    /// Counted from the file's first.
+    /// Counted from the file's first binding, which has 0.
     pub number: u32,
     /// Its name in the file.
     pub name: &'static str,
@@ -48,8 +48,8 @@ pub struct Binding {
     pub descriptor: vk::DescriptorType,
     /// Its GLSL type: `gobo_avsm_Light[]`, `sampler2D`.
     pub glsl: &'static str,
-    /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 for bindings other than
-    /// buffers.
+    /// In scalar layout, the bytes of one element of a buffer that is an array, or of all of any other buffer; 0 for
+    /// bindings that are not buffers.
     pub stride: u32,
     /// Its content.
     pub about: &'static str,
@@ -75,7 +75,7 @@ include!(concat!(env!("OUT_DIR"), "/glsl.rs"));
 /// The file of a technique: `avsm`, `beer-shadow-map`.
 ///
 /// # Errors
-/// [`Error::Input`] where there is none, with the names of those that there are.
+/// [`Error::Input`] where no technique has that name, with the names that there are.
 pub fn file(technique: &str) -> Result<&'static File> {
     let line = |text: &str| text.replace(char::is_control, "?");
     FILES.iter().find(|file| file.technique == technique).ok_or_else(|| {
@@ -91,7 +91,7 @@ pub fn file(technique: &str) -> Result<&'static File> {
 }
 
 impl File {
-    /// That of an answer's technique.
+    /// The file of the technique in `folder`.
     pub fn of(folder: Folder) -> &'static Self {
         &FILES[folder.place()]
     }
@@ -103,7 +103,8 @@ impl Answer<'_> {
         File::of(self.folder)
     }
 
-    /// The bindings of the technique's file for a descriptor set of one's own, from `first_binding` on, for all stages.
+    /// Layout bindings for a descriptor set of the caller's: those of the technique's file, numbered from
+    /// `first_binding` on, for all stages.
     pub fn layout(&self, first_binding: u32) -> Vec<vk::DescriptorSetLayoutBinding<'static>> {
         let slot = |binding: &Binding| {
             vk::DescriptorSetLayoutBinding::default()
@@ -115,8 +116,9 @@ impl Answer<'_> {
         self.file().bindings.iter().map(slot).collect()
     }
 
-    /// Ids and values of the specialization constants of the technique's file, its first id being `first_id`; those that keep
-    /// their defaults are left out. They say how the technique was opened, and change no more.
+    /// Ids and values of the specialization constants of the technique's file, whose first constant has the id
+    /// `first_id`. Constants that keep their defaults are left out. The values follow from how the technique was
+    /// opened, and never change.
     pub fn specialization(&self, first_id: u32) -> Vec<(u32, u32)> {
         let constants = (first_id..).zip(self.file().constants);
         constants.filter_map(|(id, constant)| Some((id, self.constants.word(constant.inside)?))).collect()

@@ -1,12 +1,13 @@
 //! How much of light `l` reaches point `p`? Shadow techniques for smoke, hair, foliage and meshes.
 //!
 //! A [`technique`] builds a representation on the GPU from a [`world`] and answers with one GLSL function,
-//! `float light_visibility(uint light, vec3 position)`. The caller needs to know nothing else of it: the queries and pictures in
-//! [`consume`], or a shader of yours.
+//! `float light_visibility(uint light, vec3 position)`. Whatever calls that function needs to know nothing else: the
+//! queries and pictures in [`consume`], or a shader of yours.
 //!
 //! # In an engine
 //!
-//! The steps of docs/guide/embedding.md, which says what each requires, as code; examples/embed is a whole renderer.
+//! This code follows docs/guide/embedding.md, which says what each step requires. A whole renderer is in
+//! examples/embed.
 //!
 //! ```
 //! use glam::DVec3;
@@ -92,8 +93,8 @@
 //!
 //! # Techniques
 //!
-//! `docs/guide/techniques/NAME.md` says what each keeps, how it is built, and what it is good at; its module has an example.
-//! [`technique::REGISTRY`] has the same as data.
+//! `docs/guide/techniques/NAME.md` says what each technique stores, how it is built, and what it is good at; its module
+//! has an example. [`technique::REGISTRY`] has the same as data.
 //!
 //! | Technique | Casts from | Built |
 //! |---|---|---|
@@ -122,10 +123,11 @@
 //!
 //! # What is where
 //!
-//! [`gpu`] is Vulkan, and knows no technique. [`scene`] says what casts and what shines, on the host; [`world`] is that on the
-//! device as it is now. [`maps`] and [`grid`] are what techniques share, [`simulate`] moves particles on the device.
-//! What fails is an [`Error`]: what, of which name, why, and a [`WayOut`]. A device that lacks something is a refusal by name
-//! ([`Error::Refused`]), never a wrong answer.
+//! [`gpu`] wraps Vulkan, and knows no technique. [`scene`] describes casters and lights on the host; [`world`] holds
+//! their present state on the device. [`maps`] and [`grid`] hold code that techniques share; [`simulate`] moves
+//! particles on the device. A failure is an [`Error`], which says the operation, the thing's name, the cause and a
+//! [`WayOut`]. A device that lacks a feature gets a refusal that names the feature ([`Error::Refused`]), never a wrong
+//! answer.
 //!
 //! # Features
 //!
@@ -172,7 +174,7 @@ pub use technique::requirements;
 mod tests {
     use crate::technique::{Entry, Lifetime, REGISTRY};
 
-    /// The table of the page above has a row per technique, no other, and says of each what the registry says.
+    /// The table above has one row per technique, and each row agrees with the registry.
     #[test]
     fn the_first_page_is_right() {
         let table = include_str!("lib.rs").lines().skip_while(|line| *line != "//! |---|---|---|").skip(1);

@@ -3,28 +3,28 @@
 
 use crate::gpu::{Shader, Spirv};
 
-/// A folder of glsl/ with a visibility.glsl: what consumers are built with.
+/// A folder of glsl/ with a visibility.glsl, which shaders that ask for light are compiled with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Folder {
     place: usize,
     /// Its name in glsl/.
     pub name: &'static str,
-    /// Whether its look-up counts its steps, in look_up_steps, where LOOK_UP_STEPS is defined.
+    /// Whether its look-up, compiled with LOOK_UP_STEPS, counts its steps in look_up_steps.
     pub counts_steps: bool,
 }
 
 impl Folder {
-    /// Its place among all folders that answer.
+    /// Its index among all folders with a visibility.glsl.
     pub(crate) fn place(self) -> usize {
         self.place
     }
 }
 
-/// A shader that asks for light, once for each technique.
+/// A shader that asks for light, compiled once per technique.
 pub struct PerTechnique(&'static [Shader]);
 
 impl PerTechnique {
-    /// The one that asks the technique of that folder.
+    /// The shader that asks the technique in `folder`.
     pub fn of(&self, folder: Folder) -> &'static Shader {
         &self.0[folder.place]
     }

@@ -36,11 +36,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return wrong("it is built each frame", format!("name one that is baked: {}", baked.join(", ")));
     }
     let scene = load(&arguments.scene, &arguments.load)?;
-    // A picture of nothing is one; a bake of nothing is a mistake.
+    // A picture of nothing is still a picture; a bake of nothing is a mistake.
     if !spec.entry.casts.are_in(scene.kinds()) {
         return Err(spec.entry.casts_from_nothing(&scene.name));
     }
-    // The file's place is checked before a bake, which may take minutes.
+    // The output path is checked before the bake, which may take minutes.
     let (store, name) = place(&arguments.out)?;
     let context = arguments.device.open()?;
     let world = World::new(&context, &scene)?;
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The folder of a file and its name in there.
+/// The folder of a file, and the file's name in it.
 fn place(out: &Path) -> Result<(Store, &str)> {
     let name = out.file_name().and_then(|name| name.to_str());
     let name = name.ok_or_else(|| Error::output(out, "it names no file"))?;

@@ -1,4 +1,4 @@
-//! `compare --baseline`: what has changed since an earlier run, and whether that fails this one.
+//! `compare --baseline`: what has changed since an earlier run, and whether the changes make this run fail.
 
 use super::{complain, say, say_json};
 use crate::measure::{Change, Margins, Results, Row, change_of, changes, together};
@@ -47,9 +47,9 @@ struct Document<'a> {
 /// The earlier results that a run is compared with.
 pub struct Baseline<'a> {
     arguments: &'a BaselineArguments,
-    /// One after another, as they were given.
+    /// The runs in the order in which they were given.
     runs: Vec<Results>,
-    /// All of them as one.
+    /// All runs merged into one.
     before: Option<Results>,
     margins: Margins,
     fails: Fails,
@@ -71,10 +71,11 @@ impl BaselineArguments {
 }
 
 impl Baseline<'_> {
-    /// Checks, before anything is measured, that `now` can be compared with it.
+    /// Checks, before anything is measured, that `now` can be compared with the baseline.
     ///
     /// # Errors
-    /// [`Error::Input`] where it is of another device or driver, was measured otherwise, or is of another scene.
+    /// [`Error::Input`] where the baseline is of another device or driver, was measured under other conditions, or has
+    /// another scene.
     pub fn check(&self, now: &Results) -> Result<()> {
         let device = |results: &Results| {
             let device = &results.device;
@@ -102,7 +103,7 @@ impl Baseline<'_> {
         self.change(row).is_some_and(|change| change.is_slower())
     }
 
-    /// Whether it is seen to be no slower. What is too unsteady to tell says nothing against one that was seen to be.
+    /// Whether the row is seen to be no slower. A later measurement that is too unsteady to tell does not change that.
     pub fn is_no_slower(&self, row: &Row) -> bool {
         self.change(row).is_some_and(|change| change.is_no_slower())
     }
@@ -111,8 +112,8 @@ impl Baseline<'_> {
         self.before.as_ref().and_then(|before| change_of(before, row, self.margins))
     }
 
-    /// Prints the changes, or with `json` all results and the changes, and writes the files for other tools. False where the run fails by
-    /// them.
+    /// Prints the changes, or with `json` all results and the changes, and writes the files for other tools. Returns
+    /// false where the changes make the run fail.
     ///
     /// # Errors
     /// [`Error::Output`] where a file cannot be written.
@@ -123,7 +124,7 @@ impl Baseline<'_> {
             None => Vec::new(),
         };
         if now.shard.is_some() {
-            // They are in another shard.
+            // Rows that seem to be gone are in another shard.
             all.retain(|change| !matches!(change, Change::Gone(_)));
         }
         if let Some(path) = &self.arguments.junit {

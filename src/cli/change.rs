@@ -1,4 +1,4 @@
-//! Options that change a scene once its file is read.
+//! Options that change a scene after it is loaded.
 
 use crate::scene::SceneChange;
 use clap::Args;

@@ -23,14 +23,14 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// A scene of meshes under more lights than this is one of many lights.
+/// A scene of meshes with more lights than this counts as one of many lights.
 const FEW_LIGHTS: usize = 8;
 
-/// How often a row that seems slower than its baseline is measured again: a build that is slower stays slower, while a disturbance by
-/// another program passes.
+/// How many times a row that seems slower than its baseline is measured again. A build that is slower stays slower,
+/// while a disturbance by another program passes.
 const MEASURED_AGAIN: u32 = 2;
 
-/// Pixels of a picture of a quick look, and on a software device where no technique is named.
+/// Size of a picture, pixels, in a quick look, and on a software device where no technique is named.
 pub(super) const SMALL_PICTURE: [u32; 2] = [320, 180];
 
 #[derive(Args)]
@@ -111,7 +111,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The part of the command that is run.
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.frames, self.quick, self.picture) = (self.frames.min(2), true, Some([32, 18]));
@@ -153,7 +153,7 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let (turning, footprints, counts) = (arguments.turn.is_some(), arguments.footprints, arguments.pipeline_statistics);
     if arguments.quick {
         let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
-        // A GPU has no eighth of a pass to time.
+        // On a GPU all look-ups are timed: an eighth of a pass would time too little.
         let parts = if features.is_software() { 8 } else { 1 };
         return Effort {
             frames: frames.min(8),
@@ -172,8 +172,8 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     Effort { frames, warm_up: 5, space_points: 65536, lookups: LOOKUPS, picture, turning, footprints, counts, truth }
 }
 
-/// The scene in each frame, and the times of these frames. Without a truth to compare with, a simulated scene is needed in one frame alone:
-/// the device moves it.
+/// The scene in each frame, and the times of these frames. Without a truth to compare with, one frame of a simulated
+/// scene is enough: the device moves it.
 fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
     let scene = load(name, &arguments.load)?;
     let times_s = arguments.moving.times(&scene, arguments.frames)?;
@@ -213,7 +213,7 @@ fn bounced(arguments: &Arguments, scenes: &[(Vec<Scene>, Vec<f64>)]) -> Result<V
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene_names =
         if arguments.scenes.is_empty() { vec!["three-emitters".to_owned()] } else { arguments.scenes.clone() };
-    // Everything that can be wrong with the input is found before the first measurement.
+    // All errors in the input are found before the first measurement.
     let mut specs: Vec<Spec> = Vec::new();
     for text in &arguments.techniques {
         specs.extend(little::specs(super::specs(text)?));
@@ -295,7 +295,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         results.rows = rows.iter().flatten().cloned().collect();
         writer.write(|store| store.write(&results));
     }
-    // A scene that does not fit is no reason to leave the others out; a lost device is.
+    // Where one scene does not fit on the device, the others are still measured. A lost device ends the run.
     let mut ended: Result<()> = Ok(());
     let mut first = 0;
     for (i, ((states, times_s), specs)) in scenes.iter().zip(&specs).enumerate() {
@@ -306,8 +306,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
         let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
-            // Pipelines are made row by row: a software driver compiles a pipeline when it first draws, and reports stand in the order of
-            // the rows.
+            // Here pipelines are made row by row: a software driver compiles a pipeline when it first draws, and the
+            // driver's reports have the order of the rows.
             if !context.features().is_software() && !arguments.pipeline_statistics {
                 let left = specs.iter().zip(of_scene.clone()).filter(|(_, place)| is_left(&rows, *place));
                 case.prepare(&left.map(|(spec, _)| spec).collect::<Vec<_>>())?;
@@ -380,12 +380,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     ended.map(|()| if holds { code } else { ExitCode::FAILURE })
 }
 
-/// Whether its build is quicker; other times do not count.
+/// Whether a row's build is quicker than another's; other times do not count.
 fn is_quicker(row: &Row, other: &Row) -> bool {
     row.status == Status::Ok && row.build_ns.zip(other.build_ns).is_some_and(|(a, b)| a.median < b.median)
 }
 
-/// Before plots and page, so that a full disk does not cost it.
+/// Printed before plots and page are written, so that a full disk does not cost the output.
 fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     say(table(results))?;
     if arguments.passes {
@@ -411,7 +411,7 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
         arguments.moving.moving.map(|Span { from, to }| format!("{from}..{}", given(to.map(|to| to.to_string()))));
     [
         ("--frames", effort.frames.to_string()),
-        // Files from before schema 3 do not say this, and their errors leave points out.
+        // Files from before schema 3 lack this condition, and their errors leave points out.
         ("errors", "over all points".into()),
         ("--quick", arguments.quick.to_string()),
         ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
@@ -424,20 +424,20 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
         ("--validation", arguments.device.validation.to_string()),
     ]
     .into_iter()
-    // Files from before this was there do not say it.
+    // Older files lack these conditions, so they are only there where they are on.
     .chain(effort.footprints.then(|| ("--footprints", "true".into())))
     .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))
     .map(|(name, value)| (name.to_owned(), value))
     .collect()
 }
 
-/// Whether it is one of many lights.
+/// Whether a scene counts as one of many lights.
 pub(super) fn has_many_lights(scene: &Scene) -> bool {
     scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
 }
 
-/// The specs to compare when no technique is named. Under many lights: all specs of the techniques' entries, so that a missing feature is a
-/// row that says so. Else: those whose features the device has.
+/// The specs to compare when no technique is named. Under many lights these are all specs of the techniques' entries,
+/// so that a missing feature gives a row that says so. Otherwise they are the specs whose features the device has.
 pub(super) fn default_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     if many_lights || has_many_lights(scene) {
@@ -460,7 +460,8 @@ pub(super) fn exit_code(results: &Results) -> ExitCode {
     if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Scenes of one name, such as smoke.ply and smoke.toml, get numbers: their pictures are files.
+/// Gives numbers to scenes with the same name, such as smoke.ply and smoke.toml: their names are used for the files of
+/// pictures.
 fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
     for i in 1..scenes.len() {
         let (before, rest) = scenes.split_at_mut(i);

@@ -15,7 +15,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Requirements of all techniques, beside those of their paths.
+/// Requirements of options that all techniques have, besides those of their paths.
 const ANY: [(&str, &[Requirement]); 2] = [
     ("lighting=vertex", &[Requirement::Tessellation]),
     ("render --wireframe", &[Requirement::Tessellation, Requirement::Lines]),

@@ -10,10 +10,10 @@ use crate::technique::{Opened, Spec, answers_in_space, open};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Frames of which the median is a frame's time.
+/// Number of frames over which the median time is taken.
 const TIMED: usize = 9;
 
-/// A frame.
+/// A frame that was drawn.
 pub(super) struct Drawn {
     /// Pixels.
     pub size: [u32; 2],
@@ -26,12 +26,12 @@ pub(super) struct Drawn {
 }
 
 impl Drawn {
-    /// A picture that is as it is shown.
+    /// From a picture that is shown as it is measured.
     pub(super) fn of(picture: &Picture) -> Self {
         Self::of_bytes([picture.width, picture.height], picture.to_srgb8())
     }
 
-    /// Bytes as they are written.
+    /// From bytes as they are written to the file.
     pub(super) fn of_bytes(size: [u32; 2], rgb8: Vec<u8>) -> Self {
         Self { size, rgb8, plain: None, frame_ms: None }
     }
@@ -121,10 +121,10 @@ pub(super) fn by_technique(
 
 /// How a frame is drawn.
 struct Draws {
-    /// How far apart the vertices are whose triangles are drawn.
+    /// Where `--wireframe` is given, the spacing of the vertices whose triangles are drawn.
     spacing: Option<Lighting>,
     air: Option<Fog>,
-    /// In a world that moves the frame before is another one.
+    /// Whether all frames show the same world. In a world that moves, the frame before shows another state.
     still: bool,
 }
 
@@ -144,7 +144,7 @@ impl Draws {
     }
 }
 
-/// The median of some frames: a build of all and the picture.
+/// The median over some frames of the time of a build and a picture.
 fn frame_ms(
     opened: &mut Opened,
     world: &World,
@@ -164,7 +164,7 @@ fn frame_ms(
     Ok(Some(frames_ms[TIMED / 2]))
 }
 
-/// Whether `--wireframe` has triangles to draw.
+/// Checks that `--wireframe` has triangles to draw.
 pub(super) fn lines_spacing(arguments: &Arguments, technique: &str, lighting: Lighting) -> Result<()> {
     match lighting {
         Lighting::Fragment if arguments.wireframe => Err(Error::input(
@@ -176,7 +176,7 @@ pub(super) fn lines_spacing(arguments: &Arguments, technique: &str, lighting: Li
     }
 }
 
-/// The spec of the only technique.
+/// The spec of the only technique that was given.
 pub(super) fn spec_alone(arguments: &Arguments, what: &str) -> Result<Spec> {
     one_spec(arguments.alone(what)?)
 }

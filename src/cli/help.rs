@@ -1,4 +1,5 @@
-//! The text of `--help` behind the options, and of `gobo help TECHNIQUE`: made from the entries of techniques alone.
+//! The text behind the options in `--help`, and the text of `gobo help TECHNIQUE`. Both are made from the entries of
+//! techniques alone.
 
 use super::hooks::OPTION;
 use crate::consume::{KEYS, parse};
@@ -8,10 +9,10 @@ use crate::technique::keys::EVERY;
 use crate::technique::{Entry, Key, Lifetime, REGISTRY, Values};
 use crate::{Error, Result};
 
-/// Columns of a line of help.
+/// Characters per line of help.
 pub const WIDTH: usize = 100;
 
-/// How a run ends.
+/// What the exit status means.
 const EXIT: &str = "Exit status: 0 where all that was asked for was done (a row that the device refuses is done); 1 where something \
     failed, of which a line on standard error says what and the way out; 2 where the command line is wrong.";
 
@@ -35,10 +36,11 @@ pub fn techniques() -> String {
     text
 }
 
-/// The page of the technique that the arguments ask about, if they do: `gobo help avsm`. `commands` also have help.
+/// The help page of the technique that the arguments ask about, if they ask for one: `gobo help avsm`. `commands` also
+/// have help.
 ///
 /// # Errors
-/// [`Error::Input`] where the word is neither, but near one.
+/// [`Error::Input`] where the word is neither a technique nor a command, but similar to one.
 pub fn asked<'a>(commands: impl Iterator<Item = &'a str>) -> Result<Option<String>> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != OPTION).collect();
     let [_, name] = &arguments[..] else { return Ok(None) };
@@ -129,9 +131,10 @@ fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     keys.map(line).collect()
 }
 
-/// Lines of the width: the first begins with `first`, and the others are indented below the text behind it.
+/// Sets `words` in lines of [`WIDTH`] characters. The first line begins with `first`; the others are indented to the
+/// text behind `first`.
 pub fn fill(first: &str, words: &str) -> String {
-    // Below a name of its own a paragraph is set in by four.
+    // A paragraph below a heading of its own is indented by four.
     let indent = if first.ends_with(": ") { 4 } else { first.chars().count() };
     let (mut text, mut line, mut is_empty) = (String::new(), first.to_owned(), true);
     for word in words.split_whitespace() {
@@ -160,7 +163,7 @@ mod tests {
         assert_eq!(text.split_whitespace().filter(|word| *word == "word").count(), 60);
     }
 
-    /// The page of every technique has all that its settings have.
+    /// Every technique's page has all keys of its settings.
     #[test]
     fn a_page_has_all_keys() {
         for entry in REGISTRY {

@@ -1,5 +1,5 @@
-//! For tests: variables of the environment that make devices lesser ones, calls fail and commands do little. The program reads
-//! them where it is started with `--test-hooks`, which `--help` does not name.
+//! For tests: environment variables that lower what devices can do, make calls fail and make commands do little. The
+//! program reads them where it is started with `--test-hooks`, which `--help` does not list.
 
 use super::little;
 use crate::gpu::{Fault, Testing};
@@ -15,7 +15,7 @@ pub(super) const OPTION: &str = "--test-hooks";
 /// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails, with `N+` all later ones too; with 0 all succeed.
 /// - `GOBO_TEST_BURDEN=MIB`: each build also fills so many MiB, so that it takes longer than it should.
 /// - `GOBO_TEST_SLOW_TRUTH=MS`: each row of the window's reference takes so much longer.
-/// - `GOBO_TEST_LITTLE`, set and not empty: commands do what they are told, but little of it.
+/// - `GOBO_TEST_LITTLE`, set and not empty: commands do all that they are told, but little of it.
 #[doc(hidden)]
 pub fn test_hooks() {
     let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);

@@ -63,7 +63,8 @@ fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(a, b)| a == b)
 }
 
-/// Copies a row's pictures, named by its place among its scene's as one run would.
+/// Copies a row's pictures. Their names have the number that one run would give: the row's place among its scene's
+/// rows.
 fn copy(row: &mut Row, place: usize, from: &Path, to: &Store) -> Result<()> {
     let mut named = row.clone();
     named.picture = row.picture.as_ref().map(|_| picture_name(row, place, ""));

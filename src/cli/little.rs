@@ -1,18 +1,19 @@
-//! For tests, with `GOBO_TEST_LITTLE` ([`super::test_hooks`]): commands do what they are told, but little of it: two
-//! frames, small pictures, maps and grids, the first variant of each sweep and the first casters of the first scene.
-//! So every command of docs is run.
+//! For tests, with `GOBO_TEST_LITTLE` ([`super::test_hooks`]): commands do all that they are told, but little of it.
+//! They take two frames, small pictures, maps and grids, the first variant of each sweep, and the first casters of the
+//! first scene. So a test can run every command that the documentation names.
 
 use crate::scene::Scene;
 use crate::technique::{Name, Spec, Values};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Texels or slices, where any number may be chosen: enough for the widest filter.
+/// The most texels or slices, where any number may be chosen: enough for the widest filter.
 const MOST_TEXELS: u32 = 48;
 
-/// Casters of each kind, and triangles of each mesh.
+/// The most casters of each kind, and the most triangles of each mesh.
 const MOST_CASTERS: usize = 300;
 
-/// Numbers in the names of scenes; more than the few lights that are measured otherwise.
+/// The largest number in the name of a scene; larger than the number of lights from which a scene counts as one of many
+/// lights.
 const MOST_NAMED: u32 = 12;
 
 /// Look-ups that are timed at once.
@@ -20,12 +21,12 @@ pub(super) const LOOKUPS: usize = 8192;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Asks for it, from now on.
+/// Makes commands do little from now on.
 pub(super) fn begin() {
     ASKED.store(true, Ordering::Relaxed);
 }
 
-/// Whether that is asked for.
+/// Whether commands are to do little.
 pub(super) fn is_asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }
@@ -38,14 +39,14 @@ pub(super) fn name(name: &str) -> String {
     }
 }
 
-/// The first of several; that the others are there is known by then.
+/// Keeps the first `few` of several. By then it is known that the others exist.
 pub(super) fn first<T>(all: &mut Vec<T>, few: usize) {
     if is_asked() {
         all.truncate(few);
     }
 }
 
-/// The first casters of the scene.
+/// Keeps the first casters of the scene.
 pub(super) fn scene(mut scene: Scene) -> Scene {
     if is_asked() {
         scene.particles.truncate(MOST_CASTERS);
@@ -61,7 +62,7 @@ pub(super) fn scene(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The first of a sweep, in the smallest map or grid.
+/// Keeps the first spec of a sweep, with the smallest map or grid.
 pub(super) fn specs(mut specs: Vec<Spec>) -> Vec<Spec> {
     if !is_asked() {
         return specs;

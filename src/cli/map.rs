@@ -9,7 +9,7 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Where nothing was found.
+/// The colour where nothing was found.
 const HOLE: [u8; 3] = [213, 94, 0];
 
 #[derive(Args)]
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// From black at the light to white at the farthest distance.
+/// Greys from black at the light to white at the farthest distance.
 fn paint(distances: &[f32], farthest: f32) -> Vec<[u8; 3]> {
     let grey = |distance: &f32| match distance.is_finite() {
         true => [(255.0 * distance / farthest.max(f32::MIN_POSITIVE)).round() as u8; 3],

@@ -108,7 +108,7 @@ enum Command {
     Man(shell::Man),
 }
 
-/// Which device.
+/// The options that choose a device.
 #[derive(Args)]
 struct DeviceArguments {
     /// Device, by index or part of the name in `gobo devices` [default: discrete > integrated > virtual > CPU]
@@ -143,7 +143,7 @@ struct LoadArguments {
     gravity: f64,
 }
 
-/// Lights in the place of the scene's.
+/// The option that replaces the scene's lights by virtual lights.
 #[derive(Args)]
 struct VplArgument {
     /// Replace the scene's lights by N virtual lights, 64 to 4096: the light that its meshes reflect
@@ -157,7 +157,7 @@ impl VplArgument {
         self.vpls.is_some()
     }
 
-    /// Checks, before a device is opened, that there may be so many virtual lights, and of these scenes.
+    /// Checks, before a device is opened, that so many virtual lights are allowed, and that these scenes can have them.
     fn check<'a>(&self, scenes: impl IntoIterator<Item = &'a Scene>) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         check_count(count).map_err(|error| error.with_name(|_| format!("--vpls {count}")))?;
@@ -165,7 +165,7 @@ impl VplArgument {
         scenes.into_iter().try_for_each(check_meshes).map_err(|error| error.with_way_out(way_out))
     }
 
-    /// The states of a scene, each with virtual lights of its own where they are wanted.
+    /// Gives each state of a scene virtual lights of its own, where they are asked for.
     fn light(&self, context: &Context, states: &mut [Scene]) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         for state in states {
@@ -187,14 +187,14 @@ struct MovingArgument {
     moving: Option<Span>,
 }
 
-/// From when and until when, seconds.
+/// The first time and the last, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Span {
     from: f64,
     to: Option<f64>,
 }
 
-/// Frames per second where no end is given.
+/// Frames per second where no last time is given.
 const FRAMES_PER_SECOND: f64 = 30.0;
 
 fn span(text: &str) -> std::result::Result<Span, String> {
@@ -212,7 +212,7 @@ impl MovingArgument {
         self.moving.is_some()
     }
 
-    /// The times of so many frames; none where the world is not to move.
+    /// The times of `frames` frames; none where the world is not to move.
     fn times(&self, scene: &Scene, frames: u32) -> Result<Vec<f64>> {
         let Some(span) = self.moving else { return Ok(Vec::new()) };
         if scene.motion == Motion::Still {
@@ -230,14 +230,14 @@ impl MovingArgument {
         (0..frames).map(time).map(|time_s| check_time(&scene.name, time_s).map(|()| time_s)).collect()
     }
 
-    /// The scene in each of so many frames, or alone as it is where it is not to move.
+    /// The scene in each of `frames` frames, or only the scene as it is where it is not to move.
     fn states(&self, scene: Scene, frames: u32) -> Result<Vec<Scene>> {
         let times_s = self.times(&scene, frames)?;
         if times_s.is_empty() { Ok(vec![scene]) } else { times_s.iter().map(|time_s| scene.at(*time_s)).collect() }
     }
 }
 
-/// Which map of which light.
+/// The options that choose a map of a light.
 #[derive(Args)]
 struct MapArguments {
     /// The light, from 0 in the scene's order
@@ -249,7 +249,7 @@ struct MapArguments {
 }
 
 impl MapArguments {
-    /// The map among those of all lights.
+    /// The index of the map among the maps of all lights.
     fn of(&self, scene: &Scene) -> Result<usize> {
         let Some(light) = scene.lights.get(self.light) else {
             let cause = format!("the scene has {} lights, from 0", scene.lights.len());
@@ -293,7 +293,7 @@ fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(little::scene(load_whole(&little::name(name), with)?))
 }
 
-/// The same for a command that shows one place of it, which has to be there.
+/// As [`load`], for a command that shows one place of the scene: casters are never left out.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     let mut scene = Scene::load(name, with.time)?;
     if let Some(lights) = with.lights {
@@ -306,17 +306,17 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The command as it was given, without the path of the program. A command with --resume counts as the earlier one that it goes on with:
-/// both together write what one would have written.
+/// The command as it was given, without the path of the program. A command with --resume counts as the earlier command
+/// that it continues: both together write what one would have written.
 fn command_line() -> String {
     let given = std::env::args().skip(1).filter(|argument| !["--resume", hooks::OPTION].contains(&argument.as_str()));
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
 }
 
-/// Messages of the validation layer, and leaks, of all devices that are opened. It outlives them.
+/// Messages of the validation layer, and leaks, of all devices that are opened. The list outlives the devices.
 static MESSAGES: LazyLock<Messages> = LazyLock::new(Messages::default);
 
-/// Fails where the validation layer said something.
+/// Fails where the validation layer has sent a message.
 fn check_messages() -> Result<()> {
     match MESSAGES.all().first() {
         None => Ok(()),
@@ -329,7 +329,7 @@ fn check_messages() -> Result<()> {
     }
 }
 
-/// Prints a line. The disk behind it may be full, or the reader gone.
+/// Prints a line. It fails where the disk behind standard output is full, or its reader is gone.
 fn say(line: impl Display) -> Result<()> {
     let said = || -> std::io::Result<()> {
         fault::write()?;
@@ -349,7 +349,7 @@ fn say_json(document: &impl serde::Serialize) -> Result<()> {
     say(serde_json::to_string_pretty(document).map_err(|cause| Error::output("stdout".as_ref(), cause))?)
 }
 
-/// A line on standard error; where there is no room for it, nothing helps.
+/// Prints a line on standard error. A failure is ignored, since there is no other place to report it.
 fn complain(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
@@ -389,7 +389,7 @@ pub fn main() -> ExitCode {
         Command::Man(arguments) => shell::man(&arguments),
     };
     let result = result.map_err(advised);
-    // The device is closed by now, of which the layer may have had something to say.
+    // The device is closed by now, and the layer may have sent messages about that.
     let mut errors: Vec<String> = [result.as_ref().err(), check_messages().as_ref().err()]
         .into_iter()
         .flatten()

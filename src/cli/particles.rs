@@ -14,7 +14,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::process::ExitCode;
 
-/// Particles over a pixel at the end of the scale, of those over one that is coloured densely.
+/// The end of the scale: this many times the number of particles over a pixel at which pixels are coloured densely.
 const MOST: f32 = 3.0;
 
 /// Draws `scene` at each of these times.
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
     Ok(ExitCode::SUCCESS)
 }
 
-/// The scale of colours below a picture that is shown.
+/// The picture with the scale of colours below it, where it is shown to people.
 fn with_legend(picture: &Picture, colours: Colours, show: Option<Show>) -> ([u32; 2], Vec<u8>) {
     let size = [picture.width, picture.height];
     let (last, what, more) = match colours {
@@ -68,7 +68,7 @@ fn with_legend(picture: &Picture, colours: Colours, show: Option<Show>) -> ([u32
         Colours::Light => return (size, picture.to_srgb8()),
     };
     let Some(show) = show else { return (size, picture.to_srgb8()) };
-    // As under a light of radiance 1.
+    // The colours are shown as under a light of radiance 1.
     let shown = |share: f64| {
         let linear = colours.of(last * share as f32).unwrap_or_default();
         let pixels = vec![linear.map(|c| filmic(f64::from(show.stops).exp2() * f64::from(c)) as f32)];

@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Checks that a file that is written as `format` has that ending.
+/// Checks that the name of a file of this `format` has the right ending, and that its folder exists.
 ///
 /// # Errors
 /// [`Error::Input`] for another ending, [`Error::Output`] where the folder is missing.

@@ -11,7 +11,7 @@ use std::time::Instant;
 /// Progress over so many rows.
 pub struct Progress {
     bar: ProgressBar,
-    /// Rows go to a log.
+    /// Whether a line per row is printed, as for a log.
     lines: bool,
     rows: usize,
     done: Cell<usize>,
@@ -21,7 +21,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Begins.
+    /// Shows the progress of `rows` rows.
     pub fn new(rows: usize) -> Self {
         let bar = ProgressBar::new(rows as u64);
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}, {eta} left: {wide_msg}") {
@@ -31,17 +31,17 @@ impl Progress {
         Self { bar, lines, rows, done: Cell::new(0), start, scene: RefCell::default() }
     }
 
-    /// A row begins.
+    /// Shows that the measuring of a row begins.
     pub fn begins(&self, scene: &str, spec: &Spec) {
         self.bar.set_message(format!("{scene}: {}", spec.short()));
         self.bar.tick();
-        // Before a scene's first row ends its truth is made, which may take long.
+        // A scene's truth is made before its first row ends, which may take long.
         if self.lines && self.scene.replace(scene.to_owned()) != scene {
             complain(format!("[{}/{}] {scene}: begins with {}", self.done.get(), self.rows, spec.short()));
         }
     }
 
-    /// A row ends.
+    /// Shows that the measuring of a row has ended.
     pub fn ends(&self, row: &Row, spec: &Spec) {
         self.bar.inc(1);
         self.done.set(self.done.get() + 1);
@@ -51,13 +51,13 @@ impl Progress {
         }
     }
 
-    /// All have ended.
+    /// Removes the bar, after the last row.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// After so many of so many rows: the time that the others may take, judged by these.
+/// The line for a log after `done` of `rows` rows, with the time that the other rows may take, judged by these.
 fn line([done, rows]: [usize; 2], took_s: f64, row: &Row, spec: &Spec) -> String {
     let left_s = took_s / done as f64 * (rows - done) as f64;
     let left = if done < rows { format!(", {left_s:.0} s left") } else { String::new() };
@@ -71,7 +71,7 @@ fn outcome(row: &Row) -> String {
     }
     let mut words = vec![row.path.clone()];
     words.extend(row.build_ns.map(|build| format!("build {:.3} ms", build.median / 1e6)));
-    // The error that a reader judges by: that on surfaces, where some are asked.
+    // The error by which a reader judges: on surfaces, where there are surface points.
     let error = row.error.as_ref().and_then(|error| {
         let surface = error.surface.map(|error| ("surface", error));
         surface.or(error.space.map(|error| ("space", error))).or(error.map.map(|error| ("map", error)))
@@ -92,7 +92,7 @@ mod tests {
         let row = Row { scene: "town".into(), technique: "avsm".into(), path: "binned".into(), ..Row::default() };
         assert_eq!(line([2, 8], 3.0, &row, &spec), "[2/8] 3.0 s, 9 s left town: avsm:size=8 binned");
         assert_eq!(line([8, 8], 12.0, &row, &spec), "[8/8] 12.0 s town: avsm:size=8 binned");
-        // The error that tells techniques apart to a reader, by its name.
+        // The line names the error that tells a reader most about the technique.
         let of = |mean_abs| Some(PointError { mean_abs, ..PointError::default() });
         let told = |map, space, surface| {
             let error = Some(RowError { map, space, surface, casters: None, image: None });

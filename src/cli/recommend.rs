@@ -1,4 +1,4 @@
-//! `gobo recommend`: which technique for a scene, from rows that were measured before or are now.
+//! `gobo recommend`: which technique for a scene, from rows that were measured before or are measured now.
 
 use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
 use super::progress::Progress;
@@ -16,11 +16,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The key that says what draws opaque maps.
+/// The key that says how opaque maps are drawn.
 const OPAQUE: &str = "opaque";
 
-/// Timed frames, and frames before them: of the first look on a software device, which has no clock rate to reach, and on other devices; of
-/// the second look at what is left; and of all specs, as `compare` has them.
+/// Timed frames, and warm-up frames before them: of the first look on a software device, which needs no warm-up as it
+/// has no clock rate to reach; of the first look on other devices; of the second look, at the specs that are left; and
+/// of `--thorough`, as in `compare`.
 const COARSE_SOFTWARE: [usize; 2] = [2, 0];
 const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
@@ -71,7 +72,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The part of the command that is run; with little, it is so small that nothing need be left out.
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command. It is so small that no row need be left out.
     pub fn little(mut self) -> Self {
         if little::is_asked() && self.from.is_none() {
             (self.max_ms, self.max_error, self.max_flip, self.max_bytes) = (None, None, None, None);
@@ -145,8 +146,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// First look: all specs that run on the device for this scene, a few times each and at few points. Then those that may be the answer, in
-/// full.
+/// Measures the candidates. A first look takes all specs that run on the device for this scene, with few repeats and
+/// few points. The specs that may be the answer are then measured in full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
@@ -158,20 +159,20 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
         let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
         return sweep.measure(&with(specs, near), work.effort(THOROUGH), arguments.out.as_deref());
     }
-    // Rows of the first look are kept too, so that a run that was ended goes on with the same choice.
+    // Rows of the first look are kept too, so that a resumed run makes the same choice.
     let first = arguments.out.as_ref().map(|out| out.join("first-look"));
     let repeats = if context.features().is_software() { COARSE_SOFTWARE } else { COARSE };
     let specs = without_alike(&scene, specs);
     let rows = sweep.measure(&specs, work.coarse(repeats, limits), first.as_deref())?.rows;
     let left = promising(&specs, &rows, limits);
-    // What is chosen by, and no more. On processors the truth takes as long as a row.
+    // Only the errors by which rows are chosen are measured. On processors, the truth takes as long as a row.
     let whole = work.effort(FINE);
     let parts = if context.features().is_software() && !arguments.quick { 4 } else { 1 };
     let fine = Effort { truth: Extent::Choice, space_points: whole.space_points / parts, lookups: 0, ..whole };
     sweep.measure(&left, fine, arguments.out.as_deref())
 }
 
-/// How much is done for a row.
+/// How much is measured per row.
 #[derive(Clone, Copy)]
 struct Work {
     picture: [u32; 2],
@@ -186,7 +187,7 @@ impl Work {
         Self { picture, quick }
     }
 
-    /// At the points and with the picture of `compare`.
+    /// The effort with the points and the picture of `compare`.
     fn effort(self, repeats: [usize; 2]) -> Effort {
         let [frames, warm_up] = match (little::is_asked(), self.quick) {
             (true, _) => [1, 0],
@@ -206,7 +207,7 @@ impl Work {
         }
     }
 
-    /// The effort of a first look. Pictures are made where they are chosen by.
+    /// The effort of a first look. Pictures are made only where rows are chosen by them.
     fn coarse(self, repeats: [usize; 2], limits: &Limits) -> Effort {
         let truth = if limits.flip.is_some() { Extent::Choice } else { Extent::Glance };
         Effort { space_points: 4096, lookups: 0, truth, ..self.effort(repeats) }
@@ -221,7 +222,8 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// A row per spec. They are kept in `folder` as soon as they are measured; with `--resume` those that are there stand.
+    /// Measures a row per spec. Rows are kept in `folder` as soon as they are measured; with `--resume`, rows that are
+    /// already there are kept.
     fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>) -> Result<Results> {
         let mut results = self.none(&effort);
         let store = folder.map(Store::open).transpose()?;
@@ -258,7 +260,7 @@ impl Sweep<'_> {
         Ok(results)
     }
 
-    /// Without a row.
+    /// Results without a row.
     fn none(&self, effort: &Effort) -> Results {
         let conditions = [
             ("--frames", effort.frames.to_string()),
@@ -293,9 +295,9 @@ fn lost(row: &Row) -> Error {
     }
 }
 
-/// Every spec whose technique sees all casters of the scene, and no shadow: `specs`, as `compare` has them, and one spec of each technique
-/// that is not among them; under meshes alone, every way to keep meshes. Under meshes alone each technique of `compare` has one spec: how
-/// it keeps smoke changes nothing in its opaque maps.
+/// The specs whose technique sees all casters of the scene, and `none`. These are `specs`, as `compare` has them, and
+/// one spec of each technique that is not among them. In a scene of meshes alone, every way to keep meshes is added.
+/// There each technique of `compare` has one spec only, since how it keeps smoke changes nothing in its opaque maps.
 fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     if !many_lights && !has_many_lights(scene) {
@@ -304,7 +306,7 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
             specs.retain(|spec| known.insert(spec.entry.name));
         }
         let of_meshes = runs(|runs| runs.stress_meshes, on_cpu)?;
-        // Specs that a software device builds in no time.
+        // Specs that a software device builds quickly.
         let of_smoke = runs(|runs| runs.stress_smoke, on_cpu)?;
         for entry in REGISTRY {
             if specs.iter().any(|spec| spec.entry.name == entry.name) {
@@ -337,8 +339,9 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
     Ok(specs)
 }
 
-/// Those that can be the answer, as far as is known before anything is measured: under meshes alone what also sees smoke or hair draws
-/// `shadow-map`'s opaque maps, answers from them alone, and makes what it keeps of smoke besides.
+/// The specs that can be the answer, as far as is known before anything is measured. In a scene of meshes alone, a
+/// technique that also sees smoke or hair is left out: it draws the opaque maps of `shadow-map`, answers from them
+/// alone, and makes its smoke maps besides.
 fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
     let has_maps = |spec: &Spec| spec.keys().any(|key| key.name == OPAQUE);
     let is_map = |spec: &Spec| has_maps(spec) && !spec.entry.casts.particles && !spec.entry.casts.strands;
@@ -348,13 +351,15 @@ fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
     specs
 }
 
-/// Specs that are not hopeless; and the answers so far in half and twice the size, which may change them.
+/// The specs that are not hopeless, and the best specs so far in half and in twice their size, since these may be
+/// better.
 fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     let found = best_and_extremes(rows, limits);
     let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);
     let mut left: Vec<usize> = (0..rows.len()).filter(|place| stays(*place)).collect();
     if limits.flip.is_none() {
-        // By points those that are shaded otherwise are equally close: only a picture would tell them apart.
+        // Specs that differ only in shading have equal errors at points: only a picture would tell them apart. The
+        // quickest stays.
         let is_quicker = |a: usize, b: usize| {
             let host = |row: &Row| row.host_ns.map(|host| host.median);
             let ns = |place: usize| rows[place].frame_ns.or(host(&rows[place])).unwrap_or(f64::INFINITY);
@@ -378,7 +383,7 @@ fn built(spec: &Spec) -> String {
     format!("{} {keys:?}", spec.entry.name)
 }
 
-/// Those, and behind them the specs of `more` that are not among them; not with little.
+/// `specs`, and behind them the specs of `more` that are not among them. With `GOBO_TEST_LITTLE`, `specs` alone.
 fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec> {
     for near in more.into_iter().filter(|_| !little::is_asked()) {
         if specs.iter().all(|spec| spec.to_string() != near.to_string()) {
@@ -388,12 +393,13 @@ fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec>
     specs
 }
 
-/// Half and twice its size, where it has one.
+/// The spec in half and in twice its size, where it has a size.
 fn neighbours(spec: &Spec) -> Vec<Spec> {
     [sized(spec, |size| size / 2), sized(spec, |size| size.saturating_mul(2))].into_iter().flatten().collect()
 }
 
-/// The same in another size, by the first of its sizes; none where it has none, or not that.
+/// The spec in another size, set by the first of its size keys. None where it has no such key, or does not take that
+/// size.
 fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
     let (name, size) = Name::SIZES.into_iter().find_map(|name| Some((name, spec.text(name).parse().ok()?)))?;
     let mut other = spec.clone();
@@ -406,7 +412,7 @@ mod tests {
     use super::*;
     use crate::measure::{PointError, RowError};
 
-    /// Every technique that sees all of a scene is a candidate there, and none that does not.
+    /// Every technique that sees all of a scene is a candidate for it, and no technique that does not.
     #[test]
     fn each_technique_is_looked_at_where_it_sees_all() {
         for name in ["cornell", "plume_8k", "town"] {
@@ -422,8 +428,8 @@ mod tests {
         }
     }
 
-    /// Under meshes alone one technique stands for all that draw the same maps; techniques that keep meshes in other ways stay, and so do
-    /// all under smoke.
+    /// In a scene of meshes alone, one technique represents all that draw the same maps. Techniques that keep meshes in
+    /// other ways stay, and in a scene of smoke all techniques stay.
     #[test]
     fn opaque_maps_are_looked_at_once() {
         let names = |name: &str| {

@@ -16,7 +16,7 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The name for the reference, which is no technique.
+/// The name of the reference, which is no technique.
 const REFERENCE: &str = "reference";
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -104,7 +104,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The part of the command that is run.
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.width, self.height, self.frames) = (32, 18, self.frames.min(2));
@@ -125,7 +125,7 @@ impl Arguments {
         }
     }
 
-    /// How the picture is shown to people; none for pictures that are measured.
+    /// How the picture is shown to people; none for a picture that is measured.
     pub(super) fn show(&self) -> Result<Option<Show>> {
         let show = Show::new(self.samples, self.exposure);
         if self.plain {
@@ -140,7 +140,7 @@ impl Arguments {
         &self.scene
     }
 
-    /// Options that it is loaded with.
+    /// Options that the scene is loaded with.
     pub(super) fn load(&self) -> &LoadArguments {
         &self.load
     }
@@ -150,13 +150,13 @@ impl Arguments {
         [self.width, self.height]
     }
 
-    /// The fog that fills it.
+    /// The fog that fills the scene.
     pub(super) fn air(&self) -> Result<Option<Fog>> {
         let air = self.fog.map(|extinction| Fog::new(extinction, self.fog_steps)).transpose();
         air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))
     }
 
-    /// The one technique of a command that has no panels.
+    /// The one technique of a command that draws no panels.
     pub(super) fn alone(&self, what: &str) -> Result<&str> {
         match &self.techniques[..] {
             [technique] => Ok(technique),
@@ -165,7 +165,7 @@ impl Arguments {
     }
 }
 
-/// The technique, or the reference, that lights a picture.
+/// What lights a picture: a technique or the reference.
 enum LitBy {
     Reference,
     Technique(Spec),
@@ -177,7 +177,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     run_scene(arguments, load(&arguments.scene, &arguments.load)?)
 }
 
-/// The same for a scene that is loaded already.
+/// Draws a scene that is already loaded.
 pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode> {
     if let Some(colours) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
@@ -209,7 +209,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         Ok(lit_by)
     };
     let lit_by: Vec<LitBy> = arguments.techniques.iter().map(lit_by).collect::<Result<_>>()?;
-    // The reference alone needs no device.
+    // No device is needed where only the reference is asked for.
     let needs_device = arguments.vpls.is_given() || lit_by.iter().any(|lit_by| matches!(lit_by, LitBy::Technique(_)));
     let context = if needs_device { Some(arguments.device.open()?) } else { None };
     if let Some(context) = &context {
@@ -228,7 +228,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         check_messages()?;
         return said_of(&sequence.names(), &said);
     }
-    // The device's techniques come first: a refusal should not wait for the reference, which may take minutes.
+    // Techniques on the device come first: a refusal should not wait for the reference, which may take minutes.
     let is_reference = |lit_by: &LitBy| matches!(lit_by, LitBy::Reference);
     let mut order: Vec<usize> = (0..lit_by.len()).collect();
     order.sort_by_key(|i| is_reference(&lit_by[*i]));
@@ -262,7 +262,7 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One picture per frame of all techniques' frames, with each one's figures below it.
+/// One picture per frame: a panel per technique, with the technique's figures below it.
 fn in_panels(
     arguments: &Arguments,
     states: &[Scene],

@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The shards of each run as that run, where the first of them stands.
+/// Joins the shards of each run into that run, which takes the place of its first shard.
 fn whole_runs(files: Vec<(String, Results)>) -> Result<Vec<(String, Results)>> {
     let of_run = |results: &Results| {
         let shard = results.shard.as_ref()?;

@@ -10,12 +10,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
 use std::path::Path;
 
-/// For each row asked for (its scene's name and spec; in a shard those of the shard), finds the rows that `folder` has of a run under the
-/// conditions of `now`. A row that failed, or lacks one of its pictures, is measured again. A folder without results has none.
+/// Finds the rows that `folder` has already, from a run under the conditions of `now`: one per asked scene and spec, in
+/// a shard only the shard's. A row that failed, or lacks one of its pictures, is not kept and is measured again. A
+/// folder without results has no rows.
 ///
 /// # Errors
-/// [`Error::Input`] where the rows there are of another device, driver, version or scene, were measured otherwise, or are more
-/// than are asked for.
+/// [`Error::Input`] where the rows in the folder are of another device, driver, version or scene, were measured under
+/// other conditions, or are more than are asked for.
 pub fn kept(folder: &Path, now: &Results, asked: &[(&str, &Spec)]) -> Result<Vec<Option<Row>>> {
     let mut kept = vec![None; asked.len()];
     remove_unfinished(folder);
@@ -46,7 +47,7 @@ pub fn kept(folder: &Path, now: &Results, asked: &[(&str, &Spec)]) -> Result<Vec
     Ok(kept)
 }
 
-/// The first that figures depend on and is not the same: its name, and both values.
+/// The first of the conditions, under which the figures are measured, that has changed: its name, and both values.
 fn difference(before: &Results, now: &Results) -> Option<(String, String, String)> {
     let of = |results: &Results| {
         let device = &results.device;
@@ -62,9 +63,9 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
     };
     let before = of(before);
     of(now).into_iter().find_map(|(name, new)| match before.get(&name) {
-        // A scene or a file that is asked for anew has no rows yet.
+        // A scene or a file that is newly asked for has no rows yet.
         None if name.starts_with(SCENE) || name.starts_with(FILE) => None,
-        // Older files do not say.
+        // Older files do not have it.
         None if name == "commit" => None,
         None => Some((name, "unknown".into(), new)),
         Some(old) => (*old != new).then(|| (name, old.clone(), new)),
@@ -74,32 +75,32 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
 /// The prefix of a scene's fingerprint in [`Results::conditions`].
 pub const SCENE: &str = "scene ";
 
-/// The prefix of a file's fingerprint there.
+/// The prefix of a file's fingerprint in [`Results::conditions`].
 const FILE: &str = "file ";
 
-/// The fingerprints of all files that specs name: a bake may be another one by now.
+/// The fingerprints of all files that specs name: a bake may have changed since.
 pub fn files<'a>(specs: impl Iterator<Item = &'a Spec>) -> BTreeMap<String, String> {
     let names: BTreeSet<_> = specs.flat_map(Spec::files).collect();
     let print = |name: &str| match Mapped::open(Path::new(name)) {
-        // No CRC: all files that end in their own have the same.
+        // Not a CRC: files that end in their own CRC all have the same one.
         Ok(bytes) => {
             let mut hasher = FnvHasher::default();
             hasher.write(&bytes);
             format!("{:016x}", hasher.finish())
         }
-        // Its rows fail, and say why.
+        // The file's rows will fail, and say why.
         Err(_) => "unreadable".into(),
     };
     names.into_iter().map(|name| (format!("{FILE}{name}"), print(name))).collect()
 }
 
-/// Whether a row is that of a spec; the row may have values for keys that the spec leaves open.
+/// Whether a row was made by a spec; the row may have values for keys that the spec leaves open.
 fn is_of(row: &Row, spec: &Spec) -> bool {
     let says = |(key, value): (&String, &String)| value.is_empty() || row.variant.get(key) == Some(value);
     row.technique == spec.entry.name && spec.variant().iter().all(says)
 }
 
-/// The files that a row's pictures are, the truth's among them.
+/// The files of a row's pictures, with the truth's.
 pub fn pictures(row: &Row) -> Vec<String> {
     let mut names: Vec<String> = [&row.picture, &row.difference].into_iter().flatten().cloned().collect();
     let bounced = row.error.as_ref().and_then(|error| error.image).is_some_and(|image| image.bounce_rmse.is_some());

@@ -9,20 +9,20 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// A frame of an animation, milliseconds.
+/// The duration of an animation's frame, milliseconds.
 const FRAME_MS: u32 = 80;
 
-/// One picture, FILE.png; or FILE-00.png, FILE-01.png, … and FILE.gif.
+/// Writes one picture, FILE.png, or several, FILE-00.png, FILE-01.png, …, with an animation, FILE.gif.
 pub struct Sequence {
     out: PathBuf,
     frames: u32,
     done: u32,
     animation: Option<GifEncoder<Bytes>>,
-    /// The frames encoded so far; a file once the last is there.
+    /// The animation's bytes so far; written to a file after the last frame.
     gif: Bytes,
 }
 
-/// Bytes that grow in one place while another looks on.
+/// Bytes that an encoder writes, and that can be read meanwhile.
 #[derive(Clone, Default)]
 struct Bytes(Rc<RefCell<Vec<u8>>>);
 
@@ -37,12 +37,12 @@ impl Write for Bytes {
 }
 
 impl Sequence {
-    /// A sequence of so many pictures.
+    /// A sequence of `frames` pictures.
     pub fn new(out: &Path, frames: u32) -> Self {
         Self { out: out.to_path_buf(), frames, done: 0, animation: None, gif: Bytes::default() }
     }
 
-    /// All files that are written, for people to read: one file, or the first, the last and the animation.
+    /// The names of all files that are written, for people: one file, or the first, the last and the animation.
     pub fn names(&self) -> String {
         if self.frames == 1 {
             return self.out.display().to_string();
@@ -55,7 +55,8 @@ impl Sequence {
         self.out.with_extension("gif")
     }
 
-    /// The next picture, of as many pixels as those before: rows of three bytes per pixel. It is on the disk when this returns.
+    /// Adds the next picture, of as many pixels as those before, as rows of three bytes per pixel. The picture is on
+    /// the disk when this returns.
     ///
     /// # Errors
     /// [`Error::Output`] names the file.
@@ -81,13 +82,13 @@ impl Sequence {
         if self.done < self.frames {
             return Ok(());
         }
-        // Its end is written as it goes.
+        // Dropping the encoder writes the animation's end.
         self.animation = None;
         write_whole(&path, &self.gif.0.borrow())
     }
 }
 
-/// FILE-07.png, with as many digits as the last needs.
+/// FILE-07.png, with as many digits as the last number needs.
 fn numbered(path: &Path, frame: u32, frames: u32) -> PathBuf {
     let digits = (frames - 1).to_string().len();
     let stem = path.file_stem().map_or_else(|| "gobo".into(), |s| s.to_string_lossy());

@@ -1,4 +1,4 @@
-//! `gobo slice`: the picture below the visibility of one depth, and the casters' outline over it.
+//! The picture of `gobo slice`: the visibility at one depth, with the outline of the casters over it.
 
 use crate::report::{Paper, with_scale};
 use crate::scene::{Caster, Scene, View};
@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 /// The silhouette's colour: orange, as of Okabe and Ito 2008.
 const OUTLINE: [u8; 3] = [213, 94, 0];
 
-/// A splat is seen to about this share of how far it is drawn.
+/// The share of a splat's drawn extent up to which it is visible.
 const SEEN: f64 = 0.5;
 
 /// Which pixels of a light's view the translucent casters cover, however thinly; rows from the top.
@@ -35,7 +35,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     scene.gaussians.iter().for_each(|g| disc(wide(g.position), SEEN * f64::from(Caster::from(g).radius)));
     for strand in &scene.strands {
         let (start, end) = (wide(strand.start), wide(strand.end));
-        // As many places as pixels from end to end, so that none between them is left out.
+        // At least one place per pixel from end to end, so that no pixel in between is left out.
         let [first, last] = [start, end].map(|place| view.project(place).0);
         let places = ((last - first).abs().max_element().ceil()).clamp(1.0, 4096.0);
         (0..=places as u32).for_each(|i| disc(start.lerp(end, f64::from(i) / places), strand.radius.into()));
@@ -43,7 +43,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     covered
 }
 
-/// Grey visibility with the casters' silhouette over it, and below it the scale of grey and the depth.
+/// Grey visibility with the casters' silhouette over it, and the grey scale and the depth below it.
 pub(super) fn shown(scene: &Scene, view: &View, depth: f32, size: u32, mut rgb8: Vec<u8>) -> Paper {
     let sized = View { width: size, height: size, ..*view };
     let covered = covered(scene, &sized);
@@ -81,7 +81,7 @@ mod tests {
         assert!((count - wanted).abs() < 0.05 * wanted, "{count} pixels, not {wanted}");
         let (middle, _) = view.project(DVec3::ZERO);
         assert!(covered[middle.y as usize * 64 + middle.x as usize] && !covered[0]);
-        // The sphere's rim is orange, and no other white pixel is.
+        // Only the sphere's rim turns orange.
         let paper = shown(&scene, &view, 0.5, 64, vec![255; 3 * 64 * 64]);
         let orange = paper.rgb8.chunks_exact(3).filter(|p| **p == OUTLINE).count() as f64;
         let rim = 2.0 * std::f64::consts::PI / texel;

@@ -49,7 +49,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The part of the command that is run.
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             (self.size, self.frames) = (32, self.frames.map(|frames| frames.min(2)));
@@ -64,7 +64,7 @@ fn gray(visibility: &[f32], size: [u32; 2]) -> Vec<u8> {
     crate::scene::Picture { width: size[0], height: size[1], pixels }.to_srgb8()
 }
 
-/// Frames of a moving world where none are named.
+/// Frames of a moving world where `--frames` is not given.
 const FRAMES: u32 = 30;
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {

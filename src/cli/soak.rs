@@ -7,14 +7,15 @@ use crate::{Error, Result};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// Rounds between two openings of the device. A device keeps each pipeline until it closes, and rounds have ever new ones.
+/// Rounds until the device is opened again. A device keeps each pipeline until it closes, and every round makes new
+/// ones.
 const ROUNDS: u64 = 25;
 
 /// How often progress is printed, and the results so far are written.
 const NEWS: Duration = Duration::from_secs(60);
 
-/// Rounds for so many minutes, at least one, the first of which has the seed `seed`, the next the next. What came of it is printed, as JSON with
-/// `json`.
+/// Runs rounds for so many minutes, at least one round. The first has the seed `seed`, and each further round the next
+/// number. Prints the result, as JSON with `json`.
 pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bool) -> Result<ExitCode> {
     let mut soaked = Soaked {
         schema: SCHEMA,
@@ -33,7 +34,7 @@ pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bo
         }
         let failed = soaked.failures.len();
         soaked.add(worker.round(next)?);
-        // A device that was lost is no other round's failure.
+        // A lost device must not make the next round fail, so it is opened again.
         let has_failed = soaked.failures.len() > failed;
         let is_full = soaked.lives.last().is_some_and(|life| life.rounds == ROUNDS);
         is_closed = worker.processes != process || has_failed || is_full || is_over();
@@ -62,7 +63,7 @@ pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bo
     Ok(if soaked.is_flat == Some(false) || !soaked.failures.is_empty() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// Closes the device after the round of that seed; leaks or messages then are a failure of that round.
+/// Closes the device after the round with that seed. Leaks or messages on closing count as a failure of that round.
 fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
     let (host_bytes, said) = worker.reopen()?;
     let failure = |said| Failure { seed, broken: format!("as the device closed: {said}"), ..Failure::default() };
@@ -73,7 +74,7 @@ fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
     Ok(())
 }
 
-/// After every minute, so that an interrupted soak keeps its results.
+/// Written every minute, so that an interrupted soak keeps its results.
 fn write(store: &Store, soaked: &Soaked) -> Result<()> {
     let fail = |cause: serde_json::Error| Error::output(&store.dir().join("soak.json"), cause);
     store.write_text("soak.json", &(serde_json::to_string_pretty(soaked).map_err(fail)? + "\n"))

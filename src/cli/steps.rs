@@ -10,7 +10,7 @@ use crate::scene::{Scene, View};
 use crate::technique::{Spec, open};
 use crate::world::World;
 
-/// Counts each state's steps, then paints all of them by one range. Returns notes for the user.
+/// Counts the steps in each state, then paints all states with one range of colours. Returns notes for the user.
 pub(super) fn by_technique(
     arguments: &Arguments,
     context: &Context,

@@ -44,7 +44,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The part of the command that is run.
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             self.soak = self.soak.map(|_| 0.0);
@@ -61,7 +61,7 @@ fn minutes(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|m| (0.0..=1e5).contains(m)).ok_or_else(|| "give minutes, 0 to 100000".into())
 }
 
-/// The cases, for people.
+/// The list of cases for `--help`.
 pub fn help() -> String {
     let line =
         |case: &Case| super::help::fill(&format!("  {:<17} ", case.name), &format!("{} ({})", case.about, case.swept));
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.worker {
         return serve(|| arguments.device.open()).map(|()| ExitCode::SUCCESS);
     }
-    // Before a device is opened.
+    // Errors in the input are found before a device is opened.
     let mut sweeps = Vec::new();
     for name in &arguments.asked {
         sweeps.extend(Sweep::named(name)?);
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for text in &arguments.techniques {
         named.extend(super::specs(text)?);
     }
-    // As small as they are on every device.
+    // Specs with the small sizes of a software device, on every device.
     let asked = |list: List| -> Result<Vec<Spec>> {
         let mut asked = if named.is_empty() { runs(list, false)? } else { named.clone() };
         little::first(&mut asked, 2);
@@ -129,8 +129,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// All values of a sweep, for every technique. One that has not answered in time, or was refused, is not asked about more
-/// extreme values.
+/// Asks every technique for all values of a sweep. A technique that has not answered in time, or was refused, is not
+/// asked for more extreme values.
 fn ask_all(
     worker: &mut Worker,
     sweep: &Sweep,
@@ -155,7 +155,7 @@ fn ask_all(
     Ok(())
 }
 
-/// After every case, so that an interrupted run keeps its results.
+/// Written after every case, so that an interrupted run keeps its results.
 fn write(store: &Store, results: &Results) -> Result<()> {
     let fail = |cause: serde_json::Error| Error::output(&store.dir().join("stress.json"), cause);
     let json = serde_json::to_string_pretty(results).map_err(fail)? + "\n";
@@ -163,7 +163,8 @@ fn write(store: &Store, results: &Results) -> Result<()> {
     store.write_text("stress.csv", &stress_csv(results)?)
 }
 
-/// This program, to be started as a worker; GOBO_RUNNER starts programs on another driver (setup.sh writes it).
+/// The command that starts this program as a worker. GOBO_RUNNER names a command that starts programs on another driver
+/// (setup.sh writes it).
 fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
     let runner = std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty());
     let fail = |cause: std::io::Error| Error::input("the program's own path", cause, "start it by its whole path");
@@ -171,7 +172,7 @@ fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
         (Some(runner), Some(program)) => vec![runner, program],
         _ => vec![std::env::current_exe().map_err(fail)?.into_os_string()],
     };
-    // Variables of tests hold for the worker too.
+    // The variables of tests apply to the worker too.
     command.extend(std::env::args_os().filter(|argument| argument == super::hooks::OPTION));
     command.extend(["stress", "--worker"].map(OsString::from));
     if let Some(device) = &arguments.device.device {

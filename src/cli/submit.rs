@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Variables by which the loader takes layers that no program asked for.
+/// Environment variables by which the loader loads layers that no program asked for.
 const LAYERS: [&str; 2] = ["VK_INSTANCE_LAYERS", "VK_LOADER_LAYERS_ENABLE"];
 
-/// Rows of a scene that a test measures again, and of which scenes: it has no time for all.
+/// In tests, the most rows per scene that are measured again, and the scenes: there is no time for all.
 const FEW: (usize, &[&str]) = (2, &["plume_8k", "cornell"]);
 
 #[derive(Args)]
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if submission.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Before minutes of measuring.
+/// Checks that the file can be written, before minutes of measuring.
 fn is_writable(out: &Path) -> Result<()> {
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     if folder.is_some_and(|folder| !folder.is_dir()) {
@@ -107,10 +107,10 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
         results: Results {
             schema: SCHEMA,
             gobo: env!("CARGO_PKG_VERSION").into(),
-            // They stand above.
+            // The submission itself has these.
             commit: None,
             changed: None,
-            // Where the file lies does not matter.
+            // The file's path does not matter.
             command: "gobo submit".into(),
             conditions,
             shard: None,
@@ -121,7 +121,7 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     })
 }
 
-/// Says of each file whether it counts. Fails where one does not.
+/// Says for each file whether it counts. Fails where one does not.
 fn check(arguments: &Arguments) -> Result<ExitCode> {
     let files: Vec<(&Path, Submission)> =
         arguments.check.iter().map(|path| Ok((path.as_path(), Submission::read(path)?))).collect::<Result<_>>()?;

@@ -11,10 +11,10 @@ use clap::Args;
 use glam::DVec3;
 use std::process::ExitCode;
 
-/// Colours of a grid's voxels, in turn, so that they are told apart.
+/// Colours that a grid's voxels have in turn, so that neighbours can be told apart.
 const VOXELS: [[f32; 3]; 2] = [[0.62, 0.58, 0.52], [0.46, 0.44, 0.42]];
 
-/// Colours of nodes, from one voxel per side up: Okabe and Ito 2008.
+/// Colours of nodes by size, from one voxel per side up: Okabe and Ito 2008.
 const NODES: [[f32; 3]; 6] = [
     [0.80, 0.11, 0.0],
     [0.80, 0.35, 0.0],
@@ -40,7 +40,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The part of the command that is run.
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
             self.size = 64;
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     render::run_scene(&arguments.picture, shown)
 }
 
-/// A box by its corner and its sides, as a mesh's triangles; `sides` says which of them there are: of x, y and z, the low one first.
+/// Adds a box by its corner and its axes to a mesh. `sides` says which sides to add: of x, y and z, the low side first.
 fn put(mesh: &mut Mesh, corner: DVec3, axes: [DVec3; 3], sides: [bool; 6]) {
     for (side, _) in sides.iter().enumerate().filter(|(_, is)| **is) {
         let axis = side / 2;
@@ -80,7 +80,7 @@ fn empty(name: String, albedo: [f32; 3]) -> Mesh {
 
 /// The occupied voxels of a grid about all meshes: their sides towards empty space.
 fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
-    // Three levels of bits, each a quarter of the one below.
+    // A grid has three levels of bits, each with a quarter of the side of the level below.
     if !size.is_multiple_of(64) {
         return Err(Error::input(format!("--size {size}"), "a grid has a multiple of 64", "choose 64, 128 or 192"));
     }
@@ -111,8 +111,8 @@ fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     Ok(meshes.into_iter().filter(|mesh| !mesh.triangles.is_empty()).collect())
 }
 
-/// The scene's meshes and the nodes of a tree that are all in shadow, as large as they are stored: eight of one kind are one of the
-/// next level. What is asked is the tree itself, at the middle of each voxel.
+/// The scene's meshes, and the nodes of a tree that are all in shadow, in the sizes in which they are stored: eight
+/// nodes of one kind become one node of the next level. The tree itself is asked at the middle of each voxel.
 fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let is_directional = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
     let name = format!("--light {}", arguments.light);
@@ -148,7 +148,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let query = Query::new(&context, arguments.light, &middles)?;
     let answers = query.ask(&opened.technique.answer())?;
     let mut meshes = scene.meshes.clone();
-    // The kind of each node of a level: dark, lit or both.
+    // The state of each node of a level: all dark, all lit, or none for both.
     let mut level: Vec<Option<bool>> = answers.iter().map(|visibility| Some(*visibility < 0.5)).collect();
     let (mut side, mut number) = (size, 0);
     while side > 1 {

@@ -5,10 +5,10 @@ use crate::report::Store;
 use crate::scene::Picture;
 use crate::{Error, Result};
 
-/// Writes files until the first failure, and then no more, so that the measuring goes on and its table is printed.
+/// Writes files until the first failure, and none after it, so that the measuring goes on and the table is printed.
 pub(super) struct Writer<'a> {
     pub store: &'a Store,
-    /// Why nothing more is written.
+    /// The failure after which nothing more is written.
     pub failed: Option<Error>,
 }
 
@@ -19,10 +19,10 @@ impl Writer<'_> {
         }
     }
 
-    /// The picture of a row, by its place among its scene's, its difference from the truth, and the truth itself the first time; the bounce
-    /// of light too, where it was traced.
+    /// Writes a row's picture, numbered by the row's place among its scene's rows, and its difference from the truth.
+    /// The truth itself is written the first time, and the bounce of light too, where it was traced.
     pub fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &Case, drawn: &Drawn) {
-        // A row that was kept from an earlier run, in another order, may have that number already.
+        // A row that was kept from an earlier run, in another order, may already have that number.
         let number = (place..).find(|n| results.rows.iter().all(|r| r.picture != Some(picture_name(row, *n, ""))));
         let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, number.unwrap_or(place), suffix));
         self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));

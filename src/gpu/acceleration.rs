@@ -7,7 +7,8 @@ use crate::{Error, Result};
 use ash::{khr, vk};
 use std::sync::Arc;
 
-/// Scratch memory begins at a multiple of it: no device may ask for more (minAccelerationStructureScratchOffsetAlignment).
+/// Scratch memory begins at a multiple of this: the largest minAccelerationStructureScratchOffsetAlignment that Vulkan
+/// allows.
 const SCRATCH_ALIGNMENT: u64 = 256;
 
 /// Bytes of a box: its low and its high corner.
@@ -25,7 +26,7 @@ struct Inner {
     over: Over,
 }
 
-/// The geometry that it is built from.
+/// The geometry that a structure is built from.
 enum Over {
     Triangles { corners: Buffer, indices: Buffer, count: u32 },
     Boxes { boxes: Buffer, count: u32 },
@@ -101,8 +102,8 @@ fn build_info<'a>(
 }
 
 impl AccelerationStructure {
-    /// Over `count` triangles: `corners` holds positions of three floats each, one behind the other, `indices` three of them
-    /// a triangle. Both are read at each build.
+    /// A structure over `count` triangles. `corners` holds positions of three floats each, without gaps; `indices`
+    /// holds three indices per triangle. Both are read at each build.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device has no ray queries, [`Error::Gpu`] where memory runs out.
@@ -110,8 +111,8 @@ impl AccelerationStructure {
         Self::new(context, name, Over::Triangles { corners: corners.clone(), indices: indices.clone(), count })
     }
 
-    /// Over `count` boxes, each a low and a high corner, one behind the other; one that begins at no number is none. They are read at
-    /// each build.
+    /// A structure over `count` boxes, each a low and a high corner, without gaps. A box whose first number is NaN does
+    /// not exist. The boxes are read at each build.
     ///
     /// # Errors
     /// As [`AccelerationStructure::bottom`].
@@ -119,7 +120,7 @@ impl AccelerationStructure {
         Self::new(context, name, Over::Boxes { boxes: boxes.clone(), count })
     }
 
-    /// Over one instance of `bottom`, where it stands.
+    /// A structure over one instance of `bottom`, which is not moved.
     ///
     /// # Errors
     /// As [`AccelerationStructure::bottom`].
@@ -145,7 +146,7 @@ impl AccelerationStructure {
         let geometries = [over.geometry()];
         let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
         let on_device = vk::AccelerationStructureBuildTypeKHR::DEVICE;
-        // SAFETY: the buffers that the geometry points to are kept by `over`; one count a geometry.
+        // SAFETY: the buffers that the geometry points to are kept by `over`; there is one count per geometry.
         unsafe {
             let info = build_info(&over, &geometries);
             loader.get_acceleration_structure_build_sizes(on_device, &info, &[over.count()], &mut sizes);
@@ -193,7 +194,8 @@ fn loader(context: &Context) -> Result<&khr::acceleration_structure::Device> {
 }
 
 impl Pass<'_, '_> {
-    /// Builds a structure from its buffers as they are now; one over an instance after the instance's own.
+    /// Builds a structure from its buffers as they are now. A structure over an instance is built after the instance's
+    /// own structure.
     pub fn build(&mut self, structure: &AccelerationStructure) {
         let inner = &structure.0;
         let Some(loader) = inner.device.acceleration() else { return };

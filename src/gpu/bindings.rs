@@ -1,4 +1,4 @@
-//! Descriptor sets: a list of resources, whose places are the binding numbers.
+//! Descriptor sets: a list of resources, where a resource's index is its binding number.
 
 use super::context::Link;
 use super::device::Device;
@@ -16,9 +16,9 @@ pub enum Resource {
     StorageImage(Image),
     /// `texture2D` in GLSL, read with `texelFetch`.
     Texture(Image),
-    /// `sampler2D`, `sampler3D` in GLSL, linear, with the value outside of the image.
+    /// `sampler2D`, `sampler3D` in GLSL, with linear filtering, and with the border's value outside of the image.
     Sampled(Image, Border),
-    /// `sampler2D` in GLSL, read with `texelFetch` and `textureGather`, at whose edges it goes on as it ends.
+    /// `sampler2D` in GLSL, read with `texelFetch` and `textureGather`, clamped to its edges.
     Gathered(Image),
     /// `subpassInput` in GLSL, for fragment shaders alone.
     InputAttachment(Image),
@@ -42,17 +42,18 @@ pub struct Bindings(Arc<Inner>);
 struct Inner {
     context: Link,
     shape: Arc<Shape>,
-    /// The resources bound from now on. Commands recorded before keep the set that they were given.
+    /// The resources that commands recorded from now on are given. Earlier commands keep the set that they were
+    /// recorded with.
     current: Mutex<Arc<Set>>,
     name: String,
 }
 
-/// Shared by all sets with the same bindings.
+/// The layout that all sets with the same bindings share.
 struct Shape {
     device: Device,
     layout: vk::DescriptorSetLayout,
     kinds: Vec<vk::DescriptorType>,
-    /// One per binding; null where it has none.
+    /// One sampler per binding; null where the binding has none.
     samplers: Vec<vk::Sampler>,
 }
 
@@ -124,7 +125,7 @@ impl Shape {
         for resource in resources {
             let sampling = match resource {
                 Resource::Sampled(_, border) => sampler_info(*border),
-                // Not every format may be filtered; gathers do not filter.
+                // No linear filter: not every format allows one, and gathers do not filter.
                 Resource::Gathered(_) => vk::SamplerCreateInfo::default()
                     .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
                     .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE),
@@ -209,7 +210,7 @@ unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, f
 }
 
 impl Bindings {
-    /// A set in which `resources[i]` is binding i, visible to every stage that may have it.
+    /// A set in which `resources[i]` is binding i, visible to every shader stage that may use it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver runs out of memory.
@@ -219,8 +220,8 @@ impl Bindings {
         Ok(Self(Arc::new(Inner { context: context.link(), shape, current: Mutex::new(set), name: name.into() })))
     }
 
-    /// Puts another buffer where binding `binding` has one; every kernel that was made with the set reads it in commands recorded from now
-    /// on.
+    /// Replaces the buffer at binding `binding`. Every kernel that was made with this set reads the new buffer in
+    /// commands recorded from now on.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver runs out of memory.
@@ -230,7 +231,7 @@ impl Bindings {
         if let Some(resource @ Resource::Buffer(_)) = resources.get_mut(binding) {
             *resource = Resource::Buffer(buffer.clone());
             let old = std::mem::replace(&mut *current, Arc::new(Set::new(&self.0.shape, &self.0.name, resources)?));
-            // Running frames may read, by other sets, resources that only this one kept.
+            // Running frames may still read, through other sets, resources that only the old set kept alive.
             if let Some(context) = self.0.context.context() {
                 context.shared().frames.retire(old);
             }
@@ -238,7 +239,7 @@ impl Bindings {
         Ok(())
     }
 
-    /// Its descriptors of a kind.
+    /// How many of its descriptors are of a kind.
     pub(super) fn count(&self, kind: vk::DescriptorType) -> u32 {
         self.kinds().iter().filter(|k| **k == kind).count() as u32
     }
@@ -248,8 +249,8 @@ impl Bindings {
         &self.0.shape.kinds
     }
 
-    /// Writes the resources as they are now into a set of the caller's, that of binding 0 to `first_binding`; samplers come with
-    /// their images.
+    /// Writes the present resources into a set of the caller's: binding 0 goes to `first_binding`, and so on. Samplers
+    /// are written with their images.
     ///
     /// # Safety
     /// `set` is of this device, and has bindings of these kinds from `first_binding` on; no command that is pending uses them;
@@ -268,7 +269,7 @@ impl Bindings {
         self.0.current.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The descriptor set as it is now, for commands of the caller's own: a build that grows may put another in its place.
+    /// The present descriptor set, for the caller's own commands. A build that grows a buffer may replace the set.
     pub fn set(&self) -> vk::DescriptorSet {
         self.current().handle
     }

@@ -12,8 +12,8 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Every buffer begins at a multiple of it: whole lines of a GPU's cache. Drivers ask for as little as 16 bytes, and then
-/// a texel's curve stands across two lines: avsm.insert took 7 % longer on the H200.
+/// Every buffer begins at a multiple of this, and so at the start of a GPU's cache line. Drivers ask for as little as
+/// 16 bytes; then a texel's curve lies across two lines, and avsm.insert took 7 % longer on the H200.
 const ALIGNMENT: u64 = 256;
 
 /// Where a buffer lives.
@@ -35,12 +35,12 @@ struct Inner {
     device: Device,
     context: Link,
     handle: vk::Buffer,
-    /// None where it is the caller's.
+    /// None where the buffer is the caller's.
     allocation: Mutex<Option<Allocation>>,
     name: String,
     bytes: u64,
     memory: Memory,
-    /// The caller, which made it, destroys it.
+    /// Whether the caller made the buffer, and destroys it.
     is_theirs: bool,
 }
 
@@ -84,7 +84,7 @@ impl Buffer {
         Self::with_usage(context, name, bytes, memory, usage)
     }
 
-    /// A buffer that may be more than a storage buffer.
+    /// A buffer of any usage, not only storage.
     pub(super) fn with_usage(
         context: &Context,
         name: &str,
@@ -131,7 +131,8 @@ impl Buffer {
         Ok(Self(Arc::new(inner)))
     }
 
-    /// A buffer of the caller's, of `bytes`, in memory of the device. It is left as it is when the last clone goes.
+    /// Wraps a buffer of the caller's, of `bytes`, in memory of the device. When the last clone goes, the caller's
+    /// buffer stays as it is.
     ///
     /// # Errors
     /// [`Error::Gpu`] where `bytes` exceeds the device's largest storage buffer.
@@ -158,7 +159,7 @@ impl Buffer {
         Err(buffer.error("adopt", format!("{bytes} bytes, and this device binds at most {limit}")))
     }
 
-    /// A device buffer of `bytes` that are 0.
+    /// A device buffer of `bytes`, all of them 0.
     ///
     /// # Errors
     /// As [`Buffer::new`].
@@ -183,7 +184,7 @@ impl Buffer {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Writes `data` to the start of the buffer; where that is on the device, by a copy that is recorded with the next commands: into a
+    /// Writes `data` to the start of the buffer. A device buffer gets them by a copy that is recorded later: in a
     /// command buffer of the caller's before the next pass, else before the next submission.
     ///
     /// # Errors
@@ -214,7 +215,7 @@ impl Buffer {
         }
     }
 
-    /// Reads the first `count` elements; where they are on the device, it waits for a copy.
+    /// Reads the first `count` elements. For a device buffer, it waits for a copy.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the buffer is smaller than that or the copy fails, [`Error::Refused`] where it is on an adopted
@@ -237,7 +238,7 @@ impl Buffer {
         }
         if self.0.memory == Memory::Device {
             let context = self.context()?;
-            // Before anything is made for it.
+            // Refuses before anything is created for the copy.
             context.queue()?;
             let staging = Self::new(&context, "readback", bytes, Memory::Readback)?;
             let copy = |commands: &mut Commands| {
@@ -258,7 +259,7 @@ impl Buffer {
         self.0.bytes
     }
 
-    /// Where shaders and builds find it, on a device with ray queries.
+    /// The buffer's address for shaders and builds, on a device with ray queries.
     pub(super) fn address(&self) -> vk::DeviceAddress {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.0.handle);
         // SAFETY: the buffer is bound, and made with SHADER_DEVICE_ADDRESS where the device has ray queries.

@@ -4,17 +4,18 @@ use super::{Context, Features};
 use ash::{ext, vk};
 use std::time::Instant;
 
-/// Readings, of which the one that took least stands: the host may be interrupted in the middle of one.
+/// Number of readings. The quickest one is kept: the host may be interrupted in the middle of a reading.
 const READINGS: usize = 8;
 
-/// A moment by both clocks. They drift apart, by some microseconds per second: it is good for times shortly before or after.
+/// A moment by both clocks. They drift apart by some microseconds per second, so it is good only for times shortly
+/// before or after it.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration {
-    /// By the host's.
+    /// By the host's clock.
     host: Instant,
-    /// By the device's.
+    /// By the device's clock.
     ticks: u64,
-    /// How far the two may be apart, nanoseconds: half of the time that the reading took.
+    /// How far the two clocks' readings may be apart, nanoseconds: half of the time that the reading took.
     pub deviation_ns: f64,
     tick_ns: f64,
     valid_bits: u32,
@@ -39,7 +40,7 @@ pub(super) fn clock(
 }
 
 impl Context {
-    /// Reads the device's clock, with the host's before and behind; none where it cannot be read.
+    /// Reads the device's clock between two readings of the host's clock; none where the device's clock cannot be read.
     pub fn calibrate(&self) -> Option<Calibration> {
         let clock = self.device().clock()?;
         let features = self.features();
@@ -62,12 +63,13 @@ impl Context {
 }
 
 impl Calibration {
-    /// When the device's clock showed `ticks`, nanoseconds since a moment of the host's that was before this one's.
+    /// When the device's clock showed `ticks`: nanoseconds after `moment`, which is earlier than this calibration.
     pub fn ns_since(&self, moment: Instant, ticks: u64) -> f64 {
         self.host.saturating_duration_since(moment).as_nanos() as f64 + self.later_ns(ticks)
     }
 
-    /// How much later than this moment `ticks` is. The counter may have wrapped in between: the nearer way round counts.
+    /// How many nanoseconds later than this calibration `ticks` is. The counter may have wrapped in between, so the
+    /// smaller difference counts.
     fn later_ns(&self, ticks: u64) -> f64 {
         let unused = 64 - self.valid_bits;
         let difference = (ticks.wrapping_sub(self.ticks) << unused) as i64 >> unused;

@@ -14,18 +14,18 @@ use std::sync::atomic::Ordering;
 /// The limit of bytes in one vkCmdUpdateBuffer.
 pub const MAX_UPDATE_BYTES: usize = 65536;
 
-/// The names of the passes of most builds.
+/// Room for the names of all passes of most builds.
 const NAMES_BYTES: usize = 512;
 
 /// Something that a recorded command uses, to be kept until the device is done.
 pub(super) type Kept = Arc<dyn Any + Send + Sync>;
 
-/// Whose command buffer it is that is recorded into.
+/// The owner of the command buffer that is recorded into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Whose {
-    /// The context's, which hands it over. What is pending then runs before it.
+    /// The context, which submits it. Pending steps then run before it.
     Own,
-    /// The caller's. What is pending is recorded before the next pass.
+    /// The caller. Pending steps are recorded before the next pass.
     Theirs,
 }
 
@@ -42,7 +42,7 @@ pub struct Commands<'a> {
     passes: u32,
     /// Names of timed passes, one per line.
     names: String,
-    /// Not all passes together.
+    /// Whether each pass is timed, instead of all passes together.
     times_passes: bool,
     /// Whatever a recorded command uses, kept alive until the device is done.
     used: Vec<Kept>,
@@ -62,7 +62,7 @@ pub(super) struct Recorded {
 pub struct Staged {
     from: Buffer,
     to: Buffer,
-    /// Where they go there, bytes.
+    /// Offset in `to`, in bytes.
     at: u64,
     bytes: u64,
 }
@@ -73,7 +73,8 @@ pub struct Pass<'c, 'a> {
 }
 
 impl<'a> Commands<'a> {
-    /// Queries for a command buffer that is being recorded, and that were reset in it. `used` is empty, and has room.
+    /// Commands for a command buffer that is being recorded, in which `queries` were reset. `used` is empty, and has
+    /// room.
     pub(super) fn new(
         context: &'a Context,
         buffer: vk::CommandBuffer,
@@ -92,7 +93,8 @@ impl<'a> Commands<'a> {
         self.frame
     }
 
-    /// Records a pass: waits for all commands before, labels and times those that `record` adds.
+    /// Records a pass: waits for all earlier commands, then records those that `record` adds, with a label and their
+    /// time.
     pub fn pass(&mut self, name: &str, record: impl FnOnce(&mut Pass<'_, 'a>)) {
         self.record_pending();
         self.barrier(
@@ -130,8 +132,8 @@ impl<'a> Commands<'a> {
         true
     }
 
-    /// Behind the last pass: the end of passes that are timed together, copies to read back, and a barrier, so that
-    /// later commands see all of it.
+    /// Records what comes behind the last pass: the end of passes that are timed together, copies to read back, and a
+    /// barrier, so that later commands see all of it.
     pub(super) fn finish(&mut self) -> Recorded {
         self.record_pending();
         if !self.times_passes && self.passes > 0 {
@@ -150,7 +152,7 @@ impl<'a> Commands<'a> {
         Recorded { used, names, passes: self.passes }
     }
 
-    /// Lays `data` out for a pass that copies it to the start of `to`; nothing where there are no data.
+    /// Stages `data` for a pass that copies it to the start of `to`; none where `data` is empty.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -158,7 +160,7 @@ impl<'a> Commands<'a> {
         self.stage_at(to, 0, data)
     }
 
-    /// The same for a copy to byte `at` of `to`, and as much behind it as there is room for.
+    /// Stages `data` for a copy to byte `at` of `to`. The copy ends where `to` ends.
     ///
     /// # Errors
     /// As [`Commands::stage`].
@@ -172,7 +174,7 @@ impl<'a> Commands<'a> {
         Ok(Some(Staged { from, to: to.clone(), at, bytes }))
     }
 
-    /// Copies `from` to `to`, which the host reads, behind the last pass: in no pass's time.
+    /// Copies `from` to `to`, which the host reads, behind the last pass, so that no pass's time includes the copy.
     pub fn read_back(&mut self, from: &Buffer, to: &ReadBack) {
         self.read_backs.push((from.clone(), to.clone()));
     }
@@ -192,7 +194,7 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// New images' layouts and written data, in the middle of a caller's recording.
+    /// Records pending layouts of new images and pending writes, in the middle of a caller's recording.
     fn record_pending(&mut self) {
         if self.whose == Whose::Theirs {
             let steps = self.context.shared().pending.take();
@@ -244,7 +246,7 @@ impl Drop for Commands<'_> {
 }
 
 impl<'a> Pass<'_, 'a> {
-    /// Waits for all that came before, as between two passes: for draws that take turns within one.
+    /// Waits for all earlier commands, as between two passes. It orders draws within one pass.
     pub fn barrier(&mut self) {
         let access = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         self.commands.barrier(vk::PipelineStageFlags2::ALL_COMMANDS, access);
@@ -267,7 +269,7 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(groups.kept());
     }
 
-    /// Writes `data`, as far as there is room, to the start of `buffer`; it travels in the commands themselves.
+    /// Writes `data`, as far as there is room, to the start of `buffer`. The data are part of the commands.
     pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let bytes = &bytes[..bytes.len().min(buffer.bytes() as usize)];
@@ -334,7 +336,7 @@ impl<'a> Pass<'_, 'a> {
         self.copy_part((from, offset), (to, 0), bytes);
     }
 
-    /// Copies `bytes` from a byte of one to a byte of another, as far as both have them.
+    /// Copies `bytes` from byte `first` of `from` to byte `at` of `to`, as far as both have them.
     fn copy_part(&mut self, (from, first): (&Buffer, u64), (to, at): (&Buffer, u64), bytes: u64) {
         let bytes = bytes.min(from.bytes().saturating_sub(first)).min(to.bytes().saturating_sub(at));
         if bytes == 0 {
@@ -348,7 +350,7 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(to.kept());
     }
 
-    /// Copies all texels, row by row, to the start of `to`; none where that has no room for all.
+    /// Copies all texels, row by row, to the start of `to`; copies none where `to` has no room for all.
     pub fn copy_image(&mut self, from: &Image, to: &Buffer) {
         if to.bytes() < from.bytes() {
             return;
@@ -390,8 +392,8 @@ impl<'a> Pass<'_, 'a> {
     }
 }
 
-/// So many workgroups as x and y of a dispatch that every device takes, or a few more. A shader numbers its workgroups
-/// row after row.
+/// The x and y of a dispatch of `count` workgroups, or of slightly more, within the limits of every device. A shader
+/// numbers its workgroups row after row.
 pub fn groups(count: u64) -> [u32; 2] {
     const MOST: u64 = 65535;
     let rows = count.div_ceil(MOST).max(1);

@@ -23,7 +23,7 @@ impl<T> Constant<T> {
 
 /// Types of specialization constants: four bytes.
 pub trait ConstantValue {
-    /// As Vulkan takes it.
+    /// The value as a word, as Vulkan takes it.
     fn word(self) -> u32;
 }
 
@@ -51,12 +51,12 @@ impl ConstantValue for f32 {
 pub struct Constants(BTreeMap<u32, u32>);
 
 impl Constants {
-    /// None set.
+    /// No constant is set.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// With this one set.
+    /// The same values, with `constant` set to `value`.
     pub fn set<T: ConstantValue>(mut self, constant: Constant<T>, value: T) -> Self {
         self.0.insert(constant.id, value.word());
         self

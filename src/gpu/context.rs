@@ -1,4 +1,4 @@
-//! A context: a device, the caller's or its own, and data that is on its way there.
+//! A context: a device, opened here or the caller's, and data on its way to the device.
 
 use super::device::{Device, Handle, Memory, Parts, allocation_error};
 use super::executables::Executables;
@@ -23,9 +23,9 @@ const NO_QUEUE: &str = "a queue, and the device's is its owner's: record it (Com
 pub struct Options {
     /// Index among [`devices`], or part of a device's name; none takes discrete > integrated > virtual > CPU.
     pub device: Option<String>,
-    /// Load the validation layer with synchronization validation; an error where it is not installed.
+    /// Whether the validation layer is loaded, with synchronization validation; an error where it is not installed.
     pub validation: bool,
-    /// Where its messages go.
+    /// Where the validation layer's messages go.
     pub messages: Messages,
 }
 
@@ -33,18 +33,18 @@ pub struct Options {
 pub struct Adopt {
     /// Functions of Vulkan 1.3; the application asked for 1.3 too.
     pub entry: ash::Entry,
-    /// The device's.
+    /// The device's instance.
     pub instance: ash::Instance,
-    /// The device's.
+    /// The physical device behind `device`.
     pub physical_device: vk::PhysicalDevice,
     /// The device.
     pub device: ash::Device,
-    /// The family of the command buffers that are recorded into: graphics and compute.
+    /// The queue family of the command buffers that are recorded into; it has graphics and compute.
     pub queue_family: u32,
     /// Features that the device was opened with. Others are not used, and a path that needs one is refused, naming it.
     pub enabled: Enabled,
-    /// Where memory comes from; none makes an allocator. With [`Enabled::ray_query`] it gives memory that has device
-    /// addresses.
+    /// Where memory comes from; none makes an allocator. With [`Enabled::ray_query`] the memory that it gives must have
+    /// device addresses.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     /// Frames that may run at the same time, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` is over.
     pub frames_in_flight: u32,
@@ -60,20 +60,20 @@ pub struct Context(Arc<Shared>);
 
 /// Fields are destroyed in this order.
 pub(super) struct Shared {
-    /// Hands commands over, where the device is its own.
+    /// Submits commands; none on an adopted device.
     pub(super) queue: Option<Queue>,
-    /// Recorded before the next pass.
+    /// Work to be recorded before the next pass.
     pub(super) pending: Pending,
     /// Work that is recorded in the caller's command buffers.
     pub(super) frames: Frames,
     device: Device,
-    /// The driver said so; nothing is submitted any more.
+    /// Whether the driver reported the device as lost. Then nothing is submitted any more.
     lost: AtomicBool,
-    /// Each pass of a submission is timed, not only all of them together.
+    /// Whether each pass of a submission is timed, and not only all of them together.
     pub(super) times_passes: AtomicBool,
     /// Layers and tools between program and driver, as far as a device that was opened here reports them.
     tools: Vec<Tool>,
-    /// Each pass of a submission counts its work.
+    /// Whether each pass of a submission counts its work.
     pub(super) counts_passes: AtomicBool,
     pub(super) queue_family: u32,
     pub(super) frames_in_flight: u32,
@@ -105,7 +105,7 @@ pub fn devices() -> Result<Vec<Features>> {
     Ok(physical_devices(&instance.instance)?.into_iter().map(|(_, _, features)| features).collect())
 }
 
-/// A device that is open, and how.
+/// A device that is open, with everything that a context is made from.
 struct Open<'a> {
     entry: ash::Entry,
     instance: &'a ash::Instance,
@@ -192,12 +192,12 @@ impl Context {
         self.0.device.features()
     }
 
-    /// Layers and tools that are active on it and say so; none are known of an adopted device.
+    /// Layers and tools that are active on the device and report themselves; none for an adopted device.
     pub fn tools(&self) -> &[Tool] {
         &self.0.tools
     }
 
-    /// The validation layer's messages, those about objects that were never freed included.
+    /// The validation layer's messages, including those about objects that were never freed.
     pub fn messages(&self) -> &Messages {
         self.0.device.messages()
     }
@@ -212,19 +212,20 @@ impl Context {
         self.0.frames_in_flight
     }
 
-    /// How many pipelines it has made so far.
+    /// How many pipelines have been made on the device so far.
     pub fn pipelines(&self) -> usize {
         self.device().pipelines().count()
     }
 
-    /// Whether each pass that is recorded from now on is timed, as at first, or a submission as a whole: a timestamp waits for all work
-    /// before it, which takes a GPU some microseconds per pass.
+    /// Sets whether each pass recorded from now on is timed, which is the default, or only each submission as a whole.
+    /// A timestamp waits for all work before it, which takes a GPU some microseconds per pass.
     pub fn time_passes(&self, each: bool) {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
-    /// Whether each pass that is submitted from now on counts its work ([`super::PassTime::counts`]), where the device can tell
-    /// ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
+    /// Sets whether each pass submitted from now on counts its work ([`super::PassTime::counts`]). Passes count only
+    /// where the device can ([`Features::pipeline_statistics_query`]) and passes are timed one by one. By default none
+    /// counts: counting takes time.
     pub fn count_passes(&self, each: bool) {
         self.0.counts_passes.store(each, Ordering::Relaxed);
     }
@@ -242,7 +243,7 @@ impl Context {
         &self.0.device
     }
 
-    /// The part of the device that its resources keep alive.
+    /// The reference to the context that the device's resources hold.
     pub(super) fn link(&self) -> Link {
         Link(Arc::downgrade(&self.0))
     }
@@ -252,7 +253,7 @@ impl Context {
         self.0.queue.as_ref().ok_or_else(|| Error::Refused { needs: NO_QUEUE.into() })
     }
 
-    /// Whether recorded commands can be run, and their results read, at once.
+    /// Checks that recorded commands can run at once, and that their results can be read at once.
     ///
     /// # Errors
     /// [`Error::Refused`] on an adopted device.
@@ -260,7 +261,7 @@ impl Context {
         self.queue().map(|_| ())
     }
 
-    /// The driver's answer to a submission. A lost device stays lost.
+    /// Keeps in mind whether a submission failed because the device is lost. A lost device stays lost.
     pub(super) fn note_lost(&self, result: vk::Result) {
         if result == vk::Result::ERROR_DEVICE_LOST {
             self.0.lost.store(true, Ordering::Relaxed);
@@ -268,7 +269,7 @@ impl Context {
     }
 }
 
-/// A context, as its resources know it: they do not keep it alive.
+/// A resource's reference to its context, which it does not keep alive.
 #[derive(Clone)]
 pub(super) struct Link(Weak<Shared>);
 
@@ -279,7 +280,7 @@ impl Link {
     }
 }
 
-/// The queue family of a device that has all that nothing runs without.
+/// The queue family of a device that has every feature of the floor, without which nothing runs.
 fn above_floor(features: &Features, family: Option<u32>) -> Result<u32> {
     match (&features.below_floor, family) {
         (None, Some(family)) => Ok(family),

@@ -20,7 +20,7 @@ pub struct PassCounts {
 }
 
 impl PassCounts {
-    /// In the order of Vulkan's bits.
+    /// Counts from a query's numbers, which are in the order of Vulkan's flag bits.
     fn of([vertices, primitives, fragments, threads]: [u64; 4]) -> Self {
         Self { vertices, primitives, fragments, threads }
     }
@@ -50,7 +50,7 @@ pub(super) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     fault::creation(|| unsafe { device.create_query_pool(&info, None) })
 }
 
-/// Counts of the first so many passes, which are over.
+/// Counts of the first `passes` passes, which are over.
 pub(super) fn read(device: &Device, pool: vk::QueryPool, passes: usize) -> VkResult<Vec<PassCounts>> {
     let mut counts = vec![[0u64; 4]; passes];
     let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;

@@ -1,5 +1,5 @@
-//! An open device: its own or the caller's, the pipelines that were made on it, and its memory. It outlives the context where
-//! something that was made on it does.
+//! An open device, opened here or the caller's, with its pipelines and its memory. It outlives the context for as long
+//! as anything that was made on it lives.
 
 use super::executables::Executables;
 use super::instance::InstanceOwner;
@@ -24,11 +24,11 @@ pub(super) struct Parts {
     /// Bytes of memory that resources made here hold.
     pub allocated: AtomicU64,
     pub pipelines: Pipelines,
-    /// Where validation or captures read them.
+    /// Present where validation or captures read labels.
     pub labels: Option<ext::debug_utils::Device>,
-    /// Where the device has ray queries.
+    /// Present where the device has ray queries.
     pub acceleration: Option<khr::acceleration_structure::Device>,
-    /// Where the device's clock can be read.
+    /// Present where the device's clock can be read.
     pub clock: Option<ext::calibrated_timestamps::Device>,
     /// The driver's reports about pipelines.
     pub executables: Executables,
@@ -91,7 +91,7 @@ impl Drop for Parts {
                     self.messages.push("gobo-leak", &format!("{} ({} bytes) was never freed", leak.name, leak.size));
                 }
             }
-            // Its other handles are the caller's.
+            // The allocator holds the caller's memory too, so only the sum of bytes made here tells of a leak.
             Memory::Theirs(_) => match *self.allocated.get_mut() {
                 0 => {}
                 bytes => self.messages.push("gobo-leak", &format!("{bytes} bytes were never freed")),
@@ -157,7 +157,7 @@ impl Device {
         }
     }
 
-    /// Memory of its own, to be given back by [`Device::free`].
+    /// Allocates memory, which the caller gives back with [`Device::free`].
     pub(super) fn allocate(&self, wanted: &AllocationCreateDesc) -> Result<Allocation> {
         let mut allocator = self.0.allocator.allocator().lock().unwrap_or_else(PoisonError::into_inner);
         let allocation = fault::allocation(wanted.location != MemoryLocation::GpuOnly)

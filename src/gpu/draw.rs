@@ -11,8 +11,8 @@ pub struct Draw<'d, 'c, 'a> {
 }
 
 impl Draw<'_, '_, '_> {
-    /// From here on, draws cover the `size` texels from row `first_row` on and nothing else: one of the maps that stand one
-    /// above the other.
+    /// From here on, draws cover the `size` texels from row `first_row` on and nothing else: one of several maps that
+    /// are stacked in one target.
     pub fn rows(&mut self, first_row: u32, size: [u32; 2]) {
         self.area([0, first_row], size);
     }
@@ -41,7 +41,8 @@ impl Draw<'_, '_, '_> {
     pub fn draw_patches<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, patches: Range<u32>) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;
-        // lavapipe numbers the vertices that a draw's patches are cut into with 16 bits: 65² of a patch, 15 patches.
+        // lavapipe numbers a draw's tessellated vertices with 16 bits: a patch has up to 65² of them, so 15 patches
+        // fit.
         let software = self.pass.commands.context.features().is_software();
         let most = if software { 15 } else { patches.len().max(1) };
         for first in patches.clone().step_by(most) {
@@ -51,7 +52,7 @@ impl Draw<'_, '_, '_> {
         }
     }
 
-    /// Draws these of the vertices, three per triangle.
+    /// Draws the vertices of this range, three per triangle.
     pub fn draw_part<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, vertices: Range<u32>) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;

@@ -6,8 +6,8 @@ use super::{Features, Requirement};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
-/// Features, and the extensions that bring them. A caller names by it the features that its device was opened with
-/// ([`super::Adopt`]), and [`Requirement::any_of`] those that a device must be opened with.
+/// A set of features, with the extensions that bring them. In it a caller names the features that its device was opened
+/// with ([`super::Adopt`]); [`Requirement::any_of`] names the features that a device must be opened with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Enabled {
     /// synchronization2 of Vulkan 1.3: nothing runs without it.
@@ -22,8 +22,9 @@ pub struct Enabled {
     pub rasterization_order_color_attachment_access: bool,
     /// VK_EXT_conservative_rasterization.
     pub conservative_rasterization: bool,
-    /// VK_KHR_ray_query, VK_KHR_acceleration_structure and VK_KHR_deferred_host_operations; rayQuery, accelerationStructure
-    /// and bufferDeviceAddress. An allocator of the caller's is made with `buffer_device_address` then.
+    /// VK_KHR_ray_query, VK_KHR_acceleration_structure and VK_KHR_deferred_host_operations; rayQuery,
+    /// accelerationStructure and bufferDeviceAddress. The caller's allocator must then be made with
+    /// `buffer_device_address`.
     pub ray_query: bool,
     /// geometryShader.
     pub geometry_shader: bool,
@@ -81,7 +82,7 @@ impl Enabled {
         timestamps: false,
     };
 
-    /// All that a device has.
+    /// All features that a device has.
     pub fn all_of(features: &Features) -> Self {
         Self {
             fragment_shader_pixel_interlock: features.fragment_shader_pixel_interlock,
@@ -104,7 +105,7 @@ impl Enabled {
         }
     }
 
-    /// Whatever either of them has.
+    /// The features that either of the two has.
     pub fn or(self, other: Self) -> Self {
         Self {
             synchronization2: self.synchronization2 | other.synchronization2,
@@ -132,7 +133,7 @@ impl Enabled {
         }
     }
 
-    /// The device extensions that bring them.
+    /// The device extensions that bring these features.
     pub fn extensions(&self) -> Vec<&'static CStr> {
         let mut names = Vec::new();
         for (wanted, name) in [
@@ -213,7 +214,7 @@ pub struct EnabledStructures {
 }
 
 impl EnabledStructures {
-    /// All of them, one behind the other, for `VkDeviceCreateInfo::pNext`.
+    /// All structures, chained for `VkDeviceCreateInfo::pNext`.
     pub fn chain(&mut self) -> vk::PhysicalDeviceFeatures2<'_> {
         let mut all = vk::PhysicalDeviceFeatures2::default()
             .features(self.core)
@@ -236,7 +237,8 @@ impl EnabledStructures {
 }
 
 impl Requirement {
-    /// Features that meet the requirement, beside [`Enabled::FLOOR`]; any one of these is enough.
+    /// Sets of features that meet the requirement, each in addition to [`Enabled::FLOOR`]. Any one of the sets is
+    /// enough.
     pub fn any_of(self) -> Vec<Enabled> {
         let none = Enabled::NONE;
         let geometry = Enabled { geometry_shader: true, multi_viewport: true, ..none };
@@ -258,7 +260,7 @@ impl Requirement {
 }
 
 impl Features {
-    /// Those that are switched on.
+    /// The features that are also switched on in `enabled`.
     pub(super) fn only(self, enabled: &Enabled) -> Self {
         let floor = [
             (enabled.synchronization2, "synchronization2"),

@@ -20,7 +20,7 @@ pub struct Executable {
     pub figures: Vec<(String, f64)>,
 }
 
-/// Those of a device, where it tells (VK_KHR_pipeline_executable_properties).
+/// The programs of a device's pipelines, where its driver reports them (VK_KHR_pipeline_executable_properties).
 pub(super) struct Executables {
     functions: Option<khr::pipeline_executable_properties::Device>,
     is_wanted: AtomicBool,
@@ -69,7 +69,7 @@ impl Executables {
     }
 }
 
-/// A driver's text, or nothing where it has no end.
+/// A driver's text; empty where the text has no terminating zero.
 fn words<E>(text: Result<&CStr, E>) -> String {
     text.map(|text| text.to_string_lossy().into_owned()).unwrap_or_default()
 }
@@ -87,8 +87,9 @@ fn value(figure: &vk::PipelineExecutableStatisticKHR) -> f64 {
 }
 
 impl Context {
-    /// Whether the driver is asked about the programs of each pipeline that is made from now on
-    /// ([`Features::pipeline_executable_info`]). At first it is not: some compile otherwise, and more slowly, then.
+    /// Sets whether the driver is asked about the programs of each pipeline made from now on
+    /// ([`Features::pipeline_executable_info`]). By default it is not: some drivers then compile differently, and more
+    /// slowly.
     pub fn ask_of_executables(&self, is_wanted: bool) {
         self.device().executables().is_wanted.store(is_wanted, Ordering::Relaxed);
     }

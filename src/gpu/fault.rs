@@ -1,5 +1,6 @@
-//! For tests: the n-th call of a kind fails, as a driver or a full disk would have it fail. `allocation:17` names both; with 0 all
-//! succeed, and with `17+` those after it fail too. Calls of all kinds are counted. Without a [`Fault`] nothing of this happens.
+//! For tests: the n-th call of a kind fails, as a driver or a full disk would make it fail. `allocation:17` names the
+//! kind and the number. With `0` all calls succeed; with `17+` all calls after the 17th fail too. Calls of all kinds
+//! are counted. Without a [`Fault`] nothing fails and nothing is counted.
 
 use super::testing::testing;
 use ash::prelude::VkResult;
@@ -20,7 +21,7 @@ enum Call {
     Submission,
     /// Waiting for them: the same.
     Wait,
-    /// Writing a file, or to standard output: the disk is full.
+    /// Writing to a file or to standard output: the disk is full.
     Write,
 }
 
@@ -33,16 +34,16 @@ const CALLS: [(&str, Call); 6] = [
     ("write", Call::Write),
 ];
 
-/// How many there were of each kind.
+/// How many calls of each kind there were.
 static MADE: [AtomicU64; CALLS.len()] = [const { AtomicU64::new(0) }; CALLS.len()];
 
-/// Which kind is to fail, and at which call.
+/// The kind of call that is to fail, and the number of the call.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
     call: Call,
     nth: u64,
-    /// All later ones fail too.
+    /// Whether all later calls of the kind fail too.
     lasts: bool,
 }
 
@@ -56,7 +57,7 @@ impl Fault {
     }
 }
 
-/// Whether a call is to fail.
+/// Whether a fault was asked for.
 #[cfg(feature = "program")]
 pub(crate) fn is_asked() -> bool {
     testing().fault.is_some()
@@ -71,7 +72,7 @@ fn fails(call: Call) -> bool {
     })
 }
 
-/// Memory that is allocated, and mapped where the host sees it.
+/// Fails where this allocation, or its mapping where the host sees the memory, is the call to fail.
 pub(super) fn allocation(is_mapped: bool) -> Result<(), AllocationError> {
     if fails(Call::Allocation) {
         return Err(AllocationError::OutOfMemory);
@@ -87,24 +88,24 @@ pub(super) fn creation<T>(make: impl FnOnce() -> VkResult<T>) -> VkResult<T> {
     if fails(Call::Creation) { Err(vk::Result::ERROR_OUT_OF_HOST_MEMORY) } else { make() }
 }
 
-/// Commands that are handed over by `submit`.
+/// The result of `submit`, or the fault.
 pub(crate) fn submission(submit: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
     if fails(Call::Submission) { Err(vk::Result::ERROR_DEVICE_LOST) } else { submit() }
 }
 
-/// The result of `wait`, or the fault: the device runs on, so it is waited for in any case.
+/// The result of `wait`, or the fault. The device really runs in either case, so `wait` is always called.
 pub(super) fn wait(wait: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
     let fails = fails(Call::Wait);
     wait().and(if fails { Err(vk::Result::ERROR_DEVICE_LOST) } else { Ok(()) })
 }
 
-/// Bytes that go to a disk.
+/// Fails where this write to a file or to standard output is the call to fail.
 #[cfg(feature = "program")]
 pub(crate) fn write() -> std::io::Result<()> {
     if fails(Call::Write) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }
 }
 
-/// As the program ends, where a fault was asked for: how many calls of each kind there were.
+/// How many calls of each kind there were, for the end of the program; none unless a fault was asked for.
 #[cfg(feature = "program")]
 pub(crate) fn counted() -> Option<String> {
     let of = |(name, call): (&str, Call)| format!("{name} {}", MADE[call as usize].load(Ordering::Relaxed));

@@ -4,8 +4,8 @@ use super::Limit;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 
-/// Storage buffers of a shader stage, at least: more than the 4 that Vulkan guarantees. A pass that builds reads maps,
-/// casters, triangles and seven buffers of bins, and writes curves.
+/// The storage buffers per shader stage that a device must allow: more than the 4 that Vulkan guarantees. A building
+/// pass reads maps, casters, triangles and seven buffers of bins, and writes curves.
 pub(super) const STORAGE_BUFFERS: u32 = 16;
 
 /// Extensions that [`Features::ray_query`] needs.
@@ -56,8 +56,8 @@ pub struct Features {
     /// discrete, integrated, virtual, cpu or other.
     #[cfg_attr(feature = "program", serde(rename = "type"))]
     pub kind: DeviceKind,
-    /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering, scalar block layout and
-    /// 16 storage buffers a stage.
+    /// What the device lacks of the floor, or none. The floor is Vulkan 1.3 with synchronization2, dynamic rendering,
+    /// scalar block layout and 16 storage buffers per stage.
     pub below_floor: Option<String>,
     /// VK_EXT_fragment_shader_interlock, fragmentShaderPixelInterlock.
     pub fragment_shader_pixel_interlock: bool,
@@ -87,7 +87,8 @@ pub struct Features {
     pub float32_blend: bool,
     /// VK_EXT_calibrated_timestamps: the device's clock can be read beside the host's.
     pub calibrated_timestamps: bool,
-    /// pipelineStatisticsQuery, but of lavapipe before 26, which dies of it (docs/drivers.md): a pass can be asked how many vertices, fragments and threads it had.
+    /// pipelineStatisticsQuery: a pass can be asked how many vertices, fragments and threads it had. False for lavapipe
+    /// before 26, which crashes on such queries (docs/drivers.md).
     pub pipeline_statistics_query: bool,
     /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver reports about compiled shaders.
     pub pipeline_executable_info: bool,
@@ -130,11 +131,11 @@ pub struct Features {
     pub max_compute_shared_memory_bytes: u32,
     /// Threads of a workgroup.
     pub max_compute_workgroup_threads: u32,
-    /// Bits of the grid, finer than texels, onto which a rasterizer moves corners.
+    /// Bits below a texel: the grid onto which a rasterizer moves corners has 2 to this power steps per texel.
     pub sub_pixel_precision_bits: u32,
-    /// Nanoseconds a timestamp tick.
+    /// Nanoseconds per timestamp tick.
     pub timestamp_period_ns: f32,
-    /// Valid bits of a timestamp; 0 is no timestamps.
+    /// Valid bits of a timestamp; 0 where there are no timestamps.
     pub timestamp_valid_bits: u32,
 }
 
@@ -153,7 +154,7 @@ pub enum Requirement {
     GeometryLayers,
     /// [`Features::vertex_layer_output`].
     VertexLayers,
-    /// One of the two before.
+    /// [`Requirement::GeometryLayers`] or [`Requirement::VertexLayers`].
     Layers,
     /// [`Features::multi_viewport`].
     Viewports,
@@ -185,13 +186,14 @@ impl Requirement {
 }
 
 impl Features {
-    /// Whether threads of a workgroup take turns on a processor and do not run at the same time, so that more of them only repeat work, and
-    /// a value that all of them read is read one after the other.
+    /// Whether the device is a software driver. There the threads of a workgroup take turns on a processor, so more
+    /// threads only repeat work, and a value that all threads read is read by one after the other.
     pub fn is_software(&self) -> bool {
         self.kind == DeviceKind::Cpu
     }
 
-    /// The name by which NVIDIA's management library knows the device, `GPU-` and the UUID; none of another vendor's.
+    /// The name by which NVIDIA's management library knows the device, `GPU-` and the UUID; none for other vendors'
+    /// devices.
     pub fn nvidia_uuid(&self) -> Option<String> {
         let hexadecimal = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
         let [a, b, c, d, e] = [0..4, 4..6, 6..8, 8..10, 10..16].map(|part| hexadecimal(&self.uuid[part]));
@@ -217,7 +219,7 @@ impl Features {
         (!has).then(|| requirement.name())
     }
 
-    /// Whether this device has all of `requirements`.
+    /// Checks that this device has all of `requirements`.
     ///
     /// # Errors
     /// [`Error::Refused`] that names the first missing.
@@ -228,14 +230,14 @@ impl Features {
         }
     }
 
-    /// The limit, by its Vulkan name, that leaves no room for a fragment shader with `buffers` storage buffers and
-    /// `attachments` colour attachments which it also reads.
+    /// The Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
+    /// `attachments` colour attachments which it also reads; none where all suffice.
     pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }
 
-    /// The reason why threads of a workgroup of `threads` cannot share values by subgroups, if there is one: a subgroup
-    /// that is wider than the workgroup, or compiled narrower than it says, lacks lanes.
+    /// Why threads of a workgroup of `threads` cannot share values by subgroups; none where they can. A subgroup lacks
+    /// lanes where it is wider than the workgroup, or compiled narrower than the device reports.
     pub fn lacks_full_subgroups(&self, threads: u32) -> Option<String> {
         let size = self.subgroup_size;
         if !self.subgroup_ballot {
@@ -257,8 +259,8 @@ impl Features {
         }
     }
 
-    /// Those of a device that a caller is about to open: [`super::Enabled::all_of`] says of them what to switch on. `queue_family` is the
-    /// one that commands are recorded for.
+    /// The features of a device that a caller is about to open; [`super::Enabled::all_of`] makes from them what to
+    /// switch on. `queue_family` is the family that commands are recorded for.
     ///
     /// # Safety
     /// The device is the instance's, and the application asked for Vulkan 1.3.
@@ -409,7 +411,7 @@ impl Features {
         .with_floor()
     }
 
-    /// Where nothing else is missing, a limit may be.
+    /// Adds a limit that is below the floor, where nothing else is missing.
     fn with_floor(mut self) -> Self {
         let lacks = Limit::FLOOR.iter().find_map(|limit| limit.lacks(&self, ""));
         self.below_floor = self.below_floor.or(lacks);
@@ -417,8 +419,8 @@ impl Features {
     }
 }
 
-/// Whether it is a lavapipe older than 26: 22.3 dies where statistics begin behind push constants, without a pipeline of each kind, and
-/// 26.1 does not; versions between were not tried.
+/// Whether `driver` is a lavapipe older than 26. 22.3 crashes where statistics begin after push constants, before the
+/// command buffer has a pipeline of each kind. 26.1 does not crash; versions between were not tried.
 fn dies_of_statistics(driver: &str) -> bool {
     let version = driver.strip_prefix("llvmpipe Mesa ").and_then(|text| text.split('.').next()?.parse::<u32>().ok());
     version.is_some_and(|major| major < 26)

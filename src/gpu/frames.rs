@@ -15,9 +15,9 @@ pub(super) struct Frames {
 
 #[derive(Default)]
 struct State {
-    /// Those that may run.
+    /// Frames that may still run.
     running: Vec<Frame>,
-    /// Those that are over, until as many more are: their times are read when asked for.
+    /// The newest `in_flight` frames that are over, kept so that their times can be asked for.
     over: Vec<Frame>,
     /// Queries that no frame uses.
     queries: Vec<Queries>,
@@ -31,7 +31,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// The times of its passes; none where it is not over.
+    /// The times of its passes; none where the frame is not over.
     fn times(&self) -> Vec<PassTime> {
         let read = |(queries, names): &(Queries, String)| {
             queries.read(names, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()
@@ -49,8 +49,8 @@ impl Frames {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins a frame, or goes on with it; the frame that it may not run beside is over. Returns the resources that were kept for that one,
-    /// in a list that may be used again.
+    /// Begins frame `number`, or continues it. Frame `number - in_flight` is over, and so are all before it. Returns
+    /// the resources that were kept for them, in a list that may be used again.
     fn begin(&self, number: u64) -> Result<Vec<Kept>> {
         let mut state = self.state();
         if let Some(last) = state.running.last().filter(|last| last.number > number) {
@@ -81,7 +81,7 @@ impl Frames {
         Ok(kept)
     }
 
-    /// Queries for a recording of the newest frame, whose names follow.
+    /// Queries for a recording of the newest frame. The names of its passes are set by [`Frames::keep`].
     fn time(&self, context: &Context) -> Result<vk::QueryPool> {
         let unused = self.state().queries.pop();
         let queries = match unused {
@@ -125,9 +125,9 @@ impl Frames {
 }
 
 impl<'a> Commands<'a> {
-    /// Records into a command buffer of the caller's, on an adopted device. Nothing is submitted and nothing is waited for. What
-    /// follows in the command buffer, and in those submitted after it, sees all that was recorded by the time that this is
-    /// dropped.
+    /// Records into a command buffer of the caller's, on an adopted device. Nothing is submitted and nothing is waited
+    /// for. Later commands in that command buffer, and in those submitted after it, see everything that was recorded
+    /// before these [`Commands`] are dropped.
     ///
     /// `frame` counts the caller's frames. It rises; a frame may be recorded in parts, one after the other. By the time that frame `f` is
     /// recorded, frame `f - frames_in_flight` is over: resources that it alone used are freed here.
@@ -146,7 +146,7 @@ impl<'a> Commands<'a> {
             return Err(Error::Refused { needs: "an adopted device: this one has a queue of its own".into() });
         }
         let frames = &context.shared().frames;
-        // Freed without a wait for the frames.
+        // The resources are freed here, after the lock on the frames is released.
         let mut used = frames.begin(frame)?;
         used.clear();
         let mut handle = vk::QueryPool::null();
@@ -163,8 +163,8 @@ impl<'a> Commands<'a> {
 }
 
 impl Context {
-    /// The time of each pass of a frame that is over, of an adopted device; none where it has no timestamps, and none of a frame
-    /// before which as many others are over as may run.
+    /// The time of each pass of a frame that is over, on an adopted device. None where the device has no timestamps;
+    /// times are kept for the last `frames_in_flight` frames that are over.
     pub fn times(&self, frame: u64) -> Vec<PassTime> {
         self.shared().frames.times(frame)
     }

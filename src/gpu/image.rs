@@ -44,7 +44,7 @@ struct Inner {
     view: vk::ImageView,
     /// For a volume that is drawn to, its layers as an array of 2D images; else null.
     layers: vk::ImageView,
-    /// For bits of floats, the whole numbers that shaders write; else null.
+    /// For [`ImageUse::FloatBits`], the view of whole numbers that shaders write; else null.
     bits: vk::ImageView,
     allocation: Option<Allocation>,
     name: String,
@@ -68,7 +68,7 @@ impl Drop for Inner {
     }
 }
 
-/// Bytes of a texel; none for a format that is not listed here, of which no image is made.
+/// Bytes of a texel; none for a format that is not listed here. No image has such a format.
 fn texel_bytes(format: vk::Format) -> Option<u32> {
     Some(match format {
         vk::Format::R8_UNORM => 1,
@@ -92,7 +92,7 @@ impl Image {
     /// A 3D image of `size` texels with undefined content.
     ///
     /// # Errors
-    /// As [`Image::new`], and where it is drawn to and a render cannot have as many layers.
+    /// As [`Image::new`]; also where the volume is drawn to and has more layers than a render can have.
     pub fn volume(context: &Context, name: &str, format: vk::Format, size: [u32; 3], drawn: bool) -> Result<Self> {
         let limit = context.features().max_framebuffer_layers;
         if drawn && size[2] > limit {
@@ -259,7 +259,7 @@ impl Image {
             return Err(error(format!("a texel has {} bytes, not {}", self.0.texel_bytes, size_of::<T>())));
         }
         let context = self.0.context.context().ok_or_else(|| error("its context is gone".into()))?;
-        // Before anything is made for it.
+        // Refuses before anything is created for the copy.
         context.queue()?;
         let staging = Buffer::new(&context, "readback", self.bytes(), Memory::Readback)?;
         context.submit(|commands| commands.pass("readback", |pass| pass.copy_image(self, &staging)))?;
@@ -295,12 +295,12 @@ impl Image {
         self.0.view
     }
 
-    /// For targets of renders.
+    /// The view that renders draw to.
     pub(super) fn attachment_view(&self) -> vk::ImageView {
         if self.0.layers == vk::ImageView::null() { self.0.view } else { self.0.layers }
     }
 
-    /// For shaders to write.
+    /// The view that shaders write.
     pub(super) fn storage_view(&self) -> vk::ImageView {
         if self.0.bits == vk::ImageView::null() { self.0.view } else { self.0.bits }
     }

@@ -1,4 +1,4 @@
-//! The instance, the choice of a device, and how it is opened, for a context that is not given one.
+//! The instance, the choice of a device, and how the device is opened, for a context that opens its own.
 
 use super::validation::{is_gpu_assisted, messenger_info};
 use super::{Enabled, Features, Messages, fault, vk_error};
@@ -123,8 +123,8 @@ pub(super) fn open_instance(validation: bool, messages: &Messages) -> Result<Ins
     Ok(owner)
 }
 
-/// The extension that an instance needs, with `ENUMERATE_PORTABILITY_KHR`, to list devices that are not all of Vulkan, such as MoltenVK's;
-/// none where the loader knows no such thing and lists them as they are.
+/// The extension that lets an instance, with `ENUMERATE_PORTABILITY_KHR`, list devices that lack some of Vulkan, such
+/// as MoltenVK's. None where the loader does not know the extension and lists such devices without it.
 pub(crate) fn portability(entry: &ash::Entry) -> Option<&'static CStr> {
     let name = khr::portability_enumeration::NAME;
     // SAFETY: enumeration only.

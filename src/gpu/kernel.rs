@@ -17,7 +17,7 @@ pub enum Blend {
     None,
     /// Premultiplied over: new + (1 − new alpha) · old.
     Over,
-    /// The same of one channel, 0 to 2, with an alpha of its own: the others stay as they are.
+    /// As [`Blend::Over`], for one channel, 0 to 2, which has an alpha of its own. The other channels stay as they are.
     OverChannel(u32),
     /// Premultiplied under: old + (1 − old alpha) · new.
     Under,
@@ -29,7 +29,8 @@ pub enum Blend {
     MaxAndAdd,
 }
 
-/// A graphics kernel's state. Triangles, no culling, no vertex buffers: vertex shaders fetch by index.
+/// A graphics kernel's state. It draws triangles without culling and without vertex buffers: vertex shaders fetch by
+/// index.
 pub struct Graphics<'a> {
     /// Vertex shader.
     pub vertex: &'a Shader,
@@ -37,14 +38,14 @@ pub struct Graphics<'a> {
     pub fragment: &'a Shader,
     /// Colour targets in order.
     pub colors: &'a [(vk::Format, Blend)],
-    /// Write and test depth (less) of that format, or not.
+    /// The format of the depth buffer, which draws test against (less) and write to; none for no depth buffer.
     pub depth: Option<vk::Format>,
 }
 
 /// How primitives reach the layers of a volume.
 pub struct Layered<'a> {
-    /// Makes triangles of points and chooses their layers and viewports; without one the vertex shader chooses them for
-    /// its triangles.
+    /// Makes triangles from points, and chooses their layers and viewports. Without a geometry shader the vertex shader
+    /// chooses them.
     pub geometry: Option<&'a Shader>,
     /// How many viewports [`super::Pass::render_layers`] is given.
     pub viewports: u32,
@@ -52,11 +53,11 @@ pub struct Layered<'a> {
 
 /// Stages between vertices and triangles. A patch is one vertex.
 pub struct Tessellated<'a> {
-    /// Says into how many parts a patch is cut.
+    /// Decides into how many parts a patch is cut.
     pub control: &'a Shader,
     /// Makes the triangles' corners.
     pub evaluation: &'a Shader,
-    /// Draw the triangles' sides, and not their insides.
+    /// Whether only the triangles' sides are drawn, and not their insides.
     pub lines: bool,
 }
 
@@ -89,7 +90,7 @@ impl Graphics<'_> {
     }
 }
 
-/// A compute or a graphics pipeline with its sets, which is pushed a `P`. Clones share it.
+/// A compute or a graphics pipeline with its sets. `P` is its push constants. Clones share it.
 pub struct Kernel<P = ()>(Arc<Inner>, PhantomData<fn(P)>);
 
 impl<P> Clone for Kernel<P> {
@@ -165,7 +166,7 @@ fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'
         .map_err(|r| vk_error("load shader", shader.name, r))
 }
 
-/// An error where the device has no room for that many descriptors of a stage.
+/// Fails where the sets have more descriptors per shader stage than the device allows.
 fn check_room(context: &Context, name: &str, sets: &[&Bindings]) -> Result<()> {
     let features = context.features();
     let count = |kind| sets.iter().map(|b| b.count(kind)).sum::<u32>();
@@ -201,7 +202,7 @@ fn layout<'a>(context: &'a Context, name: &str, sets: &[&Bindings]) -> Result<La
     layout.map(|layout| Layout(context, layout)).map_err(|r| vk_error("create pipeline layout", name, r))
 }
 
-/// Where each constant's four bytes stand.
+/// Maps each constant to its four bytes: value i stands at byte 4 · i.
 fn entries(ids: &[u32]) -> Vec<vk::SpecializationMapEntry> {
     let entry = |(i, id): (u32, &u32)| vk::SpecializationMapEntry::default().constant_id(*id).offset(i * 4).size(4);
     (0u32..).zip(ids).map(entry).collect()
@@ -211,14 +212,14 @@ impl<P: Push> Kernel<P> {
     /// A compute shader. Set i is `sets[i]`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the driver rejects the shader, or `P` is not what it is pushed; [`Error::Refused`] where a
-    /// stage of the device has not so many buffers, images or sets.
+    /// [`Error::Gpu`] where the driver rejects the shader, or where its push constants are not a `P`;
+    /// [`Error::Refused`] where the device allows fewer buffers, images or sets per stage.
     pub fn compute(context: &Context, shader: &Shader, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
         Self::computing(context, shader, sets, constants, vk::PipelineShaderStageCreateFlags::empty())
     }
 
-    /// The same where no subgroup may lack a lane, on a device on which nothing keeps it from that
-    /// ([`super::Features::lacks_full_subgroups`]).
+    /// As [`Kernel::compute`], for a shader whose subgroups must have all their lanes. The device must be able to
+    /// promise that ([`super::Features::lacks_full_subgroups`]).
     ///
     /// # Errors
     /// As [`Kernel::compute`].
@@ -271,7 +272,7 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, state, Into::Targets, sets, constants)
     }
 
-    /// The same with stages that tessellate; sets and constants for all its stages.
+    /// As [`Kernel::graphics`], with stages that tessellate; sets and constants for all its stages.
     ///
     /// # Errors
     /// As [`Kernel::compute`].
@@ -299,8 +300,8 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, state, Into::Layers(layered), sets, constants)
     }
 
-    /// Draws in [`super::Pass::render_ordered`] into `attachments`, which are what its fragment shader reads
-    /// and writes: it runs for one fragment of a texel at a time, in drawing order. Sets and constants as above.
+    /// Draws in [`super::Pass::render_ordered`] into `attachments`, which the fragment shader reads and writes. Per
+    /// texel it runs for one fragment at a time, in drawing order. Sets and constants as for [`Kernel::graphics`].
     ///
     /// # Errors
     /// As [`Kernel::compute`].
@@ -379,7 +380,7 @@ impl<P: Push> Kernel<P> {
         let stages: Vec<_> = modules.iter().map(stage).collect();
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
-        // Looked at for patches alone.
+        // Vulkan reads it for patches alone.
         let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(1);
         let viewport =
             vk::PipelineViewportStateCreateInfo::default().viewport_count(viewports).scissor_count(viewports);
@@ -453,7 +454,7 @@ fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         Blend::Add | Blend::MaxAndAdd => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),
     };
     let color_op = if blend == Blend::MaxAndAdd { vk::BlendOp::MAX } else { vk::BlendOp::ADD };
-    // The alpha of a colour factor is the alpha factor.
+    // For alpha, Vulkan takes the alpha of a colour factor.
     base.blend_enable(true)
         .src_color_blend_factor(new)
         .dst_color_blend_factor(old)

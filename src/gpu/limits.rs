@@ -1,14 +1,14 @@
-//! Limits of a device, by their Vulkan names: how much of each is wanted, and whether a device has as much.
+//! Limits of a device, by their Vulkan names: how much of each is needed, and whether a device has that much.
 
 use super::Features;
 use super::features::STORAGE_BUFFERS;
 
-/// A limit of a device that is to be so large.
+/// A limit of a device, and how large it has to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limit {
     /// Its name in VkPhysicalDeviceLimits.
     pub name: &'static str,
-    /// At least.
+    /// The least value that is needed.
     pub least: u64,
 }
 
@@ -19,7 +19,7 @@ macro_rules! limits {
                 Self { name: $name, least }
             })*
 
-            /// How much of it a device has; none where the name is not one of those above.
+            /// The device's value of this limit; 0 where no limit above has the name.
             fn of(&self, features: &Features) -> u64 {
                 match self.name {
                     $($name => features.$field.into(),)*
@@ -29,7 +29,7 @@ macro_rules! limits {
         }
 
         impl Features {
-            /// With one less of it than is wanted.
+            /// The same features, with one less of this limit than is needed.
             pub(super) fn just_below(mut self, limit: Limit) -> Self {
                 let below = u32::try_from(limit.least.saturating_sub(1)).unwrap_or(u32::MAX);
                 match limit.name {
@@ -68,10 +68,11 @@ limits! {
 }
 
 impl Limit {
-    /// Those without which nothing runs, beside what Vulkan 1.3 guarantees.
+    /// The limits that everything needs, beyond those that Vulkan 1.3 guarantees.
     pub const FLOOR: [Self; 1] = [Self::storage_buffers(STORAGE_BUFFERS as u64)];
 
-    /// Those of a fragment shader with `buffers` storage buffers and `attachments` colour attachments which it also reads.
+    /// The limits that a fragment shader needs, with `buffers` storage buffers and `attachments` colour attachments
+    /// that it also reads.
     pub fn attachments(attachments: u32, buffers: u32) -> [Self; 4] {
         let (attachments, buffers) = (u64::from(attachments), u64::from(buffers));
         [
@@ -82,7 +83,7 @@ impl Limit {
         ]
     }
 
-    /// What a device is refused for that has less of it, `what` behind the number; none where it has as much.
+    /// The reason to refuse a device that has less, with `what` behind the number; none where the device has enough.
     pub fn lacks(&self, features: &Features, what: &str) -> Option<String> {
         let has = self.of(features);
         (has < self.least).then(|| format!("{} of at least {}{what} (this device has {has})", self.name, self.least))

@@ -13,7 +13,8 @@ impl Features {
         lowered().into_iter().fold(limited, Self::just_below)
     }
 
-    /// The Required Limits of the Vulkan 1.3 specification; of storage buffers those that are this program's floor.
+    /// The Required Limits of the Vulkan 1.3 specification, but for storage buffers: their number is this program's
+    /// floor.
     fn with_lowest_limits(self) -> Self {
         Self {
             max_storage_buffer_range: 1 << 27,
@@ -30,7 +31,7 @@ impl Features {
             max_framebuffer_layers: 256,
             max_compute_shared_memory_bytes: 16 << 10,
             max_compute_workgroup_threads: 128,
-            // Rasterizers are as fine as they are; to count with a coarser one is safe.
+            // The device's rasterizer stays as fine as it is; it is safe to assume a coarser one.
             sub_pixel_precision_bits: 4,
             ..self
         }

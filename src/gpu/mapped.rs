@@ -1,12 +1,12 @@
-//! Files as memory. They are here because mapping takes `unsafe`, and because mapped files go to the device.
+//! Files as memory. This module is in `gpu` because mapping takes `unsafe`, and because mapped files go to the device.
 
 use std::fs::File;
 use std::io;
 use std::ops::Deref;
 use std::path::Path;
 
-/// The bytes of a regular file: of the program read from the disk as they are looked at, without the feature `program` read into
-/// memory at once.
+/// The bytes of a regular file. With the feature `program` the file is mapped, and its bytes come from the disk when
+/// they are read; without the feature all of it is read into memory at once.
 #[cfg(feature = "program")]
 pub struct Mapped(memmap2::Mmap);
 
@@ -18,9 +18,9 @@ impl Mapped {
     /// Opens a file.
     ///
     /// # Errors
-    /// That of the system; folders, pipes and devices are no regular files.
+    /// The system's error, or one for a folder, a pipe or a device, which are no regular files.
     pub fn open(path: &Path) -> io::Result<Self> {
-        // Asked before opening: opening a pipe waits for its writer.
+        // The kind of file is checked before opening: opening a pipe waits for its writer.
         if !std::fs::metadata(path)?.is_file() {
             return Err(io::Error::other("not a regular file"));
         }

@@ -1,4 +1,4 @@
-//! Vulkan, and files that are mapped to go there: the only module with `unsafe`. Knows no technique.
+//! The only module with `unsafe`: it wraps Vulkan, and maps files that go to the device. It knows no technique.
 //!
 //! Every handle lives in an owner that destroys it, owners are cheap to clone, and a recorded command keeps what it
 //! uses alive until the device is done with it, so the functions here are safe to call in any order.

@@ -31,7 +31,8 @@ impl Drop for Inner {
     }
 }
 
-/// From the clear at the start to the first fragment that reads. From one fragment to the next the pipeline orders.
+/// Orders the clear at the start before the first fragment that reads. The pipeline orders one fragment after the
+/// other.
 pub(super) const AFTER_CLEAR: vk::SubpassDependency = vk::SubpassDependency {
     src_subpass: 0,
     dst_subpass: 0,
@@ -43,7 +44,7 @@ pub(super) const AFTER_CLEAR: vk::SubpassDependency = vk::SubpassDependency {
 };
 
 impl OrderedAttachments {
-    /// Every attachment's.
+    /// The format of every attachment.
     pub const FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 
     /// `count` attachments of `size` texels, on a device with [`super::Requirement::RasterOrder`] whose limits allow them

@@ -7,7 +7,7 @@ use super::{Buffer, Image};
 use ash::vk;
 use std::sync::{Mutex, PoisonError};
 
-/// One of these.
+/// A piece of pending work.
 pub(super) enum Step {
     /// A new image takes on the layout that it keeps.
     Layout(Image),
@@ -38,7 +38,7 @@ impl Step {
     }
 }
 
-/// All of a context, in the order in which they were asked for.
+/// All pending steps of a context, in the order in which they were asked for.
 #[derive(Default)]
 pub(super) struct Pending(Mutex<Vec<Step>>);
 
@@ -47,7 +47,7 @@ impl Pending {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(step);
     }
 
-    /// All of them, to be recorded.
+    /// Takes all steps out, to be recorded.
     pub fn take(&self) -> Vec<Step> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -60,7 +60,7 @@ impl Pending {
     }
 }
 
-/// Records them behind all that came before; whatever comes next needs a barrier. Nothing where there are none.
+/// Records `steps` behind all earlier commands. Later commands need a barrier. Without steps nothing is recorded.
 pub(super) fn record(device: &Device, buffer: vk::CommandBuffer, steps: &[Step]) {
     if steps.is_empty() {
         return;

@@ -39,7 +39,7 @@ pub(super) enum DrawnTo {
         evaluation: &'static str,
         lines: bool,
     },
-    /// Attachments of as many images are compatible.
+    /// A pipeline fits all attachments of the same number of images.
     Ordered {
         images: usize,
     },
@@ -54,7 +54,7 @@ pub(super) enum DrawnTo {
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) struct Key {
     state: State,
-    /// The block that is pushed.
+    /// The block of push constants.
     push: String,
     /// Specialization constants.
     constants: Vec<(u32, u32)>,
@@ -69,15 +69,16 @@ impl Key {
     }
 }
 
-/// One that is made, or is being made while it is locked.
+/// A pipeline that is made, or is being made while the slot is locked.
 type Slot = Arc<Mutex<Option<Pipeline>>>;
 
-/// Those of a device.
+/// The pipelines of a device.
 #[derive(Default)]
 pub(super) struct Pipelines(Mutex<HashMap<Key, Slot>>);
 
 impl Pipelines {
-    /// The pipeline of that key; made where there is none yet. Several threads make several at once, and each but once.
+    /// The pipeline for `key`, made at the first call. Several threads make different pipelines at the same time, and
+    /// each pipeline once.
     pub(super) fn get(&self, key: Key, make: impl FnOnce() -> Result<Pipeline>) -> Result<Pipeline> {
         let slot = lock(&self.0).entry(key).or_default().clone();
         let mut made = lock(&slot);
@@ -122,7 +123,8 @@ mod tests {
 
     const NONE: Pipeline = Pipeline { handle: vk::Pipeline::null(), layout: vk::PipelineLayout::null() };
 
-    /// Two wait for each other while they make: neither holds the other up. What is made already is not made again.
+    /// Two threads wait for each other while each makes a pipeline, which ends only where neither blocks the other. A
+    /// pipeline that is made already is not made again.
     #[test]
     fn several_are_made_at_once_and_each_but_once() {
         let (pipelines, both) = (Pipelines::default(), Barrier::new(2));
@@ -142,7 +144,7 @@ mod tests {
         assert!(again("one") && again("other"));
     }
 
-    /// One that could not be made is tried anew when it is next asked for.
+    /// A pipeline that could not be made is tried again at the next call.
     #[test]
     fn a_failure_is_not_kept() {
         let pipelines = Pipelines::default();

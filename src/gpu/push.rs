@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-/// A struct that a shader is pushed. Made by [`push_struct!`](crate::gpu::push_struct).
+/// A struct of push constants. Made by [`push_struct!`](crate::gpu::push_struct).
 pub trait Push: Pod {
     /// The block as GLSL declares it, `Name { type member; … }`.
     fn block() -> String;

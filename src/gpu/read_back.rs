@@ -5,7 +5,7 @@ use crate::Result;
 use bytemuck::Pod;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// As many copies as frames may run at the same time. Clones share them.
+/// Copies of a result, as many as frames may run at the same time. Clones share them.
 #[derive(Clone)]
 pub struct ReadBack(Arc<Inner>);
 
@@ -27,11 +27,11 @@ impl ReadBack {
         Ok(Self(Arc::new(Inner { copies, frames: Mutex::new(vec![None; count]) })))
     }
 
-    /// The first `count` elements as frame `frame` left them, which is over; none where that frame copied nothing, or a later
-    /// one that is recorded already takes its place.
+    /// The first `count` elements as frame `frame`, which is over, left them. None where that frame copied nothing, or
+    /// where a later recorded frame already uses the same copy.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where there are not so many.
+    /// [`crate::Error::Gpu`] where there are fewer elements.
     pub fn read<T: Pod>(&self, frame: u64, count: usize) -> Result<Option<Vec<T>>> {
         let place = self.place(frame);
         if self.0.frames.lock().unwrap_or_else(PoisonError::into_inner)[place] != Some(frame) {
@@ -40,7 +40,7 @@ impl ReadBack {
         self.0.copies[place].read(count).map(Some)
     }
 
-    /// Copies that were recorded so far are not read any more: they are older than the last change.
+    /// Makes [`ReadBack::read`] ignore all copies recorded so far, which are older than the last change.
     pub fn forget(&self) {
         self.0.frames.lock().unwrap_or_else(PoisonError::into_inner).fill(None);
     }

@@ -1,5 +1,5 @@
-//! Command buffers of a device's own queue: one per submission that is being recorded, and those that wait for the
-//! next.
+//! Command buffers of a device's own queue: one per submission that is being recorded, and spare ones for later
+//! submissions.
 
 use super::device::Device;
 use super::times::Queries;
@@ -14,7 +14,7 @@ pub(super) struct Recorder {
     pub pool: vk::CommandPool,
     /// The command buffer that passes are recorded into.
     pub buffer: vk::CommandBuffer,
-    /// Pending work at the time of submission: it runs before them.
+    /// Pending work at the time of submission, which runs before the passes.
     pub before: vk::CommandBuffer,
     pub fence: vk::Fence,
     pub queries: Queries,
@@ -55,7 +55,7 @@ impl Recorder {
     }
 }
 
-/// Those of a queue. No lock is held while recording, so that a thread that records may submit something else
+/// The recorders of a queue. No lock is held while recording, so that a thread that records may submit something else
 /// meanwhile.
 pub(super) struct Recorders {
     waiting: Mutex<Vec<Arc<Recorder>>>,
@@ -63,18 +63,18 @@ pub(super) struct Recorders {
 }
 
 impl Recorders {
-    /// Makes the first, so that a device which cannot is none.
+    /// Makes the first recorder, so that a device which cannot make one is not opened.
     pub fn new(device: &Device, queue_family: u32) -> Result<Self> {
         let first = Arc::new(Recorder::new(device, queue_family)?);
         Ok(Self { waiting: Mutex::new(vec![first]), queue: Mutex::default() })
     }
 
-    /// The queue for one alone, from handing commands over until they are done.
+    /// Locks the queue for one submission, from handing its commands over until they are done.
     pub fn queue(&self) -> MutexGuard<'_, ()> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// One that waits, else a new one.
+    /// A spare recorder, else a new one.
     pub fn take(&self, context: &Context) -> Result<Taken<'_>> {
         let waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let recorder = match waiting {

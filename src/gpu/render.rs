@@ -8,7 +8,7 @@ use ash::vk;
 pub struct Target<'a> {
     /// Drawn to.
     pub image: &'a Image,
-    /// Cleared to this first; else kept. Depth takes the first number.
+    /// The value that the target is cleared to first; none keeps its content. Depth takes the first number.
     pub clear: Option<[f32; 4]>,
 }
 
@@ -24,7 +24,7 @@ impl<'a> Pass<'_, 'a> {
         self.render_area([0, 0], size, colors, depth, record);
     }
 
-    /// The same over the `size` texels from `corner` on: the others are neither drawn nor cleared.
+    /// As [`Pass::render`], over the `size` texels from `corner` on. The other texels are neither drawn nor cleared.
     pub fn render_area(
         &mut self,
         corner: [u32; 2],
@@ -72,8 +72,8 @@ impl<'a> Pass<'_, 'a> {
         }
     }
 
-    /// Draws into the layers of a volume, with pipelines of [`super::Kernel::layered`]. Each viewport is a square at
-    /// the upper left of so many texels per side.
+    /// Draws into the layers of a volume, with pipelines of [`super::Kernel::layered`]. `viewports` holds the side, in
+    /// texels, of each viewport: a square at the upper left.
     pub fn render_layers(&mut self, volume: &Image, viewports: &[u32], record: impl FnOnce(&mut Draw<'_, '_, 'a>)) {
         let colors = [vk::RenderingAttachmentInfo::default()
             .image_view(volume.attachment_view())

@@ -1,4 +1,4 @@
-//! A compiled shader. Those of the program are in [`crate::shaders`].
+//! A compiled shader. The program's own shaders are in [`crate::shaders`].
 
 /// SPIR-V, aligned for Vulkan, which reads it in words.
 #[repr(C, align(4))]
@@ -6,8 +6,9 @@ pub struct Spirv<T: ?Sized = [u8]>(pub T);
 
 /// A compiled shader.
 pub struct Shader {
-    /// Its place in glsl/, with the technique in front for shaders built once per technique, and the value behind for those
-    /// built once for each of some: `technique/avsm/resolve.comp`, `avsm/consume/query.comp`, `technique/avsm/unpack.comp/4`.
+    /// Its path in glsl/. A shader that is compiled once per technique has the technique in front, and one that is
+    /// compiled for several values has the value behind: `technique/avsm/resolve.comp`, `avsm/consume/query.comp`,
+    /// `technique/avsm/unpack.comp/4`.
     pub name: &'static str,
     /// The block of its push constants, `Name { type member; … }`; empty where it has none.
     pub push: &'static str,

@@ -12,8 +12,8 @@ use std::sync::atomic::Ordering;
 
 impl Context {
     /// Records and runs commands, waits for them, and returns the time of each pass, or of all as one
-    /// ([`Context::time_passes`]); none where the device has no timestamps. One submission runs at a time. What is submitted
-    /// or written while another is recorded runs before it.
+    /// ([`Context::time_passes`]); none where the device has no timestamps. One submission runs at a time. Work that is
+    /// submitted or written while `record` runs comes before its commands.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, or more than 512 passes are recorded; [`Error::Refused`] on an adopted device.
@@ -27,7 +27,7 @@ impl Context {
     /// As [`Context::submit`], but nothing runs where recording fails.
     ///
     /// # Errors
-    /// That of `record`, else as [`Context::submit`].
+    /// The error of `record`, or one of [`Context::submit`].
     pub fn try_submit(&self, record: impl FnOnce(&mut Commands) -> Result<()>) -> Result<Vec<PassTime>> {
         let fail = |r| {
             self.note_lost(r);
@@ -67,7 +67,7 @@ impl Context {
         recorder.queries.read(&recorded.names, counts, vk::QueryResultFlags::WAIT).map_err(fail)
     }
 
-    /// One submission after the other, so that they are not in each other's time.
+    /// Runs one submission at a time, so that none adds to another's time.
     fn run(&self, recorders: &Recorders, queue: vk::Queue, recorder: &Recorder) -> VkResult<()> {
         let alone = recorders.queue();
         let steps = self.shared().pending.take();

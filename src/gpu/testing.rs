@@ -11,15 +11,16 @@ use std::sync::OnceLock;
 #[doc(hidden)]
 #[derive(Clone, Debug, Default)]
 pub struct Testing {
-    /// Limits as low as Vulkan 1.3 allows.
+    /// Whether the device counts as one whose limits are as low as Vulkan 1.3 allows.
     pub lowest_limits: bool,
-    /// No optional features.
+    /// Whether the device counts as one without optional features.
     pub no_features: bool,
-    /// The validation layer puts checks into shaders too, so that a read or write beyond a buffer gives a message.
+    /// Whether the validation layer puts checks into shaders too, so that a read or write beyond a buffer gives a
+    /// message.
     pub checks_in_shaders: bool,
     /// A call that fails.
     pub fault: Option<Fault>,
-    /// MiB that each build also fills, so that it takes longer than it should; with 0 none.
+    /// MiB that each build fills in addition, so that it takes longer than it should; 0 for none.
     pub burden: u64,
     /// Milliseconds that each row of the window's reference takes longer than it should.
     pub slow_truth_ms: u64,
@@ -28,12 +29,13 @@ pub struct Testing {
 static TESTING: OnceLock<Testing> = OnceLock::new();
 
 impl Testing {
-    /// From now on, for the whole process; the first that begins stays.
+    /// Applies these changes from now on, for the whole process. Later calls change nothing.
     pub fn begin(self) {
         TESTING.get_or_init(|| self);
     }
 
-    /// Runs `body`; devices that this thread opens in it have one less of a limit than is wanted, or as much as they had, if that was less.
+    /// Runs `body`. Devices that this thread opens in it have one less of `limit` than is needed, or as much as they
+    /// really have, if that is less.
     pub fn just_below<T>(limit: Limit, body: impl FnOnce() -> T) -> T {
         LOWERED.set(Some(limit));
         let done = body();
@@ -46,7 +48,7 @@ thread_local! {
     static LOWERED: Cell<Option<Limit>> = const { Cell::new(None) };
 }
 
-/// Which limit is too low, if one is.
+/// The limit that [`Testing::just_below`] lowers, if there is one.
 pub(super) fn lowered() -> Option<Limit> {
     LOWERED.get()
 }
@@ -64,7 +66,8 @@ pub(super) fn testing() -> &'static Testing {
     TESTING.get().unwrap_or(&NONE)
 }
 
-/// A buffer that each build also fills, and how many times; none where no test wants it. Devices bind 128 MiB at least.
+/// A buffer that each build fills in addition, and how many times; none where no test wants it. It has at most 64 MiB:
+/// every device binds at least 128 MiB.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.
@@ -75,7 +78,7 @@ pub(crate) fn burden(context: &Context) -> Result<Option<(Buffer, u64)>> {
     (times > 0).then(|| Ok((buffer(times)?, times))).transpose()
 }
 
-/// Takes as long as a test wants so many rows of the window's reference to take.
+/// Sleeps for as long as a test wants `rows` rows of the window's reference to take.
 #[cfg(feature = "view")]
 pub(crate) fn slow_truth(rows: u32) {
     let ms = testing().slow_truth_ms;

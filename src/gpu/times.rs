@@ -64,14 +64,14 @@ impl Queries {
         }
     }
 
-    /// Counts passes, reset in a command buffer; null on a device that cannot.
+    /// The queries that count passes' work, reset in `buffer`; null on a device that cannot count.
     pub fn counts(&self, buffer: vk::CommandBuffer) -> VkResult<vk::QueryPool> {
         if !self.device.features().pipeline_statistics_query || self.handle == vk::QueryPool::null() {
             return Ok(vk::QueryPool::null());
         }
         let pool = match self.counts.get() {
             Some(pool) => *pool,
-            // It has no other user while commands are recorded with it.
+            // Only the recording that holds these queries comes here, so nothing else makes the pool meanwhile.
             None => {
                 let pool = counts::pool(&self.device)?;
                 *self.counts.get_or_init(|| pool)
@@ -82,7 +82,7 @@ impl Queries {
         Ok(pool)
     }
 
-    /// The times of passes that are over, whose names are lines; with `counts`, their counts too.
+    /// The times of passes that are over; `names` has one name per line. With `counts`, their counts too.
     pub fn read(&self, names: &str, counts: vk::QueryPool, flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
         let names: Vec<_> = names.lines().take(MAX_PASSES as usize).collect();
         if names.is_empty() || self.handle == vk::QueryPool::null() {
@@ -101,7 +101,7 @@ impl Queries {
     }
 }
 
-/// Two ticks a name.
+/// Times from ticks, two per name.
 fn times(features: &Features, names: &[&str], ticks: &[u64]) -> Vec<PassTime> {
     let mask = u64::MAX >> (64 - features.timestamp_valid_bits.clamp(1, 64));
     let first = ticks.first().copied().unwrap_or_default();

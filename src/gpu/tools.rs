@@ -11,7 +11,7 @@ pub struct Tool {
     pub name: String,
     /// Its version, in its own words.
     pub version: String,
-    /// Whether the device's features, properties or limits may be others through it.
+    /// Whether it may change the device's features, properties or limits.
     pub changes_features: bool,
 }
 

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct Allowed {
     /// The message's id.
     pub id: &'static str,
-    /// Only where the text has this, so that the entry hides nothing else.
+    /// A part of the text that the message must have, so that the entry hides no other message.
     pub contains: &'static str,
     /// Why it may be ignored.
     pub reason: &'static str,
@@ -57,7 +57,8 @@ impl Messages {
     }
 }
 
-/// Whether tests have the layer put checks into shaders too, so that a read or write beyond a buffer gives a message.
+/// Whether tests want the layer to put checks into shaders too, so that a read or write beyond a buffer gives a
+/// message.
 pub fn is_gpu_assisted() -> bool {
     testing().checks_in_shaders
 }

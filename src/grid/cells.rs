@@ -1,4 +1,4 @@
-//! How many occupied voxels are in the cells of 8 voxels per side and more, for cones.
+//! Counts of occupied voxels in cells of 8 voxels per side and more, for cones.
 
 use super::{GridPush, THREADS};
 use crate::Result;
@@ -7,10 +7,10 @@ use crate::shaders::grid::CELLS;
 use crate::shaders::set;
 use bytemuck::Zeroable;
 
-/// Voxels per side of the smallest cells, a power of two's exponent. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
+/// Log2 of the voxels per side of the smallest cells. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
 const FIRST: u32 = 3;
 
-/// Counts of all levels, up to the whole grid.
+/// Counts for cells of all sizes, up to the whole grid.
 pub(super) struct Cells {
     size: u32,
     pub(super) counts: Buffer,
@@ -18,7 +18,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Cells of a grid whose own buffers are `grid`.
+    /// Cells of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -42,7 +42,7 @@ impl Cells {
     }
 }
 
-/// Cells of all levels.
+/// How many cells there are in all levels.
 pub(super) fn count(size: u32) -> u32 {
     (FIRST..=size.ilog2()).map(|level| (size >> level).pow(3)).sum()
 }

@@ -14,7 +14,7 @@ const SCANNED: u32 = 1024;
 /// Words of a used voxel, and of an entry of a list. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
 const LIST_WORDS: u64 = 2;
 
-/// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box there.
+/// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box in the voxel.
 const PAIR_BYTES: u64 = 12;
 
 /// Totals over all lists. Twin: ListTotals in glsl/grid/lists/set.glsl.
@@ -23,14 +23,14 @@ const PAIR_BYTES: u64 = 12;
 pub struct ListTotals {
     /// Pairs of a triangle or a caster and a voxel that it meets.
     pub pairs: u32,
-    /// Voxels that any of them meets; on the device one more, which stands for all.
+    /// Voxels that any triangle or caster meets. The device counts one more: the voxel whose list all voxels share.
     pub voxels: u32,
-    /// 1: more pairs than 32 bits count.
+    /// 1 where there are more pairs than 32 bits count.
     pub overflowed: u32,
 }
 
 impl ListTotals {
-    /// Words of the lists, those of `bricks` bricks among them.
+    /// Words of the lists, with the words of `bricks` bricks.
     fn words(self, bricks: u32) -> u64 {
         u64::from(bricks) + 1 + LIST_WORDS * (u64::from(self.voxels) + 1 + u64::from(self.pairs))
     }
@@ -60,17 +60,18 @@ const CASTERS: Listed = Listed {
     ],
 };
 
-/// Pairs that casters share, where a buffer holds as many: half a gigabyte of lists.
+/// The most pairs for all casters together, where a buffer holds as many: half a gigabyte of lists.
 const MOST_PAIRS: u32 = 1 << 25;
 
-/// Bytes of the lists for a pair, at most: its own words, and those of a voxel in which nothing else is.
+/// The most bytes of lists per pair: the pair's own words, and the words of a voxel that only this pair uses.
 const LISTED_BYTES: u32 = 4 * 2 * LIST_WORDS as u32;
 
-/// Voxels of a box up to which any caster is listed in each.
+/// A caster whose box has at most so many voxels is always listed in each of them.
 const LEAST_SHARE: u32 = 64;
 
-/// Voxels of a box up to which each of so many casters is listed in every voxel that it meets. Larger ones are listed once, for all voxels, so that
-/// pairs have room in a buffer of this device.
+/// The most voxels of a caster's box for which the caster is listed in every voxel that it meets. A caster with a
+/// larger box is listed once, for all voxels, so that the pairs of `casters` casters have room in a buffer of this
+/// device.
 pub fn caster_share(context: &Context, casters: u32) -> u32 {
     let pairs = (context.features().max_storage_buffer_range / LISTED_BYTES).min(MOST_PAIRS);
     (pairs / casters.max(1)).max(LEAST_SHARE)
@@ -86,10 +87,10 @@ pub(super) struct Lists {
     pub(super) words: Buffer,
     sums: Buffer,
     totals: Buffer,
-    /// Lists in the order in which they came.
+    /// The lists before they are sorted.
     unsorted: Buffer,
     counted: ReadBack,
-    /// After the last build.
+    /// The totals of the last build.
     pub(super) last: ListTotals,
     set: Bindings,
     listed: &'static Listed,
@@ -101,7 +102,8 @@ pub(super) struct Lists {
     sort: Kernel<GridPush>,
 }
 
-/// Room for so many pairs, words, their prefix sums, and unsorted triangles.
+/// Buffers with room for `pairs` pairs, for `words` words of lists, for the words' prefix sums, and for unsorted
+/// triangles.
 fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
@@ -113,7 +115,7 @@ fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffe
 }
 
 impl Lists {
-    /// Lists of the triangles, in a grid whose own buffers are `grid`.
+    /// Lists of the triangles of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -123,8 +125,8 @@ impl Lists {
         Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
     }
 
-    /// Lists of all pairs that the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. There is room for
-    /// `first` pairs at first.
+    /// Lists of all pairs that the three shaders of `note` find. `more` holds the sets that these shaders take behind
+    /// the grid's and the lists' sets. There is room for `first` pairs at first.
     fn noted(
         context: &Context,
         size: u32,
@@ -163,12 +165,12 @@ impl Lists {
         })
     }
 
-    /// Occupies the voxels of an empty grid that stands where it should, and lists the triangles of each.
+    /// Occupies the voxels of an empty grid, whose place is set, and lists the triangles of each voxel.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
         self.list(commands, world, world.triangle_count());
     }
 
-    /// Makes lists of so many triangles or casters.
+    /// Records the passes that make the lists of `count` triangles or casters.
     fn list(&self, commands: &mut Commands, world: &World, count: u32) {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
@@ -193,7 +195,7 @@ impl Lists {
         for number in &self.number {
             run(commands, numbering, number, self.bricks.into(), SCANNED);
         }
-        // As many voxels are used at most as there are pairs.
+        // At most as many voxels are used as there are pairs.
         let pairs = self.pairs.bytes() / PAIR_BYTES;
         run(commands, filling, &self.fill[0], pairs, THREADS);
         for starts in &self.starts {
@@ -225,8 +227,8 @@ impl Lists {
         if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
-        // much.
+        // An eighth more than is needed, so that a scene in motion does not make the buffers grow every frame; where an
+        // eighth more exceeds the limit, as much as the limit allows, and never less than is needed.
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);
@@ -237,12 +239,12 @@ impl Lists {
         self.set.replace(set::GridLists::SUMS, &sums)?;
         self.set.replace(set::GridLists::UNSORTED, &unsorted)?;
         (self.pairs, self.words, self.sums, self.unsorted) = (pairs, words, sums, unsorted);
-        // Frames that are recorded already were given less room.
+        // Frames that are already recorded had less room: their counts do not say what fits now.
         self.counted.forget();
         Ok(true)
     }
 
-    /// All words that say something, after a build.
+    /// The words of the lists that the last build used.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
@@ -270,7 +272,7 @@ impl CastLists {
     /// Pairs per caster that there is room for at first.
     const FIRST: u32 = 8;
 
-    /// In a grid that stands where `data` says.
+    /// Lists of the casters in a grid whose place is in `data`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -289,7 +291,7 @@ impl CastLists {
         Ok(Self { size, bits, large, lists, clear })
     }
 
-    /// Lists the casters as they are now in a grid that stands where it should.
+    /// Lists the present casters in a grid whose place is set.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = 8 * u64::from(side(self.size, 2).pow(3));

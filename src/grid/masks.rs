@@ -1,4 +1,5 @@
-//! Masks: 4 × 4 × 4 cells of each occupied voxel, a word of 64 bits each, in the order of voxels. As many as there are: the buffer grows.
+//! Masks: one word of 64 bits per occupied voxel, a bit for each of its 4 × 4 × 4 cells, in the order of voxels. The
+//! buffer grows with the number of occupied voxels.
 
 use super::{GridPush, THREADS, Voxelize, Voxelizer, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack};
@@ -8,10 +9,10 @@ use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 
-/// Bricks of a workgroup. Twin: THREADS times BRICKS in glsl/grid/number.comp.
+/// Bricks per workgroup. Twin: THREADS times BRICKS in glsl/grid/number.comp.
 const RUN: u32 = THREADS * 16;
 
-/// Layers across the grid that there is room for at first.
+/// Room at first, in layers of the grid.
 const FIRST_LAYERS: u64 = 4;
 
 /// Bytes of a mask.
@@ -21,7 +22,7 @@ const MASK_BYTES: u64 = 8;
 pub(super) struct Masks {
     context: Context,
     size: u32,
-    /// As glsl/grid/masks.glsl has them.
+    /// The masks, in the layout of glsl/grid/masks.glsl.
     pub(super) words: Buffer,
     runs: Buffer,
     /// How many voxels are occupied, for the host.
@@ -31,7 +32,7 @@ pub(super) struct Masks {
     voxelize: Voxelize,
 }
 
-/// Bytes of how many voxels stand before each brick.
+/// Bytes of the first part of the buffer: per brick, how many occupied voxels come before it.
 fn numbers_bytes(size: u32) -> u64 {
     4 * u64::from(side(size, 0).pow(3))
 }
@@ -48,7 +49,7 @@ fn words(context: &Context, size: u32, masks: u64) -> Result<Buffer> {
 }
 
 impl Masks {
-    /// Masks of a grid whose own buffers are `grid`.
+    /// Masks of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -65,7 +66,7 @@ impl Masks {
         Ok(Self { context: context.clone(), size, words, runs, counted, set, number, voxelize })
     }
 
-    /// Fills them by the voxels that are occupied and by the triangles. `large`: the lists of triangles of many cells.
+    /// Fills the masks of the occupied voxels from the triangles. `large` lists the triangles that meet many cells.
     pub(super) fn record(&self, commands: &mut Commands, world: &World, large: &Buffer) {
         let runs = side(self.size, 0).pow(3) / RUN;
         for (kernel, groups) in self.number.iter().zip([runs, 1, runs]) {
@@ -80,20 +81,20 @@ impl Masks {
         self.voxelize.record(commands, "grid.mask", world, MASK_SIDE * self.size);
     }
 
-    /// Makes room for the voxels of frame `frame`, which is over; whether it has made some.
+    /// Makes room for the occupied voxels of frame `frame`, which is over; returns whether the buffer grew.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device binds no buffer of so many, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device binds no buffer of that size, [`Error::Gpu`] where memory runs out.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(counted) = self.counted.read::<u32>(frame, 1)? else { return Ok(false) };
         let (wants, first) = (counted.first().map_or(0, |count| u64::from(*count)), numbers_bytes(self.size));
         if first + MASK_BYTES * wants <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
         self.words = words(&self.context, self.size, wants + wants / 8)?;
         self.set.replace(set::GridMasks::MASKS, &self.words)?;
-        // Frames that are recorded already were given less room.
+        // Frames that are already recorded had less room: their counts do not say what fits now.
         self.counted.forget();
         Ok(true)
     }
@@ -103,7 +104,7 @@ impl Masks {
         self.runs.bytes()
     }
 
-    /// The buffer, as far as there are masks.
+    /// The buffer, up to its last mask.
     ///
     /// # Errors
     /// [`Error::Gpu`] where it cannot be read back.
@@ -113,5 +114,5 @@ impl Masks {
     }
 }
 
-/// Cells a voxel's side. Twin: FACET_CELLS in glsl/grid/occupy_cell.glsl.
+/// Cells per side of a voxel. Twin: FACET_CELLS in glsl/grid/occupy_cell.glsl.
 pub(super) const MASK_SIDE: u32 = 4;

@@ -1,4 +1,4 @@
-//! Smoke and hair in a grid: per voxel, the optical depth of a way one voxel long.
+//! Smoke and hair in a grid: per voxel, the optical depth along one voxel's length.
 
 use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups};
@@ -8,22 +8,22 @@ use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 
-/// Workgroups that share the casters of many voxels.
+/// Workgroups that share the casters that meet many voxels.
 const LARGE_GROUPS: u32 = 4096;
 
 /// Extra data of smoke and hair in a grid, besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Holds {
-    /// How strands run in each voxel.
+    /// Whether the grid holds how strands run in each voxel.
     pub directions: bool,
-    /// The greatest number of any voxel.
+    /// Whether the grid holds the greatest number of any voxel.
     pub most: bool,
 }
 
-/// A number per voxel, and bits that say where there are any.
+/// A number per voxel, and bits that say which voxels have one.
 pub(super) struct Media {
     size: u32,
-    /// As glsl/grid/media.glsl has them: optical depths of one voxel's length, brick by brick.
+    /// Optical depths of one voxel's length, brick by brick, in the layout of glsl/grid/media.glsl.
     pub(super) voxels: Buffer,
     /// In the order of the grid's.
     pub(super) bits: Buffer,
@@ -34,12 +34,12 @@ pub(super) struct Media {
     most: Option<(Buffer, Kernel<GridPush>)>,
 }
 
-/// What a device is refused for that binds no buffer of so many numbers in each voxel.
+/// The limit of a device whose largest storage buffer has `numbers` numbers per voxel.
 pub fn media_limit(size: u32, numbers: u64) -> Limit {
     Limit::buffer_range(4 * numbers * u64::from(size).pow(3))
 }
 
-/// Bytes of numbers in each voxel, if the device binds so many.
+/// Bytes of `numbers` numbers per voxel, if the device binds so many.
 fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
     let limit = media_limit(size, numbers);
     match limit.lacks(context.features(), &format!(" for smoke and hair in {size}³ voxels")) {
@@ -49,7 +49,7 @@ fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
 }
 
 impl Media {
-    /// Media of a grid whose own buffers are `grid`.
+    /// Media of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
     /// [`Error::Refused`] where the device binds no buffer of a number per voxel, [`Error::Gpu`] where memory runs out.
@@ -94,7 +94,7 @@ impl Media {
         self.voxels.bytes() + self.bits.bytes() + held.map(Buffer::bytes).sum::<u64>()
     }
 
-    /// There is nothing anywhere: zeros where there was something.
+    /// Empties the media. `voxels` is cleared only where it held something.
     pub(super) fn clear(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = u64::from(side(self.size, 2).pow(3));
@@ -110,7 +110,7 @@ impl Media {
         });
     }
 
-    /// Puts the casters into a grid that stands where it should.
+    /// Puts the casters into a grid whose place is set.
     pub(super) fn deposit(&self, commands: &mut Commands, world: &World) {
         let caster_count = world.caster_count();
         if caster_count == 0 {

@@ -1,5 +1,6 @@
-//! Shared by techniques in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, rebuilt where the world moves.
-//! It belongs to the world, not to a light: it costs the same for one light and for a thousand.
+//! Code shared by techniques that work in the world's space: the grid of voxels that meshes occupy and smoke and hair
+//! fill, rebuilt where the world moves. It belongs to the world, not to a light: it costs the same for one light and
+//! for a thousand.
 
 mod cells;
 mod lists;
@@ -28,16 +29,17 @@ use bytemuck::{Pod, Zeroable};
 /// Threads of every pass.
 const THREADS: u32 = 64;
 
-/// Workgroups that share the corners of meshes, and smoke and hair.
+/// Workgroups that find the bounds of meshes, smoke and hair.
 const BOUNDS_GROUPS: u32 = 512;
 
 /// Workgroups that share the triangles that meet many voxels.
 const LARGE_GROUPS: u32 = 1024;
 
-/// Bytes before a list of triangles or casters that are of many voxels: how many are a workgroup's, and all workgroups'.
+/// Bytes in front of a list of the triangles or casters that meet many voxels: how many there are for one workgroup
+/// each, and how many for all workgroups together.
 const LISTS_BYTES: u64 = 8;
 
-/// Where a grid stands. Twin: Grid in glsl/grid/grid.glsl.
+/// The place of a grid. Twin: Grid in glsl/grid/grid.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GridData {
@@ -49,9 +51,9 @@ pub struct GridData {
     pub per_unit: f32,
     /// Voxels per side.
     pub size: u32,
-    /// Where all that casts begins along each axis, as whole numbers that order as floats do.
+    /// The low corner of the box about all casters, world units, as whole numbers that have the order of the floats.
     pub low: [u32; 3],
-    /// Where it ends.
+    /// The high corner of that box, likewise.
     pub high: [u32; 3],
 }
 
@@ -87,20 +89,20 @@ pub struct Grid {
     data: Buffer,
     bits: Buffer,
     large: Buffer,
-    /// Where the world may have smoke or hair.
+    /// Present where the world may have smoke or hair.
     media: Option<Media>,
-    /// Where casters are listed.
+    /// Present where the grid lists casters.
     cast: Option<CastLists>,
-    /// For cones.
+    /// Present where cones are traced.
     cells: Option<Cells>,
-    /// Where shadows are finer than voxels.
+    /// Present where shadows are finer than voxels.
     masks: Option<Masks>,
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
-    /// Where meshes are in it.
+    /// Present where the grid holds meshes.
     voxelize: Option<Voxelize>,
-    /// Where it stands, if that is given and not fitted to the casters.
+    /// The grid's place, if it is given and not fitted to the casters.
     stands: Option<GridData>,
     voxelized: Made,
     deposited: Made,
@@ -111,9 +113,9 @@ pub struct Grid {
 pub enum Finer {
     /// Nothing.
     Nothing,
-    /// How many voxels are occupied in cells of more of them, for cones.
+    /// How many voxels are occupied in larger cells, for cones.
     Counts,
-    /// Which of its 4 × 4 × 4 cells each occupied voxel has.
+    /// For each occupied voxel, which of its 4 × 4 × 4 cells are occupied.
     Masks,
 }
 
@@ -128,25 +130,25 @@ struct Plan {
     stands: Option<GridData>,
 }
 
-/// Bindings of a look-up; the grid's bits are bound in place of buffers that there are not.
+/// Bindings of a look-up. Where the grid lacks a buffer, its bits are bound instead.
 #[derive(Clone, Copy)]
 pub struct GridBuffers<'a> {
     /// [`GridData`].
     pub data: &'a Buffer,
-    /// A bit per voxel, set where a mesh meets it, and those of the levels above.
+    /// A bit per voxel, set where a mesh meets the voxel, and the bits of the levels above.
     pub bits: &'a Buffer,
     /// Optical depth of each voxel's smoke and hair.
     pub media: &'a Buffer,
-    /// A bit per voxel, set where it has some, and those of the levels above.
+    /// A bit per voxel, set where the voxel has smoke or hair, and the bits of the levels above.
     pub media_bits: &'a Buffer,
-    /// The cells that cones look up, or the lists of a grid that has them.
+    /// The counts of cells for cones, or the lists of triangles in a grid that has them.
     pub cells: &'a Buffer,
     /// The masks of occupied voxels.
     pub masks: &'a Buffer,
 }
 
 impl Grid {
-    /// A grid of `size` voxels per side, a power of two from 64 to 512, about all that casts in `world`.
+    /// A grid of `size` voxels per side, a power of two from 64 to 512, about all casters of `world`.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of a number per voxel and there is smoke or hair,
@@ -157,7 +159,7 @@ impl Grid {
         Self::planned(context, world, &Plan { size, voxelizer, finer, media, cast: false, stands: None })
     }
 
-    /// One that lists the triangles and the casters of each voxel.
+    /// A grid that lists the triangles and the casters of each voxel.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -175,7 +177,7 @@ impl Grid {
         Self::planned(context, world, &Plan { size, voxelizer: None, finer, media, cast: false, stands: None })
     }
 
-    /// One of the meshes alone that stands where `place` says; all of them have to be a voxel inside of it.
+    /// A grid of the meshes alone, at `place`. All meshes must lie inside it, at least a voxel from its sides.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -188,7 +190,7 @@ impl Grid {
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         let Plan { size, voxelizer, finer, media, cast, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
-        // Clearing passes only visit words that are not 0.
+        // Zeroed, since clearing passes only visit words that are not 0.
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.triangle_capacity().max(1));
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
@@ -271,7 +273,7 @@ impl Grid {
         self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + lists + masks + cast
     }
 
-    /// Where it stands, after a build.
+    /// The grid's place, after a build.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
@@ -287,8 +289,8 @@ impl Grid {
         self.bits.read(grid_words(self.size) as usize)
     }
 
-    /// What smoke and hair take in each voxel, brick by brick, and the bits of where there are any, after a build; nothing where
-    /// there are none.
+    /// The optical depth of smoke and hair per voxel, brick by brick, and the bits of the voxels that have any, after a
+    /// build; nothing where the world may have neither.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -297,7 +299,8 @@ impl Grid {
         Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
     }
 
-    /// How strands run in each voxel, as glsl/grid/directions.glsl has it, after a build; nothing where that is not held.
+    /// How strands run in each voxel, in the layout of glsl/grid/directions.glsl, after a build; nothing where the grid
+    /// does not hold directions.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -306,8 +309,8 @@ impl Grid {
         directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
     }
 
-    /// Directions of strands in each voxel, and the greatest number of any voxel; the bits are bound in place of
-    /// buffers that the grid lacks.
+    /// Buffers of the directions of strands in each voxel, and of the greatest number of any voxel. In place of a
+    /// buffer that the grid lacks there is the buffer of bits, so that something is bound.
     pub fn held_buffers(&self) -> [&Buffer; 2] {
         let media = self.media.as_ref();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
@@ -321,7 +324,8 @@ impl Grid {
         self.cells.as_ref().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
     }
 
-    /// The lists of triangles as glsl/grid/lists/place.glsl has them, after a build; nothing in a grid without any.
+    /// The lists of triangles, in the layout of glsl/grid/lists/place.glsl, after a build; nothing in a grid without
+    /// lists.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -329,7 +333,8 @@ impl Grid {
         self.lists().map_or(Ok(Vec::new()), Lists::read)
     }
 
-    /// The bits of casters, and their lists likewise, after a build; nothing in a grid without any.
+    /// The bits and the lists of casters, in the layout of the lists of triangles, after a build; nothing in a grid
+    /// without lists.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -338,18 +343,18 @@ impl Grid {
         Ok((cast.bits.read(grid_words(self.size) as usize)?, cast.lists.read()?))
     }
 
-    /// How many of casters there are, after a build.
+    /// Totals of the lists of casters, after a build.
     pub fn cast_totals(&self) -> Option<ListTotals> {
         self.cast.as_ref().map(|cast| cast.lists.last)
     }
 
-    /// How many there are, after a build.
+    /// Totals of the lists of triangles, after a build.
     pub fn list_totals(&self) -> Option<ListTotals> {
         self.lists().map(|lists| lists.last)
     }
 
-    /// How many occupied voxels stand before each brick, then the masks of occupied voxels, two words each, after a build; nothing
-    /// without masks.
+    /// Per brick, how many occupied voxels come before it; then the masks of occupied voxels, two words each. After a
+    /// build; nothing without masks.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -357,8 +362,8 @@ impl Grid {
         self.masks.as_ref().map_or(Ok(Vec::new()), Masks::read)
     }
 
-    /// Reads frame `frame`'s counts, after the frame is over. Returns whether buffers of lists or masks have grown, so that all has to be
-    /// recorded again.
+    /// Reads frame `frame`'s counts, after the frame is over. Returns whether buffers of lists or masks have grown, so
+    /// that the build has to be recorded again.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of so many masks, [`crate::Error::Gpu`] where memory runs out.
@@ -379,8 +384,9 @@ impl Grid {
         Ok(grew)
     }
 
-    /// Records the passes that fill it with the casters as they are now: meshes if they or the grid's place have changed, smoke and hair
-    /// likewise. Smoke that moves inside the box about all casters does not change the meshes' voxels.
+    /// Records the passes that fill the grid with the present casters. Meshes are filled in if they or the grid's place
+    /// have changed; smoke and hair likewise. Smoke that moves inside the box about all casters does not change the
+    /// meshes' voxels.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         if self.voxelized.make(world) {
             self.clear(commands);
@@ -408,13 +414,13 @@ impl Grid {
         }
     }
 
-    /// The next recording fills all of it, whatever has changed.
+    /// Makes the next recording fill the whole grid, whatever has changed.
     pub fn forget(&mut self) {
         self.voxelized.forget();
         self.deposited.forget();
     }
 
-    /// Nothing is occupied, and the casters' bounds are unknown: zeros where there was something.
+    /// Empties the grid and forgets the casters' bounds; only words that are not 0 are set to 0.
     fn clear(&self, commands: &mut Commands) {
         let unknown = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
         let start = self.stands.unwrap_or(unknown);

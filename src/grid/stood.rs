@@ -14,16 +14,16 @@ pub struct Stood {
 }
 
 impl Stood {
-    /// A grid of `size` voxels per side; none where the host knows no box.
+    /// A grid of `size` voxels per side; none where the host does not know the box about all casters.
     pub fn known(world: &World, size: u32) -> Option<Self> {
         let [low, high] = world.known_box()?;
         let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
-        // A float's rounding more than the device has.
+        // A little more than the device has, by a float's rounding.
         let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
         Some(Self { low, high, size, voxel })
     }
 
-    /// How far from where it is a ray or a side may be taken to be, world units. Twin: grid_rounding in
+    /// The largest rounding of a ray's or a triangle side's position in the grid, world units. Twin: grid_rounding in
     /// glsl/grid/march_triangles.glsl.
     pub fn rounding(&self) -> f64 {
         let side = self.voxel * f64::from(self.size);

@@ -9,21 +9,22 @@ use crate::shaders::grid as shaders;
 use crate::world::World;
 use bytemuck::Zeroable;
 
-/// How the voxels are found that a triangle meets. All but [`Voxelizer::Listed`] find the same.
+/// How to find the voxels that a triangle meets. All but [`Voxelizer::Listed`] find the same voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Voxelizer {
     /// Compute passes go through triangles' boxes.
     Compute,
-    /// They do, and list the triangles of each voxel; such a grid's voxels are a little larger.
+    /// As `Compute`, and the triangles of each voxel are listed; such a grid's voxels are a little larger.
     Listed,
     /// Triangles are drawn along the axis that they face most, and fragments go through columns.
     Raster {
-        /// By [`crate::gpu::Features::conservative_rasterization`], or as wider triangles.
+        /// Whether fragments cover what a triangle touches by [`crate::gpu::Features::conservative_rasterization`];
+        /// else by widening the triangles.
         conservative: bool,
     },
 }
 
-/// Its passes.
+/// The passes of a [`Voxelizer`].
 pub(super) enum Voxelize {
     Compute([Kernel<GridPush>; 3]),
     Listed(Box<Lists>),
@@ -31,7 +32,8 @@ pub(super) enum Voxelize {
 }
 
 impl Voxelize {
-    /// Into the grid whose set stands first; into masks where theirs stands behind it. Lists are made by themselves.
+    /// Passes that fill the grid in the first of `sets`, or masks where a second set holds these. Lists have passes of
+    /// their own.
     pub(super) fn new(context: &Context, voxelizer: Voxelizer, sets: &[&Bindings]) -> Result<Self> {
         let kernel = |shader| Kernel::compute(context, shader, sets, &Constants::new());
         let is_mask = sets.len() > 1;
@@ -60,7 +62,7 @@ impl Voxelize {
         })
     }
 
-    /// `size`: voxels per side, or cells.
+    /// `size` counts voxels per side, or cells per side for masks.
     pub(super) fn record(&self, commands: &mut Commands, label: &'static str, world: &World, size: u32) {
         let triangle_count = world.triangle_count();
         let push = GridPush { triangle_count, ..GridPush::zeroed() };

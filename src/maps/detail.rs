@@ -1,4 +1,5 @@
-//! How fine each tile of the maps is: surveyed and chosen on the device, within so many blocks of 8×8 texels.
+//! How fine each tile of the maps is: surveyed and chosen on the device, with at most a given number of blocks of 8×8
+//! texels.
 
 use super::Maps;
 use super::bins::{BinPush, TILE_TEXELS};
@@ -10,7 +11,7 @@ use crate::shaders::constant::{LISTS, SHARING, THREADS, WORKGROUP};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
-/// Words of a tile in the table, and the most blocks that it is. Twin: SLOTS in glsl/maps/detail/blocks.glsl.
+/// Words of the table per tile, and the most blocks per tile. Twin: SLOTS in glsl/maps/detail/blocks.glsl.
 pub const SLOTS: u32 = 64;
 
 /// Texels of a block.
@@ -27,7 +28,7 @@ pub struct Survey {
     pub cells: u32,
     /// Lengths of edges times the light that they take.
     pub edges: u32,
-    /// Mean over the tile.
+    /// The mean optical depth over the tile.
     pub optical_depth: u32,
 }
 
@@ -36,9 +37,9 @@ push_struct! {
     struct ChoosePush {
         /// Tiles of all maps.
         tile_count: u32,
-        /// Tiles.
+        /// Tiles per row of a map.
         across: u32,
-        /// At most.
+        /// The most blocks.
         block_count: u32,
     }
 }
@@ -49,7 +50,8 @@ pub struct Detail {
     slots: Buffer,
     /// [`Survey`] of each tile.
     surveys: Buffer,
-    /// How many blocks there are, then the slots of each in the order of their places; where it is asked for.
+    /// How many blocks there are, then the slot of each block, in the order of the blocks' places; filled only where
+    /// asked for.
     listed: Buffer,
     set: Bindings,
     survey: Kernel<BinPush>,
@@ -58,7 +60,7 @@ pub struct Detail {
     push: ChoosePush,
 }
 
-/// The table of the blocks of all tiles.
+/// The table of the blocks of all tiles, empty.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.
@@ -71,15 +73,15 @@ pub fn table_bytes(maps: &Maps) -> u64 {
     tile_count(maps) * u64::from(SLOTS) * 4
 }
 
-/// Tiles of all maps, each of which is a block at least.
+/// Tiles of all maps. Each tile is at least one block.
 pub fn tile_count(maps: &Maps) -> u64 {
     let [x, y] = maps.tiles().map(u64::from);
     x * y * u64::from(maps.count())
 }
 
 impl Detail {
-    /// `bins` is the set that [`super::Bins`] have, with `slots`; at most `block_count` blocks are chosen, of which there are
-    /// as many as tiles at least.
+    /// Makes the buffers and passes of detail. `bins` is the set of the [`super::Bins`], which holds `slots`. At most
+    /// `block_count` blocks are chosen; that is at least the number of tiles.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -134,12 +136,12 @@ impl Detail {
         self.surveys.bytes() + self.listed.bytes()
     }
 
-    /// Which blocks there may be at most.
+    /// The most blocks that there may be.
     pub fn block_count(&self) -> u32 {
         self.push.block_count
     }
 
-    /// Surveys the casters of so many maps; the surveys are 0 before.
+    /// Surveys the casters of `push.map_count` maps. The surveys must be 0 before.
     pub(super) fn survey(&self, commands: &mut Commands, push: &BinPush) {
         let [x, y] = self.surveying.groups(push.caster_count);
         let groups = [x, y, push.map_count];

@@ -13,26 +13,26 @@ pub enum FilterKind {
     Bilinear,
     /// Each texel by its share of a square.
     Box,
-    /// The same, times a Gaussian.
+    /// Each texel by its share of a square, times a Gaussian.
     Gaussian,
 }
 
 /// A filter and how far it reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Filter {
-    /// Which.
+    /// How texels are weighed.
     pub kind: FilterKind,
-    /// Texels; of no meaning for the bilinear one.
+    /// The radius in texels; unused by the bilinear filter.
     pub radius: u32,
 }
 
 impl Filter {
-    /// With the constants of glsl/maps/filter.glsl.
+    /// Adds the constants of glsl/maps/filter.glsl.
     pub fn constants(self, constants: Constants) -> Constants {
         constants.set(FILTER, self.kind as u32).set(FILTER_RADIUS, self.radius)
     }
 
-    /// Texels around a texel from which look-ups read it: bilinear weights reach one away.
+    /// How many texels away from a texel look-ups still read it: bilinear weights reach one away.
     pub fn reach(self) -> u32 {
         1 + if self.kind == FilterKind::Bilinear { 0 } else { self.radius }
     }
@@ -40,7 +40,7 @@ impl Filter {
     /// Whether the filter fits into the margins of a point light's faces of `size` texels per side.
     ///
     /// # Errors
-    /// [`Error::Input`] where they are too small for it.
+    /// [`Error::Input`] where the margins are too small for the filter.
     pub fn check(self, world: &World, size: u32) -> Result<()> {
         let bilinear = self.kind == FilterKind::Bilinear;
         // One texel more than the filter reaches, against rounding.

@@ -1,5 +1,5 @@
-//! The views of all maps, fitted on the device to the casters and meshes as they are now.
-//! Twin: [`crate::reference::twin::fit`].
+//! The views of all maps, fitted on the device to the present casters and meshes. Twin:
+//! [`crate::reference::twin::fit`].
 
 use super::Map;
 use crate::Result;
@@ -10,19 +10,20 @@ use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// Things that a thread goes through.
+/// Casters or triangles per thread.
 const PER_THREAD: u64 = 8;
 
-/// Workgroups of a map, at most: each ends in a few atomics.
+/// The most workgroups per map: each ends in a few atomics.
 const MOST_GROUPS: u64 = 1024;
 
 /// Twin: Extents in glsl/maps/extents.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Extents {
-    /// The least of casters, then of meshes; along right, up and forward; as whole numbers that order as the floats do.
+    /// The low bounds of casters, then of meshes, along right, up and forward. They are whole numbers that have the
+    /// order of the floats.
     pub low: [u32; 6],
-    /// Likewise.
+    /// The high bounds, likewise.
     pub high: [u32; 6],
 }
 
@@ -48,7 +49,7 @@ push_struct! {
         triangle_count: u32,
         /// Threads per map.
         threads: u32,
-        /// There are strands.
+        /// Not 0 where there are strands.
         see_all: u32,
     }
 }
@@ -57,13 +58,13 @@ push_struct! {
     /// Twin: FitPush in glsl/maps/fit.comp.
     struct FitPush {
         map_count: u32,
-        /// Nothing translucent casts.
+        /// Not 0 where nothing translucent casts.
         only_meshes: u32,
         /// Maps of all lights, once for each cascade.
         cascade_maps: u32,
-        /// Where the camera is.
+        /// The camera's position.
         eye: [f32; 3],
-        /// Where it looks, of unit length.
+        /// The camera's direction, of unit length.
         ahead: [f32; 3],
     }
 }
@@ -71,7 +72,7 @@ push_struct! {
 /// The passes that fit.
 pub(super) struct Fit {
     context: Context,
-    /// For lights that the device alone knows, once there are any.
+    /// Aims maps by lights that only the device knows; made once there are such lights.
     aim: Option<Kernel<AimPush>>,
     /// [`Extents`] of each map.
     extents: Buffer,
@@ -80,7 +81,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// Passes for `maps`, which stand in set 0, `scene`, too.
+    /// Passes for `maps`, which are also in set 0, `scene`.
     pub(super) fn new(context: &Context, world: &World, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
         let bytes = size_of::<Extents>() as u64 * u64::from(count);
         let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;
@@ -96,11 +97,11 @@ impl Fit {
         })
     }
 
-    /// Fits `maps` to the world as it is now, so many of its casters; `aimed` are the maps before fitting ([`Map::aimed`]), as far as the
-    /// host knows the lights.
+    /// Fits `maps` to the present world and to `casters` of its casters; `aimed` holds the maps before fitting
+    /// ([`Map::aimed`]), as far as the host knows the lights.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device has no room for what aims them.
+    /// [`crate::Error::Gpu`] where the device has no room for the kernel that aims the maps.
     pub(super) fn record(
         &mut self,
         commands: &mut Commands,
@@ -146,7 +147,7 @@ impl Fit {
     }
 }
 
-/// What aims maps by the lights of a world, as the device has them.
+/// The kernel that aims maps by the lights of a world, as the device has them.
 fn aim(context: &Context, world: &World, maps: &Buffer) -> Result<Kernel<AimPush>> {
     let set = set::MapsAim { maps, lights: &world.lights }.bind(context, "maps.aim")?;
     Kernel::compute(context, &AIM, &[&set], &Constants::new())

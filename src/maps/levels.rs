@@ -1,5 +1,5 @@
-//! Levels of detail of maps, for pixels wider than a texel: each texel combines the four below it. Where they stand:
-//! glsl/maps/level_place.glsl; how they are made: glsl/maps/level_tile.glsl.
+//! Levels of detail of maps, for pixels wider than a texel: each texel combines the four texels of the finer level.
+//! glsl/maps/level_place.glsl says where the levels lie, glsl/maps/level_tile.glsl how they are made.
 
 use super::{Maps, TILE_TEXELS};
 use crate::Result;
@@ -10,7 +10,8 @@ push_struct! {
     struct LevelPush { level: u32 }
 }
 
-/// Levels that a workgroup makes of a tile, one of the other. Twin: LEVELS_A_PASS in glsl/maps/level_tile.glsl.
+/// Levels that a workgroup makes of a tile, each from the level before. Twin: LEVELS_A_PASS in
+/// glsl/maps/level_tile.glsl.
 const LEVELS_A_PASS: usize = 3;
 
 /// Texels per side of a level of a map. Twin: level_size.
@@ -18,33 +19,33 @@ pub fn level_size(size: [u32; 2], level: u32) -> [u32; 2] {
     size.map(|texels| texels.div_ceil(1 << level))
 }
 
-/// Texels of a level of all maps.
+/// Texels that all maps have in a level.
 pub fn level_texels(maps: &Maps, level: u32) -> u64 {
     let [x, y] = level_size(maps.size(), level).map(u64::from);
     x * y * u64::from(maps.count())
 }
 
-/// Texels of a square map and of its coarser levels, so many levels together.
+/// Texels of a square map in all of its levels together; `levels` counts the map itself too.
 pub fn leveled_texels(size: u32, levels: u32) -> u64 {
     (0..levels.max(1)).map(|level| u64::from(level_size([size; 2], level)[0]).pow(2)).sum()
 }
 
-/// Texels of all levels but the map itself, of so many levels, of all maps.
+/// Texels of all maps in the levels coarser than the map itself; `levels` counts the map too.
 pub fn coarser_texels(maps: &Maps, levels: u32) -> u64 {
     (1..levels).map(|level| level_texels(maps, level)).sum()
 }
 
-/// The passes that make them, some levels each.
+/// The passes that make levels, up to three levels each.
 pub struct Levels {
     label: &'static str,
     kernel: Kernel<LevelPush>,
-    /// The first level of each, and its workgroups.
+    /// The first level of each pass, and the pass's workgroups.
     passes: Vec<(u32, [u32; 3])>,
 }
 
 impl Levels {
-    /// Makes so many, the map itself among them; none where it is alone. `shader`: glsl/maps/level_tile.glsl; `constants` say
-    /// how many too.
+    /// Makes `count` levels, the map itself among them; none where the map is the only one. `shader` includes
+    /// glsl/maps/level_tile.glsl; `constants` hold the number of levels too.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
@@ -68,7 +69,7 @@ impl Levels {
         Ok(Some(Self { label, kernel, passes: (1..count).step_by(LEVELS_A_PASS).map(pass).collect() }))
     }
 
-    /// Makes all of them of the map.
+    /// Makes all coarser levels from the map.
     pub fn record(&self, commands: &mut Commands) {
         for (level, groups) in &self.passes {
             commands.pass(self.label, |pass| pass.dispatch(&self.kernel, &LevelPush { level: *level }, *groups));

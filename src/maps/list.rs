@@ -30,23 +30,24 @@ pub const NO_SEGMENT: u32 = u32::MAX;
 /// Segments per texel that the buffer starts with. It grows as a scene needs.
 const FIRST_CAPACITY: u64 = 16;
 
-/// Which maps' lists stand at the same time.
+/// Which maps' lists exist at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// As many as there is room for; they are used up before the next are captured.
+    /// The lists of as many maps as there is room for. They are used before the next maps are captured.
     Some,
-    /// All.
+    /// The lists of all maps.
     All,
 }
 
 /// The lists and the pass that captures them.
 pub struct List {
     context: Context,
-    /// R32UI: index of each texel's first segment, of the maps that are captured at once, one above the other.
+    /// R32UI: the index of each texel's first segment, for the maps that are captured at once, which are stacked.
     pub heads: Image,
     /// [`SegmentData`].
     pub segments: Buffer,
-    /// Whether the driver cut loops over a list short; then fragments of each group of maps that are captured at once.
+    /// Whether the driver ended loops over a list early; then, per group of maps that are captured at once, the number
+    /// of fragments.
     counters: Buffer,
     counted: ReadBack,
     capacity: u32,
@@ -54,11 +55,11 @@ pub struct List {
     keep: Keep,
     map_count: u32,
     size: [u32; 2],
-    /// The user fixed the capacity: segments that do not fit are lost, and counted.
+    /// Whether the caller fixed the capacity. Then segments that do not fit are lost, and counted.
     fixed: bool,
-    /// The count of the last build: fragments, stored or not.
+    /// The fragments of the last build, stored or not, per group.
     fragments: Vec<u32>,
-    /// Places in other buffers that each segment has.
+    /// Other buffers have this many places for each segment.
     places: u64,
     set: Bindings,
     /// None where the lists are filled elsewhere.
@@ -71,8 +72,8 @@ fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
 }
 
 impl List {
-    /// Lists over the maps of the casters that are drawn; without `splat` they are empty after a capture. `capacity` fixes the number of segments at once; without it the buffer
-    /// grows.
+    /// Lists over the maps, of the casters that are drawn. Without `splat` a capture leaves the lists empty. `capacity`
+    /// fixes the number of segments at once; without it the buffer grows.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out, or the maps to keep are more than fit into an image.
@@ -116,7 +117,8 @@ impl List {
         })
     }
 
-    /// Grows no farther than a buffer in which each segment has `places` as large as itself.
+    /// Limits growth, so that a buffer with `places` places per segment, each as large as a segment, still fits the
+    /// device.
     pub fn with_events(self, places: u64) -> Self {
         Self { places, ..self }
     }
@@ -126,7 +128,7 @@ impl List {
         &self.set
     }
 
-    /// Puts the segments where binding `binding` of another set has a buffer.
+    /// Puts the segments into another set, at binding `binding`.
     ///
     /// # Errors
     /// As [`Bindings::replace`].
@@ -144,7 +146,7 @@ impl List {
         self.at_once
     }
 
-    /// Makes ready for the captures of a build.
+    /// Prepares for the captures of a build.
     pub fn begin(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
         commands.read_back(&self.counters, &self.counted);
         if let Some((splat, _)) = &mut self.drawn {
@@ -152,7 +154,7 @@ impl List {
         }
     }
 
-    /// Empties the lists and captures those of `maps`, group number `group`, if casters are drawn.
+    /// Empties the lists and, if casters are drawn, captures the lists of `maps`, which are group number `group`.
     pub fn capture(&self, commands: &mut Commands, maps: Range<u32>, group: u32) {
         commands.pass("list.clear", |pass| {
             pass.clear_image(&self.heads, NO_SEGMENT);
@@ -167,18 +169,19 @@ impl List {
         });
     }
 
-    /// Looks at the demand of the build of frame `frame`, which is over. Where it did not fit, and the capacity is not fixed, makes room, if need be for
-    /// fewer maps at once, and says that the capture must run again.
+    /// Reads how many segments the build of frame `frame`, which is over, needed. Where they did not fit, and the
+    /// capacity is not fixed, makes room and returns that the capture must run again. If need be, fewer maps are
+    /// captured at once.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device has no room for the demand of one map, [`crate::Error::Refused`] where the driver
-    /// ended loops over a list before their time.
+    /// [`crate::Error::Gpu`] where the device has no room for the segments of one map, [`crate::Error::Refused`] where
+    /// the driver ended loops over a list early.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let groups = self.map_count.div_ceil(self.at_once) as usize;
         let Some(counted) = self.counted.read::<u32>(frame, 1 + groups)? else { return Ok(false) };
         let grew = self.make_room(counted)?;
         if grew {
-            // Frames that are recorded already were given less room.
+            // Frames that are already recorded had less room: their counts do not say what fits now.
             self.counted.forget();
         }
         Ok(grew)
@@ -194,8 +197,8 @@ impl List {
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
-        // much.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame; where an
+        // eighth more exceeds the limit, as much as the limit allows, and never less than is needed.
         let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);
@@ -214,7 +217,7 @@ impl List {
         self.fragments.iter().copied().map(u64::from).sum()
     }
 
-    /// Segments that were lost.
+    /// Segments that were lost for lack of room.
     pub fn overflowed(&self) -> u64 {
         self.fragments.iter().map(|f| u64::from(f.saturating_sub(self.capacity))).sum()
     }
@@ -228,7 +231,7 @@ impl List {
     }
 }
 
-/// Segments that the device can bind.
+/// The most segments that the device can bind.
 fn limit(context: &Context) -> u64 {
     u64::from(context.features().max_storage_buffer_range) / size_of::<SegmentData>() as u64
 }

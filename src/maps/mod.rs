@@ -1,9 +1,10 @@
-//! Shared by techniques in a light's view: the maps of all lights, the depth maps of meshes, bins of casters, casters
-//! drawn as quads, per-texel lists, filters.
+//! Code shared by techniques that build maps in a light's view: the maps of all lights, the depth maps of meshes, bins
+//! of casters, casters drawn as quads, per-texel lists, filters.
 //!
-//! A light is looked up through one map, a point light through the six faces of a cube, a directional light with cascades
-//! through one of them. All maps have the same size; in images they stand one above the other. A pass goes over all of them at once: in a dispatch the map is the workgroup's z,
-//! in a render each map has a draw of its own, since each has its own casters and its own edge.
+//! A light has one map. A point light has six instead, the faces of a cube, and a directional light may have one per
+//! cascade; a look-up reads one of them. All maps have the same size; in images they are stacked. A pass covers all
+//! maps at once. In a dispatch the map is the workgroup's z; in a render each map has a draw of its own, since each has
+//! its own casters and its own edge.
 
 mod bins;
 mod detail;
@@ -57,11 +58,11 @@ pub struct Map {
     pub opaque: View,
 }
 
-/// Maps of a scene: in a dispatch the map is the workgroup's z, of which every device takes so many.
+/// The most maps of a scene: in a dispatch the map is the workgroup's z, and every device allows this many.
 const MAX_MAPS: usize = 65535;
 
-/// A driver that gives an invocation's loops fewer rounds than the casters of `place` take (glsl/maps/rounds.glsl): the result is too
-/// bright.
+/// The error for a driver that ends an invocation's loops before they have gone through all casters of `place`
+/// (glsl/maps/rounds.glsl): the result would be too bright.
 fn cut_short(place: &str) -> Error {
     Error::Refused {
         needs: format!(
@@ -71,8 +72,9 @@ fn cut_short(place: &str) -> Error {
 }
 
 impl Map {
-    /// The maps of all lights, those of the first light first, with volume maps of `size` texels per side and
-    /// opaque maps of `opaque_size` where there are meshes, before they are fitted ([`View::aimed`]); all of them once for each cascade.
+    /// The maps of all lights before they are fitted ([`View::aimed`]), those of the first light first. Volume maps
+    /// have `size` texels per side; opaque maps have `opaque_size` where there are meshes. All maps are repeated once
+    /// per cascade.
     pub fn aimed(aim: &Aim, size: u32, opaque_size: u32, cascades: u32) -> Vec<Self> {
         let opaque_size = if aim.has_triangles { opaque_size } else { 1 };
         let volumes = View::aimed(aim, size, Casting::Volume).into_iter();
@@ -90,17 +92,17 @@ pub struct Maps {
     cascades: u32,
     views: Made,
     sees_casters: bool,
-    /// Results of the volume views.
+    /// The state of whatever is made from the volume views.
     orders: Made,
     buffer: Buffer,
-    /// Its copies for the host, which are newer than `all` after a fit.
+    /// Copies of the maps for the host; after a fit they are newer than `all`.
     fitted: ReadBack,
-    /// Whether the last recording fitted them, and moved the volume views, and drew the opaque maps.
+    /// Whether the last recording fitted the maps, moved the volume views, and drew the opaque maps.
     fits: bool,
     moves: bool,
     draws: bool,
     drawn: Made,
-    /// Whether any build has fitted them: before the first they are not valid.
+    /// Whether any build has fitted the maps, which are not valid before.
     ready: bool,
     fit: Fit,
     lights: Buffer,
@@ -109,22 +111,23 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// Inputs of the opaque maps and their views.
+    /// What the opaque maps and their views depend on.
     pub const OPAQUE: Parts = Parts::MESHES.and(Parts::LIGHTS);
 
-    /// What the volume views are, and whatever is made of casters in them: the meshes do not matter there.
+    /// What the volume views depend on, and whatever is made of casters in them. Meshes do not matter there.
     pub const VOLUME: Parts = Parts::CASTERS.and(Parts::LIGHTS);
 
-    /// Maps of `size` texels per side of all lights of `world`, fitted to smoke and hair, with opaque maps beside them.
+    /// Maps of `size` texels per side for all lights of `world`, fitted to smoke and hair, with opaque maps.
     ///
     /// # Errors
-    /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
-    /// opaque maps of so many, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image, or not
+    /// the memory, for that many opaque maps, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
         Self::seeing(context, world, size, opaque, Self::VOLUME)
     }
 
-    /// Opaque maps of the technique's own, for one that sees no smoke and no hair: volume views are of the meshes too.
+    /// Maps for a technique that sees no smoke and no hair, with its own settings of opaque maps. Their volume views
+    /// are fitted to the meshes too.
     ///
     /// # Errors
     /// As [`Maps::new`].
@@ -132,7 +135,7 @@ impl Maps {
         Self::seeing(context, world, size, opaque, Self::OPAQUE)
     }
 
-    /// The opaque maps that techniques with other maps share, for a technique that has none.
+    /// The opaque maps with the settings that techniques share, for a technique without other maps.
     ///
     /// # Errors
     /// As [`Maps::new`].
@@ -167,7 +170,7 @@ impl Maps {
         };
         let scene = scene.bind(context, "maps.scene")?;
         let (opaque_size, cascades) = (opaque.size, opaque.cascades);
-        // Views of directional lights are fitted about all meshes.
+        // The view of a directional light is fitted to all meshes, so its map sees all of them.
         let sees_all = |light: &Light| cascades == 1 && matches!(light.kind, LightKind::Directional { .. });
         let culls = world.triangle_capacity() > 0 && !world.all_lights().iter().all(sees_all);
         let opaque = Opaque::new(context, image, &scene, opaque, one, (count as u32, culls))?;
@@ -200,7 +203,7 @@ impl Maps {
         if self.ready { &self.all } else { &[] }
     }
 
-    /// How many.
+    /// How many maps there are.
     pub fn count(&self) -> u32 {
         self.all.len() as u32
     }
@@ -225,7 +228,7 @@ impl Maps {
         &self.scene
     }
 
-    /// The set of a look-up: that of glsl/maps/look_up.glsl, then `more` from binding 3 on.
+    /// The set of a look-up: the bindings of glsl/maps/look_up.glsl, then `more` from binding 3 on.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -238,13 +241,14 @@ impl Maps {
         Bindings::new(context, name, &[&look_up.resources(), more].concat())
     }
 
-    /// What a look-up needs that asks the opaque maps alone: maps of all lights, and the image in which they stand (glsl/grid/meshes.glsl).
+    /// The bindings of a look-up that reads the opaque maps alone: the maps of all lights, and the image that holds
+    /// them (glsl/grid/meshes.glsl).
     pub fn opaque_bindings(&self) -> (&Buffer, Resource) {
         (&self.buffer, Resource::Gathered(self.opaque.image().clone()))
     }
 
-    /// Fits the maps to a world that has moved, and draws the opaque maps where meshes have, else those of the lights that have. No
-    /// pass where there is nothing to do.
+    /// Fits the maps to a world that has moved. Draws all opaque maps where meshes have moved, else only those of the
+    /// lights that have moved. Records no pass where nothing has moved.
     ///
     /// # Errors
     /// As [`Maps::fit`].
@@ -258,7 +262,7 @@ impl Maps {
         Ok(())
     }
 
-    /// The maps of these lights, in runs of such as follow each other.
+    /// The maps of the lights that are true in `lights`, as runs of consecutive maps.
     fn maps_of(&self, world: &World, lights: &[bool]) -> Vec<Range<u32>> {
         let of_lights = world.all_lights().iter().zip(lights);
         let all = of_lights.flat_map(|(light, moved)| std::iter::repeat_n(*moved, light.map_count()));
@@ -273,7 +277,7 @@ impl Maps {
         runs
     }
 
-    /// The same of a world that has room for meshes; in others opaque maps are not read.
+    /// As [`Maps::record`], in a world that has room for meshes; in other worlds opaque maps are not read.
     ///
     /// # Errors
     /// As [`Maps::fit`].
@@ -281,11 +285,12 @@ impl Maps {
         if world.triangle_capacity() == 0 { Ok(()) } else { self.record(commands, world) }
     }
 
-    /// Fits the maps to a world that has moved, where the meshes are drawn in another way. No pass where there is nothing to
-    /// do.
+    /// Fits the maps to a world that has moved, for a technique that draws the meshes in its own way. Records no pass
+    /// where nothing has moved.
     ///
     /// # Errors
-    /// [`Error::Input`] where the world has other lights than they were made for, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where the world has other lights than the maps were made for, [`Error::Gpu`] where memory runs
+    /// out.
     pub fn fit(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         world.has_maps(self.all.len() / self.cascades as usize)?;
         (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
@@ -302,21 +307,23 @@ impl Maps {
         Ok(())
     }
 
-    /// Whether the last recording moved casters or the volume views: results that depend on them are made anew.
+    /// Whether the last recording moved casters or the volume views. Results that depend on them must then be made
+    /// anew.
     pub fn moved(&self) -> bool {
         self.moves
     }
 
-    /// The next recording draws the opaque maps, whatever has changed.
+    /// Makes the next recording draw the opaque maps, whatever has changed.
     pub fn forget(&mut self) {
         self.drawn.forget();
     }
 
-    /// After frame `frame`: the host has the maps as they were fitted. Returns whether the build has to run again, because the caller's
-    /// buffers grew (`grew`) or a list of the opaque maps did; then everything is made again, so that the last submission is complete.
+    /// Ends frame `frame`: the host reads the maps as they were fitted. Returns whether the build has to run again,
+    /// because the caller's buffers grew (`grew`) or a list of the opaque maps did. Then all of it is made again, so
+    /// that the last submission is complete.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read.
+    /// [`Error::Gpu`] where the maps cannot be read back.
     pub fn settle(&mut self, frame: u64, grew: bool) -> Result<bool> {
         if let Some(fitted) = self.fitted.read(frame, self.all.len())? {
             self.all = fitted;
@@ -324,7 +331,7 @@ impl Maps {
         }
         let has_room = self.opaque.settle(frame)?;
         if has_room {
-            // Whichever frame drew them last.
+            // Also where a later frame has drawn them since.
             self.drawn.forget();
         }
         let again = has_room || grew;
@@ -338,7 +345,7 @@ impl Maps {
         Ok(again)
     }
 
-    /// What the shared opaque maps resolve, one of each map.
+    /// The resolution of the shared opaque maps, one per map.
     pub fn opaque_resolution(&self) -> Vec<Resolution> {
         self.all().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
@@ -348,18 +355,18 @@ impl Maps {
         self.opaque.way()
     }
 
-    /// Bytes that drawing the opaque maps takes beside them.
+    /// Bytes that are needed to draw the opaque maps, besides the maps.
     pub fn opaque_bytes_transient(&self) -> u64 {
         self.opaque.bytes_transient()
     }
 
-    /// [`OpaqueDraw`] of each map's [`OPAQUE_PARTS`] parts of the triangles, as they were last drawn; none where they are drawn in
-    /// compute, or all maps see all meshes.
+    /// [`OpaqueDraw`] of each map's [`OPAQUE_PARTS`] parts of the triangles, as they were last drawn. None where they
+    /// are drawn in compute, or where all maps see all meshes.
     pub fn opaque_draws(&self) -> Option<&Buffer> {
         self.opaque.draws()
     }
 
-    /// The opaque maps: each stands where [`opaque_corner`] says.
+    /// The image of all opaque maps; [`opaque_corner`] says where each map begins.
     pub fn opaque_image(&self) -> &crate::gpu::Image {
         self.opaque.image()
     }
@@ -370,16 +377,16 @@ impl Maps {
         (0..count).step_by(at_once.max(1) as usize).map(move |first| first..(first + at_once.max(1)).min(count))
     }
 
-    /// How many maps may stand one above the other in an image of this device.
+    /// How many maps may be stacked in an image of this device.
     pub fn stacked_at_once(&self, context: &Context) -> u32 {
         (context.features().max_image_dimension_2d / self.size).clamp(1, self.count())
     }
 }
 
-/// The size of an image of `count` maps of `size`, one above the other.
+/// The size of an image of `count` stacked maps of `size`.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device has no images of so many rows.
+/// [`Error::Refused`] where the device has no images with that many rows.
 pub(crate) fn stacked(context: &Context, name: &str, size: [u32; 2], count: u32) -> Result<[u32; 2]> {
     let limit = context.features().max_image_dimension_2d;
     match size[1].checked_mul(count) {

@@ -12,21 +12,21 @@ use std::ops::Range;
 /// Texels per side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
 
-/// [`OpaqueMaps::normal_bias`] of bilinear weights, which are two texels wide. Twin: NORMAL_BIAS.
+/// [`OpaqueMaps::normal_bias`] for bilinear weights, which are two texels wide. Twin: NORMAL_BIAS.
 const NORMAL_BIAS: f32 = 0.3;
 
-/// A step of the coarsest rasterizer's grid, texels.
+/// A step of the grid onto which the coarsest rasterizer moves corners, texels.
 const COARSEST_SNAP: f64 = 0.0625;
 
-/// Least rounding of a stored depth and of the look-up's projection together, as a share of the light's range.
+/// The least rounding of a stored depth and of the look-up's projection together, as a share of the light's range.
 const DEPTH_ROUNDING: f64 = 1e-5;
 
-/// Rounding of a stored depth alone.
+/// The rounding of a stored depth alone, as a share of the light's range.
 const STORED_ROUNDING: f64 = 4e-6;
 
-/// What a z may be off, world units, at the farthest that the view sees: more than that where a light stands far from the
-/// origin, or sees a level ground from straight above, whose range is a thousandth of its distance. Twin: stored_depth in
-/// glsl/maps/stored.glsl.
+/// The largest rounding of a z, world units, at the farthest point that the view sees. It exceeds `DEPTH_ROUNDING`
+/// where a light is far from the origin, or sees level ground from straight above, so that its range is a thousandth of
+/// its distance. Twin: stored_depth in glsl/maps/stored.glsl.
 fn rounding(view: &View) -> f64 {
     let (across, far) = (1.0 / f64::from(view.scale_x.min(view.scale_y)), f64::from(view.far));
     let distance = match view.projection() {
@@ -42,7 +42,7 @@ fn rounding(view: &View) -> f64 {
 pub enum OpaqueWay {
     /// By the device's rasterizer, one draw per map.
     Raster,
-    /// By shaders in whole numbers, all maps at once: the same bits on every device.
+    /// By compute shaders that calculate in whole numbers, all maps at once: the same bits on every device.
     Compute,
 }
 
@@ -53,19 +53,22 @@ pub struct OpaqueMaps {
     pub size: u32,
     /// D32_SFLOAT or D16_UNORM.
     pub format: Format,
-    /// No point that is compared with a texel is farther from its centre, texels across and down.
+    /// The largest distance from a texel's centre, in texels across and down, of a point that is compared with the
+    /// texel.
     pub reach: f32,
     /// How far a point of a surface is moved along its normal, as a share of a texel's extent along the normal. Twin:
     /// NORMAL_BIAS in glsl/maps/opaque.glsl.
     pub normal_bias: f32,
-    /// Maps of a light, each a half as wide as the one before; of directional lights alone, whose world has a camera.
+    /// Maps per light, each half as wide as the one before. More than 1 only for directional lights, in a world with a
+    /// camera.
     pub cascades: u32,
-    /// None: as is best on this device.
+    /// How the maps are drawn; none takes the best way on this device.
     pub way: Option<OpaqueWay>,
 }
 
 impl OpaqueMaps {
-    /// Those that techniques with other maps share: glsl/maps/opaque.glsl weighs texels bilinearly.
+    /// The settings of the opaque maps that techniques with maps of their own share. glsl/maps/opaque.glsl weights four
+    /// texels of these bilinearly.
     pub const SHARED: Self = Self {
         size: OPAQUE_SIZE,
         format: Format::D32_SFLOAT,
@@ -75,29 +78,31 @@ impl OpaqueMaps {
         way: None,
     };
 
-    /// These, drawn that way.
+    /// The shared settings, drawn in the given way.
     pub fn shared(way: Option<OpaqueWay>) -> Self {
         Self { way, ..Self::SHARED }
     }
 
-    /// The way that is taken: in compute on a GPU. Whole numbers of 16 bits are the rasterizer's; software devices draw
-    /// faster than they compute, as measured.
+    /// The way that is taken by default: compute on a GPU. The rasterizer is used for 16-bit depths, which compute
+    /// lacks, and on software devices, which measured faster with it.
     fn way(self, context: &Context) -> OpaqueWay {
         let drawn = self.format == Format::D16_UNORM || context.features().is_software();
         let best = if drawn { OpaqueWay::Raster } else { OpaqueWay::Compute };
         self.way.unwrap_or(best)
     }
 
-    /// From one depth that the format has to the next, of the light's range; 0 where that is a rounding.
+    /// The step between two depths that the format can hold, as a share of the light's range; 0 for floats, whose step
+    /// counts as rounding.
     fn step(self) -> f32 {
         if self.format == Format::D16_UNORM { 1.0 / 65535.0 } else { 0.0 }
     }
 
-    /// The resolution of a map of that view: a look-up reads texels whose centres are as far away as the reach, and each has
-    /// the depth that a surface has up to a step of the rasterizer beside it.
+    /// The resolution of a map with that view. A look-up reads texels whose centres are as far away as the reach. The
+    /// depth of each texel is the depth of a surface up to a step of the rasterizer's grid beside it.
     pub fn resolution(self, view: View) -> Resolution {
         let (off, range) = (rounding(&view), f64::from(view.far - view.near));
-        // A rounding more is stored, and another rounds it; and so with the format's step.
+        // The stored depth is a rounding more than the true depth, and rounding may add as much again. The same holds
+        // for the format's step.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * off / range) + 2.0 * f64::from(self.step());
         let moved = Moved { across: self.normal_bias.into(), least_world: 2.0 * off, ..Moved::default() };
         let reach_texels = f64::from(self.reach) + COARSEST_SNAP;
@@ -105,7 +110,7 @@ impl OpaqueMaps {
     }
 }
 
-/// What draws them.
+/// The passes that draw the maps.
 enum Drawn {
     Raster(OpaqueRaster),
     Compute(OpaqueCompute),
@@ -119,11 +124,12 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 per map without meshes. Maps stand one
-/// above the other, and where the device has no images of so many rows, in further columns beside them.
+/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 texel per map without meshes. The maps
+/// are stacked; where the device has no image with that many rows, they go on in further columns.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device has no such image, or not so much memory at all, or where the way has no such depths.
+/// [`Error::Refused`] where the device has no such image, or never has that much memory, or where the way has no such
+/// depths.
 pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: u32) -> Result<Image> {
     let (way, narrow) = (maps.way(context), maps.format == Format::D16_UNORM);
     if way == OpaqueWay::Compute && narrow {
@@ -152,14 +158,14 @@ pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: 
     }
 }
 
-/// The upper left texel of a map of `size` among all. Twin: opaque_corner in glsl/maps/opaque.glsl.
+/// The upper left texel of a map of `size` in the image. Twin: opaque_corner in glsl/maps/opaque.glsl.
 pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
     let rows = (image.size()[1] / size[1]).max(1);
     [map / rows * size[0], map % rows * size[1]]
 }
 
 impl Opaque {
-    /// `size` is that of one map, of which there are `count`; some of them may not see all meshes, where `culls`.
+    /// `size` is the size of one map, and `count` their number. With `culls`, some maps may not see all meshes.
     pub(super) fn new(
         context: &Context,
         image: Image,
@@ -191,7 +197,8 @@ impl Opaque {
         }
     }
 
-    /// Draws the meshes into these maps as their lights see them; the others stay as they are. No pass where there may be no meshes.
+    /// Draws the meshes into `maps`, as their lights see them; other maps stay as they are. Records no pass in a world
+    /// without room for meshes.
     pub(super) fn record(&mut self, commands: &mut Commands, world: &World, maps: &[Range<u32>]) {
         if world.triangle_capacity() == 0 {
             return;
@@ -203,7 +210,7 @@ impl Opaque {
         }
     }
 
-    /// After frame `frame`: whether there is more room now, and the build has to run again.
+    /// Ends frame `frame`: returns whether there is more room now, so that the build has to run again.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         match &mut self.drawn {
             Drawn::Raster(_) => Ok(false),

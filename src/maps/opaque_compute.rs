@@ -14,20 +14,20 @@ use std::ops::Range;
 /// Texels per side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
 const TILE: u32 = 32;
 
-/// A triangle whose bounds have at most so many texels is drawn by one thread: a whole workgroup is faster beyond that
-/// only.
+/// A triangle whose bounds have at most this many texels is drawn by one thread; for larger ones a whole workgroup is
+/// faster.
 const SMALL: u32 = 64;
 
 /// Texels across and down that a workgroup clears. Twin: local_size in glsl/maps/opaque_clear.comp.
 const CLEARED: [u32; 2] = [32, 8];
 
-/// Workgroups of a row of the list's dispatch. Twin: OPAQUE_ITEMS_X in glsl/maps/opaque_set.glsl.
+/// Workgroups per row of the dispatch over the list. Twin: OPAQUE_ITEMS_X in glsl/maps/opaque_set.glsl.
 const ITEMS_X: u64 = 64;
 
-/// Items of the list, at most: so many rows of workgroups does every device take.
+/// The most items of the list: every device allows this many rows of workgroups.
 const MOST_ITEMS: u64 = ITEMS_X * 65535;
 
-/// The list begins with room for so many triangles over all of each map.
+/// Room of the list at first, in triangles that cover all of every map.
 const FIRST_LAYERS: u64 = 2;
 
 const ITEM_BYTES: u64 = size_of::<OpaqueItem>() as u64;
@@ -36,13 +36,13 @@ const ITEM_BYTES: u64 = size_of::<OpaqueItem>() as u64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct OpaqueTotals {
-    /// Asked for.
+    /// Items that were asked for, with room or not.
     pub items: u32,
-    /// VkDispatchIndirectCommand of a workgroup an item.
+    /// x of a VkDispatchIndirectCommand with a workgroup per item.
     pub groups_x: u32,
-    /// Likewise.
+    /// y of that command.
     pub groups_y: u32,
-    /// Likewise.
+    /// z of that command.
     pub groups_z: u32,
 }
 
@@ -50,9 +50,9 @@ pub struct OpaqueTotals {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct OpaqueItem {
-    /// Its place among the triangles of the world.
+    /// The triangle's index in the world.
     pub triangle: u32,
-    /// The map · 4096 + which of the shares.
+    /// The map · 4096 + the number of the share.
     pub map_share: u32,
 }
 
@@ -62,9 +62,9 @@ push_struct! {
         triangle_count: u32,
         /// Shares that the list has room for.
         capacity: u32,
-        /// Maps in the image that stand one above the other.
+        /// Maps per column of the image.
         rows: u32,
-        /// That of a dispatch's first layer.
+        /// The map of a dispatch's first layer.
         first_map: u32,
     }
 }
@@ -73,7 +73,7 @@ push_struct! {
 pub(super) struct OpaqueCompute {
     context: Context,
     totals: Buffer,
-    /// Its copies for the host.
+    /// Copies of the totals for the host.
     totalled: ReadBack,
     items: Buffer,
     set: Bindings,
@@ -81,12 +81,12 @@ pub(super) struct OpaqueCompute {
     triangles: Kernel<OpaquePush>,
     tiles: Kernel<OpaquePush>,
     capacity: u64,
-    /// Maps in the image one above the other.
+    /// Maps per column of the image.
     rows: u32,
 }
 
 impl OpaqueCompute {
-    /// Makes it for `count` maps of `width` × `height` texels, which stand in `image`.
+    /// Passes for `count` maps of `width` × `height` texels in `image`.
     pub(super) fn new(
         context: &Context,
         image: &Image,
@@ -107,7 +107,7 @@ impl OpaqueCompute {
         Ok(Self { context, totals, totalled, items, set, clear, triangles, tiles, capacity, rows })
     }
 
-    /// Draws so many triangles into these of the maps of `size`.
+    /// Draws the first `triangle_count` triangles into `maps`, of `width` × `height` texels each.
     pub(super) fn record(
         &mut self,
         commands: &mut Commands,
@@ -133,8 +133,9 @@ impl OpaqueCompute {
         commands.read_back(&self.totals, &self.totalled);
     }
 
-    /// Makes the room that the build of frame `frame`, which is over, needed, as far as the device has it; returns whether it has made
-    /// some. Triangles without room were drawn all the same, but slowly, and on devices that end a shader's long loops incompletely.
+    /// Makes the room that the build of frame `frame`, which is over, needed, as far as the device has it; returns
+    /// whether it has made some. Triangles without room are still drawn, but slowly, and incompletely on devices that
+    /// end a shader's long loops early.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));
@@ -142,12 +143,12 @@ impl OpaqueCompute {
         if asked <= self.capacity || self.capacity == most {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
         let wanted = (asked + asked / 8).min(most);
         self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
         self.set.replace(set::MapsOpaque::ITEMS, &self.items)?;
         self.capacity = wanted;
-        // Frames that are recorded already were given less room.
+        // Frames that are already recorded had less room: their totals do not say what fits now.
         self.totalled.forget();
         Ok(true)
     }

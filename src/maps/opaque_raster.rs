@@ -1,5 +1,5 @@
-//! Opaque maps drawn by the device's rasterizer: a draw per map, or where maps may not see all meshes, one for each part of the
-//! triangles of which a map sees any.
+//! Opaque maps drawn by the device's rasterizer, with one draw per map. Where maps may not see all meshes, the
+//! triangles are split into parts, and each map draws the parts that it may see.
 
 use super::opaque::opaque_corner;
 use crate::Result;
@@ -12,20 +12,20 @@ use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
-/// Parts of all triangles, at most. Twin: OPAQUE_PARTS in glsl/maps/opaque_cull.comp.
+/// The most parts of all triangles. Twin: OPAQUE_PARTS in glsl/maps/opaque_cull.comp.
 pub const OPAQUE_PARTS: u32 = 16;
 
 /// VkDrawIndirectCommand of a part of the triangles. Twin: OpaqueDraw in glsl/maps/opaque_cull.comp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct OpaqueDraw {
-    /// Three per triangle.
+    /// Three per triangle of the part.
     pub vertex_count: u32,
-    /// 1 where the map may see any of them.
+    /// 1 where the map may see any triangle of the part, else 0.
     pub instance_count: u32,
-    /// Where they begin.
+    /// The first vertex of the part.
     pub first_vertex: u32,
-    /// 0.
+    /// Always 0.
     pub first_instance: u32,
 }
 
@@ -35,7 +35,7 @@ push_struct! {
     /// Twin: MapPush in glsl/maps/opaque.vert and glsl/maps/opaque.frag.
     struct MapPush {
         map: u32,
-        /// Where it stands.
+        /// The map's upper left texel in the image.
         corner: [u32; 2],
     }
 }
@@ -49,28 +49,28 @@ push_struct! {
     }
 }
 
-/// What draws them.
+/// The passes that draw the maps.
 pub(super) struct OpaqueRaster {
     draw: Kernel<MapPush>,
     map_count: u32,
-    /// None where all maps see all meshes: views of directional lights are fitted about them.
+    /// None where all maps see all meshes, since views of directional lights are fitted to them.
     cull: Option<Cull>,
 }
 
-/// What finds out which parts a map may see.
+/// The pass that finds the parts which each map may see.
 struct Cull {
     kernel: Kernel<CullPush>,
-    /// [`OpaqueDraw`], so many parts per map.
+    /// [`OpaqueDraw`]: [`OPAQUE_PARTS`] per map.
     draws: Buffer,
 }
 
-/// Triangles of a part.
+/// Triangles per part.
 fn part_triangles(triangle_count: u32) -> u32 {
     triangle_count.div_ceil(OPAQUE_PARTS).next_multiple_of(64).max(64)
 }
 
 impl OpaqueRaster {
-    /// It draws so many maps, which may not see all meshes where `culls`.
+    /// Draws `map_count` maps, which may not see all meshes where `culls`.
     pub(super) fn new(
         context: &Context,
         scene: &Bindings,
@@ -89,7 +89,7 @@ impl OpaqueRaster {
         Ok(Self { draw, map_count, cull })
     }
 
-    /// Draws so many triangles into these of the maps of `size`.
+    /// Draws the first `triangle_count` triangles into `maps`, of `size` texels each.
     pub(super) fn record(
         &self,
         commands: &mut Commands,
@@ -102,7 +102,8 @@ impl OpaqueRaster {
             cull.record(commands, triangle_count, self.map_count, maps);
         }
         let corner = |map| opaque_corner(image, size, map);
-        // All maps at once, or each by itself, so that what stands beside it is kept.
+        // One render for all maps; or, for some of the maps, one render for each of these, so that the other maps stay
+        // as they are.
         let renders: Vec<_> = match maps {
             [all] if *all == (0..self.map_count) => vec![([0, 0], image.size(), all.clone())],
             some => some.iter().flat_map(Clone::clone).map(|map| (corner(map), size, map..map + 1)).collect(),

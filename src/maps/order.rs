@@ -1,5 +1,5 @@
-//! The casters of each map by rising depth of their nearest points: a radix sort on the device, for passes that draw in
-//! that order. Twin: [`crate::reference::twin::order`].
+//! The casters of each map in the order of rising depth of their nearest points: a radix sort on the device, for passes
+//! that draw in that order. Twin: [`crate::reference::twin::order`].
 
 use super::Maps;
 use crate::Result;
@@ -13,7 +13,7 @@ push_struct! {
     /// Twin: KeysPush in glsl/maps/order/keys.comp.
     struct KeysPush {
         count: u32,
-        /// Places in a map's list.
+        /// Places in each map's list.
         capacity: u32,
     }
 }
@@ -21,12 +21,12 @@ push_struct! {
 push_struct! {
     /// Twin: SortPush in glsl/maps/order/sort.glsl.
     struct SortPush {
-        /// Items of a map.
+        /// Items per map.
         count: u32,
-        /// Room of a map.
+        /// Room per map, items.
         capacity: u32,
         maps: u32,
-        /// Digit of the key, from the lowest.
+        /// The digit of the key to sort by, from the lowest.
         round: u32,
     }
 }
@@ -37,7 +37,7 @@ const BLOCK: u64 = 1024;
 /// Twin: DIGITS.
 const DIGITS: u64 = 256;
 
-/// Eight bits each.
+/// Rounds of the sort: each sorts by eight bits of the key.
 const ROUNDS: u32 = 4;
 
 /// Twin: Item in glsl/maps/order/sort.glsl and keys.comp.
@@ -52,9 +52,9 @@ pub struct ItemData {
 
 /// Keys, the sort and its result.
 pub struct Order {
-    /// Caster indices, those of map m from m · capacity on.
+    /// Caster indices: map m's from `m · capacity` on.
     pub sorted: Buffer,
-    /// [`ItemData`], twice: a round reads one half and writes the other.
+    /// [`ItemData`], in two halves: a round reads one half and writes the other.
     pub items: Buffer,
     counts: Buffer,
     capacity: u32,
@@ -93,7 +93,7 @@ impl Order {
         })
     }
 
-    /// Sorts the casters as they are now, in maps that are fitted already.
+    /// Sorts the present casters, in maps that are already fitted.
     pub fn record(&self, commands: &mut Commands, world: &World) {
         let count = world.caster_count();
         let [x, y] = groups(u64::from(count).div_ceil(64));
@@ -102,7 +102,7 @@ impl Order {
         self.sort(commands, count);
     }
 
-    /// Sorts the first `count` items of each map, from the keys that stand there.
+    /// Sorts the first `count` items of each map by the keys in the items.
     pub fn sort(&self, commands: &mut Commands, count: u32) {
         let [x, y] = groups(u64::from(count).div_ceil(BLOCK));
         for round in 0..ROUNDS {
@@ -113,7 +113,7 @@ impl Order {
         }
     }
 
-    /// Buffers that are needed only while it sorts.
+    /// Bytes of all buffers. They are needed only for the sort.
     pub fn bytes(&self) -> u64 {
         self.sorted.bytes() + self.items.bytes() + self.counts.bytes()
     }

@@ -17,11 +17,11 @@ push_struct! {
     pub struct SplatPush {
         /// The map's number over all lights.
         map: u32,
-        /// Where its drawing order begins.
+        /// The index at which the map's drawing order begins.
         order_first: u32,
-        /// Its place among the maps that are drawn at once.
+        /// The map's place among the maps that are drawn at once.
         slot: u32,
-        /// Which of the groups of maps that are drawn at once.
+        /// The number of the group of maps that are drawn at once.
         group: u32,
         /// Room of the lists that are drawn into, if any.
         capacity: u32,
@@ -37,25 +37,25 @@ pub enum DrawingOrder {
     NearToFar,
 }
 
-/// The draw's arguments for each map.
+/// The draw of the casters of each map, with its arguments.
 pub struct Splat {
     /// The sort; none where casters are drawn by index.
     order: Option<Order>,
     set: Bindings,
     /// The casters that are left after culling.
     culled: Option<Compact>,
-    /// Between the orders of two maps.
+    /// Places of a drawing order: map m's begins at `m · capacity`.
     capacity: u32,
     caster_count: u32,
     size: [u32; 2],
-    /// Some casters are strands.
+    /// Whether some casters are strands.
     strands: bool,
-    /// Some are Gaussians.
+    /// Whether some casters are Gaussians.
     gaussians: bool,
 }
 
 impl Splat {
-    /// All casters in that order; without those that `bins` culls, if there are bins.
+    /// Draws all casters in that order, but for those that `bins` culls, if there are bins.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -88,7 +88,7 @@ impl Splat {
         Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 
-    /// All casters in an order that the caller sorts.
+    /// Draws all casters in an order that the caller sorts.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -99,8 +99,8 @@ impl Splat {
         Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 
-    /// Draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is
-    /// `more`.
+    /// A kernel that draws casters with a fragment shader into colour targets. Sets 0 and 1 are the maps' and the
+    /// order's, set 2 is `more`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
@@ -124,8 +124,8 @@ impl Splat {
         &self.set
     }
 
-    /// Sorts anew where the maps have moved, and gathers the casters that `bins` has counted. No pass where there is nothing
-    /// to do.
+    /// Sorts anew where the maps have moved, and gathers the casters that `bins` has not culled. Records no pass where
+    /// there is nothing to do.
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
         self.caster_count = world.caster_count();
         if let (Some(order), true) = (&self.order, maps.moved()) {
@@ -136,7 +136,7 @@ impl Splat {
         }
     }
 
-    /// Draws the casters of each map of `maps`, group number `group`, one map above the other.
+    /// Draws the casters of each map of `maps`, which form group number `group`. The maps are stacked.
     pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, maps: Range<u32>, group: u32, capacity: u32) {
         for (slot, map) in (0..).zip(maps) {
             let push = SplatPush { map, order_first: map * self.capacity, slot, group, capacity };
@@ -148,7 +148,7 @@ impl Splat {
         }
     }
 
-    /// Draws those casters of the first map that have these places in the order.
+    /// Draws the casters at `places` in the first map's order.
     pub fn draw_places(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, places: Range<u32>) {
         let push = SplatPush { map: 0, order_first: 0, slot: 0, group: 0, capacity: 0 };
         draw.draw_part(kernel, &push, 6 * places.start..6 * places.end);

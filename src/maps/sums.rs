@@ -1,5 +1,5 @@
-//! Sums over the casters on each texel's ray, for techniques that keep a few numbers about where on the ray light is lost:
-//! glsl/maps/sums/.
+//! Sums over the casters on each texel's ray, for techniques that keep a few numbers about where on the ray light is
+//! lost. Shaders: glsl/maps/sums/.
 
 use super::texels::TexelPasses;
 use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, coarser_texels, stacked};
@@ -12,16 +12,17 @@ use crate::shaders::{self, set};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Most targets that sums are drawn to, of four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
+/// The most targets that sums are drawn to, with four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
 const MOST_TARGETS: u32 = 8;
 
-/// Makes them. SUM_RANGE is among their constants.
+/// Shaders of the passes that make sums. SUM_RANGE is among their constants.
 pub struct SumKernels<'a> {
-    /// Labels of the binned pass, of the one that draws, of the one that packs drawn sums, and of those that make levels of detail.
+    /// Labels of the binned pass, of the pass that draws, of the one that packs drawn sums, and of those that make
+    /// levels of detail.
     pub labels: [&'static str; 4],
-    /// Sums of a texel, at most 32.
+    /// Sums per texel, at most 32.
     pub sums: u32,
-    /// Words of a texel, as the technique packs its sums.
+    /// Words per texel, as the technique packs its sums.
     pub words: u32,
     /// Writes a tile's texels: maps/sums/binned.glsl.
     pub binned: &'a Shader,
@@ -31,16 +32,16 @@ pub struct SumKernels<'a> {
     pub pack: &'a Shader,
     /// Makes levels of detail: maps/sums/levels.glsl.
     pub levels: &'a Shader,
-    /// How many there are, the map itself among them. The constants say so too.
+    /// The number of levels, the map itself among them. The constants hold it too.
     pub level_count: u32,
 }
 
-/// The texels' words, map after map, and the way to them.
+/// The words of all texels, map after map, and the passes that make them.
 pub struct Sums {
-    /// Bindings of look-ups.
+    /// The words that look-ups bind.
     pub words: Buffer,
     way: Way,
-    /// Makes coarser levels behind them.
+    /// Makes the coarser levels behind the maps' words.
     levels: Option<Levels>,
 }
 
@@ -60,14 +61,14 @@ struct Raster {
     pack: Kernel,
 }
 
-/// The targets that so many sums are drawn to.
+/// The limit on colour targets that `sums` sums need.
 pub fn sum_targets(sums: u32) -> Limit {
     Limit::color_attachments(sums.div_ceil(4).next_power_of_two().min(MOST_TARGETS).into())
 }
 
 impl Sums {
-    /// Words of the texels of all maps. `skip`: casters in the dark behind meshes are left out; `reach`: texels around a tile from
-    /// which look-ups read it.
+    /// Words of the texels of all maps. With `skip`, casters in the dark behind meshes are left out. `reach`: texels
+    /// around a tile from which look-ups read it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out, [`Error::Refused`] where the device draws to too few targets.
@@ -116,13 +117,13 @@ impl Raster {
             return Err(Error::Refused { needs });
         }
         let count = targets.least as u32;
-        // What is drawn in halves rounds at each caster.
+        // Sums in half floats are rounded at each caster, so full floats are preferred.
         let float32 = context.features().float32_blend;
         let format = if float32 { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };
         let size = stacked(context, label, maps.size(), maps.count())?;
         let targets: Vec<_> =
             (0..count).map(|_| Image::new(context, label, format, size, ImageUse::Color)).collect::<Result<_>>()?;
-        // Where the range is the map's, the ends are not read.
+        // Where the range is the map's, nothing reads the ends.
         let has_ends = constants.word(SUM_RANGE.id()) != Some(0);
         let ends = Buffer::new(context, "sums.ends", if has_ends { 8 * maps.texels() } else { 4 }, Memory::Device)?;
         let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;

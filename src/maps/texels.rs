@@ -1,4 +1,5 @@
-//! An image with one texel per ray, built by blending or by one workgroup per tile, for techniques that keep that little.
+//! An image with one texel per ray, built by blending or by one workgroup per tile, for techniques whose data fit into
+//! a texel.
 
 use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, Use, coarser_texels, stacked};
 use crate::Result;
@@ -17,7 +18,7 @@ pub enum TexelWay {
     Binned,
 }
 
-/// Makes them.
+/// Shaders of the passes that make texels.
 pub struct TexelKernels<'a> {
     /// Labels of the raster pass, of the binned one, and of those that make levels of detail.
     pub labels: [&'static str; 3],
@@ -25,7 +26,7 @@ pub struct TexelKernels<'a> {
     pub format: Format,
     /// Draws a caster (maps/splat.glsl).
     pub fragment: &'a Shader,
-    /// How it combines with those before it.
+    /// How a caster is blended with those before it.
     pub blend: Blend,
     /// The image's value before the first caster.
     pub empty: [f32; 4],
@@ -33,15 +34,15 @@ pub struct TexelKernels<'a> {
     pub binned: &'a Shader,
     /// Makes levels of detail: maps/image_levels.glsl.
     pub levels: &'a Shader,
-    /// How many there are, the map itself among them. The constants say so too.
+    /// The number of levels, the map itself among them. The constants hold it too.
     pub level_count: u32,
-    /// Words of a texel of a coarser level.
+    /// Words per texel of a coarser level.
     pub level_words: u32,
 }
 
-/// Makes the texels of all maps, in one way or another, and keeps them.
+/// Passes that make the texels of all maps, drawn or binned, and the resources that keep them.
 pub trait TexelPasses {
-    /// Makes them for the world as it is now.
+    /// Records the passes that make the texels for the present world.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -50,24 +51,25 @@ pub trait TexelPasses {
     /// Whether the bins had to grow after frame `frame`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where there is no room for them.
+    /// [`crate::Error::Gpu`] where there is no room for larger bins.
     fn settle(&mut self, frame: u64) -> Result<bool>;
 
-    /// The bins, where they are made from them.
+    /// The bins, where texels are made from bins.
     fn bins(&self) -> Option<&Bins>;
 
-    /// Bindings of look-ups, from 3 on.
+    /// Bindings of look-ups, from binding 3 on.
     fn kept(&self) -> Vec<Resource>;
 
-    /// Bytes of that, and those needed only while building, without the bins'.
+    /// Bytes of those bindings' resources, and bytes needed only while building, without the bins'.
     fn bytes(&self) -> [u64; 2];
 }
 
-/// The image, the maps one above the other, and the way to it.
+/// The image with the stacked maps, and the passes that make it.
 pub struct Texels {
-    /// Bindings of look-ups.
+    /// The image that look-ups bind.
     pub image: Image,
-    /// The texels of coarser levels (maps/image_levels.glsl); a stand-in where there are none.
+    /// The texels of coarser levels (maps/image_levels.glsl); a buffer that nothing reads where there are no such
+    /// levels.
     pub coarser: Buffer,
     levels: Option<Levels>,
     way: Way,
@@ -79,8 +81,8 @@ enum Way {
 }
 
 impl Texels {
-    /// The image over all maps. `skip`: casters in the dark behind meshes are left out; `reach`: texels around a tile from
-    /// which look-ups read it.
+    /// The image over all maps. With `skip`, casters in the dark behind meshes are left out. `reach`: texels around a
+    /// tile from which look-ups read it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the maps are more than fit into an image.

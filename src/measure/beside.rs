@@ -7,33 +7,33 @@ use crate::technique::REGISTRY;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Errors of the same casters against the same truth may differ by this share: drivers round otherwise, and where two nodes cost the
-/// same the other one goes.
+/// Errors of the same casters against the same truth may differ by this share. Drivers round differently; where
+/// removing either of two nodes costs the same, they may remove different nodes.
 pub const ROUNDING: f64 = 1e-3;
 
 /// The prefix of a scene's name in [`Results::conditions`].
 const SCENE: &str = "scene ";
-/// The prefix of a baked file's name there.
+/// The prefix of a baked file's name in [`Results::conditions`].
 const FILE: &str = "file ";
 
-/// Conditions by which another world is measured, or another work.
+/// Conditions that change the world that is measured, or the work that is done.
 const WORLD: [&str; 4] = ["--moving", "--turn", "--vpls", "--validation"];
 
 /// Results of one device, one driver and one edition of this program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// As short as tells it from the others.
+    /// The shortest name that tells the column from the others.
     pub name: String,
-    /// Where it was read from: several files where each had a part of the rows.
+    /// The files that it was read from; several where each held a part of the rows.
     pub files: Vec<String>,
     /// All of its rows.
     pub results: Results,
 }
 
-/// The rows of one scene and spec: for each column its place in that column's results.
+/// The rows of one scene and spec: per column, the row's index in that column's results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// As many as there are columns.
+    /// One per column.
     pub rows: Vec<Option<usize>>,
 }
 
@@ -49,17 +49,17 @@ pub enum Times {
 /// An error that differs between columns, though it should be the same on every device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
-    /// Place of the line.
+    /// Index of the line.
     pub line: usize,
     /// Which error.
     pub name: &'static str,
-    /// Per column that has it and whose points are the same.
+    /// Per column, the error; none where the column lacks it or measured it at other points.
     pub values: Vec<Option<f64>>,
     /// The largest less the smallest.
     pub apart: f64,
-    /// The same as a share of the smallest; infinite where that is 0.
+    /// `apart` as a share of the smallest value; infinite where that is 0.
     pub share: f64,
-    /// The column without which the others agree, where there are others.
+    /// The column without which the others agree, if there is one.
     pub odd: Option<usize>,
 }
 
@@ -68,24 +68,25 @@ pub struct Disagreement {
 pub struct Agreement {
     /// Errors that two columns or more have.
     pub compared: usize,
-    /// Those that do not, the farthest apart first: in the units of the error, which all are parts of visibility or of FLIP.
+    /// The errors that do not agree, the farthest apart first. Distances are in the units of the error: parts of
+    /// visibility or of FLIP.
     pub disagreements: Vec<Disagreement>,
 }
 
-/// All of it.
+/// The comparison of all columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beside {
     /// In the order in which they were named.
     pub columns: Vec<Column>,
     /// Scene after scene.
     pub lines: Vec<Line>,
-    /// The values to compare.
+    /// Which times are compared.
     pub times: Times,
 }
 
 impl Beside {
-    /// Each with the name of its file. Files of one device and the same conditions, none of whose rows is in the other, are one
-    /// column.
+    /// Puts results side by side, each with the name of its file. Files of one device and the same conditions that have
+    /// no row in common become one column.
     ///
     /// # Errors
     /// [`Error::Input`] where a file is there twice, or no row is in two columns.
@@ -143,13 +144,13 @@ impl Beside {
         line.any(&self.columns)
     }
 
-    /// Places of the lines that two columns or more have; all where there is one column.
+    /// Indices of the lines that two columns or more have; of all lines where there is one column.
     pub fn shared(&self) -> impl Iterator<Item = usize> + '_ {
         let least = self.columns.len().min(2);
         (0..self.lines.len()).filter(move |&line| self.lines[line].rows.iter().flatten().count() >= least)
     }
 
-    /// A row's values to compare.
+    /// The time of a row that is compared.
     pub fn time(&self, row: &Row) -> Option<Timing> {
         match self.times {
             Times::Frame => frame(row),
@@ -157,8 +158,8 @@ impl Beside {
         }
     }
 
-    /// How many times as long `of` takes as `to` does, and whether it can be told from noise: [`Verdict::Worse`] is longer. Nothing
-    /// where either has no time, or they are of different worlds.
+    /// How many times as long column `of` takes as column `to`, and whether that can be told from noise:
+    /// [`Verdict::Worse`] means longer. Nothing where either has no time, or where they measured different worlds.
     pub fn ratio(&self, line: &Line, of: usize, to: usize) -> Option<(f64, Verdict)> {
         let (row, other) = (self.row(line, of)?, self.row(line, to)?);
         if row.status != Status::Ok || other.status != Status::Ok || !self.is_same_world(&row.scene, of, to) {
@@ -167,7 +168,8 @@ impl Beside {
         ratio([row, other], |row| self.time(row))
     }
 
-    /// Whether two columns are about the same scene, moving the same way. A condition that one of them does not name is taken for the same.
+    /// Whether two columns measured the same scene, moving the same way. A condition that one column does not name
+    /// counts as equal.
     pub fn is_same_world(&self, scene: &str, one: usize, other: usize) -> bool {
         let moves = |column: usize| {
             let is = |key: &str| self.columns[column].results.conditions.get(key).is_some_and(|value| value != "none");
@@ -275,7 +277,8 @@ fn points_of(error: &str) -> &'static [&'static str] {
     }
 }
 
-/// How many times as long the first takes as the second. What was not steady, or has few samples, has to be far off.
+/// How many times as long the first row takes as the second. Rows that were not steady, or have few samples, must
+/// differ by far to count as different.
 pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Option<(f64, Verdict)> {
     let [time, other] = [of(rows[0])?, of(rows[1])?];
     let steady = rows.iter().all(|row| row.steadiness.is_none_or(|s| s.warnings().is_empty()));
@@ -284,12 +287,12 @@ pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Opt
     (other.median > 0.0).then(|| (time.median / other.median, time_verdict(other, time, 0.0, steady && enough)))
 }
 
-/// The timing of build and picture together. They are timed apart: the band's ends are the sums of both bands' ends, which makes it no
-/// narrower than the band of the true sums.
+/// The timing of build and picture together. They are timed separately, so the ends of the band are sums of both bands'
+/// ends. This band is no narrower than the band of the true sums.
 fn frame(row: &Row) -> Option<Timing> {
     let (median, build, draw) = (row.frame_ns?, row.build_ns?, row.draw_ns?);
     if median < build.median + draw.median {
-        // A bake, which no frame of a still world has in it.
+        // A baked technique: no frame of a still world includes the bake.
         return Some(Timing { median, ..draw });
     }
     let (p05, p95) = (build.p05 + draw.p05, build.p95 + draw.p95);
@@ -303,8 +306,8 @@ fn times(columns: &[Column]) -> Times {
     if pictures.len() < 2 && have { Times::Frame } else { Times::Build }
 }
 
-/// Whether `more` goes on with `there`: the same device, driver, commit and conditions, and no row twice. Files that say nothing of their
-/// conditions are held apart.
+/// Whether `more` continues `there`: the same device, driver, commit and conditions, and no row twice. Files without
+/// conditions are kept apart.
 fn is_part(there: &Results, more: &Results) -> bool {
     let device = |results: &Results| {
         let device = &results.device;
@@ -339,7 +342,8 @@ fn whole(row: &Row) -> Row {
     row
 }
 
-/// A row is of a line where it is the same as all rows there; a line has no two rows of one column.
+/// Sorts rows into lines. A row joins a line where it is the same as all rows of the line. A line has at most one row
+/// per column.
 fn lines(columns: &[Column]) -> Vec<Line> {
     let mut lines: Vec<(Line, Vec<Row>)> = Vec::new();
     for (column, Column { results, .. }) in columns.iter().enumerate() {
@@ -364,9 +368,10 @@ fn lines(columns: &[Column]) -> Vec<Line> {
     lines.into_iter().map(|(line, _)| line).collect()
 }
 
-/// The device where that tells them apart, else the driver, else the commit, else the file too.
+/// Names each column by its device where that tells it from the others, else with the driver, else with the commit,
+/// else with the file.
 fn name(columns: &mut [Column]) {
-    // In brackets stand versions of the parts; behind a dash stands that of a distribution's package.
+    // Brackets hold versions of the driver's parts; behind a dash is the version of a distribution's package.
     let whole = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
     let short = |text: &str| {
         let words = whole(text);

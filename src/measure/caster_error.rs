@@ -3,11 +3,12 @@
 use super::Answers;
 use serde::{Deserialize, Serialize};
 
-/// Where classes of distances begin, parts of the diagonal of all meshes: octaves, and all nearer or farther distances.
+/// Where the classes of distances begin, as shares of the diagonal of the box about all meshes. Classes are octaves;
+/// the first and the last also take all nearer and all farther distances.
 pub const CLASSES: [f64; 6] = [0.0, 1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0];
 
-/// Surface points that a mesh keeps all light from, by the mesh on the way that is nearest to the light, and
-/// by the one that is nearest to the point.
+/// Errors at surface points that a mesh shadows fully, by two distances: of the mesh nearest to the light on the way to
+/// the point, and of the mesh nearest to the point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CasterError {
     /// By the distance to the light. Absent where all lights are infinitely far.
@@ -16,10 +17,11 @@ pub struct CasterError {
     pub from_receiver: Vec<CasterClass>,
 }
 
-/// Casters about as far.
+/// Points whose caster is about as far away.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CasterClass {
-    /// At least so far, parts of the diagonal of the box about all meshes, and nearer than the next class begins.
+    /// The least distance of the class, as a share of the diagonal of the box about all meshes. The next class begins
+    /// where this one ends.
     pub from: f64,
     /// How many points.
     pub points: u64,
@@ -56,8 +58,8 @@ impl Answers {
 mod tests {
     use super::*;
 
-    /// Each in its class at either end, within the resolution too; lit points, and distances of lights that are infinitely far, are in
-    /// none.
+    /// Each point is in one class at either end, also within the resolution. Lit points are in none, and neither are
+    /// distances from lights that are infinitely far.
     #[test]
     fn each_point_is_in_one_class() {
         let far = f64::INFINITY;

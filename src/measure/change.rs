@@ -5,13 +5,14 @@ use super::{Results, Row, Status, Timing};
 /// Samples below which a timing says nothing about its noise.
 pub(super) const FEWEST_SAMPLES: usize = 5;
 
-/// Rows that were not steady may differ by this factor for nothing: others used the machine, or the clock was another.
+/// Rows that were not steady may differ by this factor without a cause in the program: other processes used the
+/// machine, or the clock was different.
 const UNSTEADY: f64 = 2.0;
 
 /// An error below this is rounding of 32-bit visibility.
 const ROUNDING: f64 = 1e-7;
 
-/// From where on a row has changed, as a share of the earlier figure: 0.05 is 5 %.
+/// The changes that are tolerated, as shares of the earlier figure: 0.05 is 5 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// Tolerated change of times.
@@ -46,14 +47,14 @@ pub struct Figure {
     pub name: &'static str,
     /// Nanoseconds, a mean absolute error, or bytes.
     pub before: f64,
-    /// The same.
+    /// The same unit, now.
     pub now: f64,
     /// How it has changed.
     pub verdict: Verdict,
 }
 
 impl Figure {
-    /// How much more it is now, as a share of the earlier figure; nothing where that was 0.
+    /// How much larger the figure is now, as a share of the earlier figure; nothing where the earlier figure was 0.
     pub fn share(&self) -> Option<f64> {
         (self.before != 0.0).then(|| self.now / self.before - 1.0)
     }
@@ -76,14 +77,14 @@ pub enum Change<'a> {
     Both {
         /// The row of now.
         now: &'a Row,
-        /// Rows that both have measured.
+        /// Figures that both rows have.
         figures: Vec<Figure>,
     },
     /// Measured before, and refused or failed now; or the other way round.
     Status {
-        /// The earlier value.
+        /// The earlier row.
         before: &'a Row,
-        /// The value now.
+        /// The row of now.
         now: &'a Row,
     },
     /// It was not there before.
@@ -93,7 +94,7 @@ pub enum Change<'a> {
 }
 
 impl Change<'_> {
-    /// The row, of now where it is still there.
+    /// The row as it is now, or the earlier row where it is gone.
     pub fn row(&self) -> &Row {
         match self {
             Self::Both { now, .. } | Self::Status { now, .. } => now,
@@ -129,7 +130,7 @@ impl Change<'_> {
     }
 }
 
-/// A figure's name, and how a row says it.
+/// A figure's name, and the function that reads it from a row.
 pub(super) type Named<T> = (&'static str, fn(&Row) -> Option<T>);
 
 const TIMES: [Named<Timing>; 3] =
@@ -142,8 +143,9 @@ pub(super) const ERRORS: [Named<f64>; 4] = [
     ("FLIP", |row| Some(row.error.as_ref()?.image?.flip_mean)),
 ];
 
-/// Every row of now with the same row before, in the order of now, and behind them those that are gone. A row is the same where scene and
-/// technique are, and all keys that both say; each row of before is one of now at most.
+/// Every row of `now` with the same row of `before`, in the order of `now`, and then the rows that are gone. Rows are
+/// the same where the scene, the technique and all keys that both have are equal. Each row of `before` is the same as
+/// at most one row of `now`.
 pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> Vec<Change<'a>> {
     let mut left: Vec<&Row> = before.rows.iter().collect();
     let mut changes: Vec<Change> = now
@@ -158,13 +160,14 @@ pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> V
     changes
 }
 
-/// One row against the first of `before` that is the same; nothing where there is none.
+/// One row compared with the first row of `before` that is the same; nothing where there is none.
 pub fn change_of<'a>(before: &'a Results, now: &'a Row, margins: Margins) -> Option<Change<'a>> {
     place(before.rows.iter(), now).map(|place| change(&before.rows[place], now, margins))
 }
 
-/// Several runs of one command as one: the first, and each time has the band about those of all runs and the median of their
-/// medians, since a process differs from the next by more than its own samples from each other. Nothing without a run.
+/// Merges several runs of one command into one. The result is the first run, with the band of each time that encloses
+/// the bands of all runs, and the median of their medians. A process differs from the next by more than its own samples
+/// differ from each other. Nothing without a run.
 pub fn together(runs: &[Results]) -> Option<Results> {
     let (first, others) = runs.split_first()?;
     let mut all = first.clone();
@@ -185,7 +188,8 @@ pub fn together(runs: &[Results]) -> Option<Results> {
     Some(all)
 }
 
-/// Which of them the row is: the first that says the same in the same words, else in other words.
+/// The index of the row in `before` that is the same as `now`: the first with the same values in the same words, else
+/// the first with the same values in other words.
 fn place<'a>(before: impl Iterator<Item = &'a Row> + Clone, now: &Row) -> Option<usize> {
     let in_words = |old: &Row| old.variant.iter().all(|(key, value)| now.variant.get(key).is_none_or(|is| is == value));
     let is = |old: &Row| is_same(old, now);
@@ -218,7 +222,8 @@ fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
     Change::Both { now, figures: times.chain(errors).chain(bytes).collect() }
 }
 
-/// Two bands from the 5th to the 95th percentile that overlap are noise; apart, the medians say by how much.
+/// Bands from the 5th to the 95th percentile that overlap count as noise. Where they do not overlap, the medians say
+/// how much has changed.
 pub(super) fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
     if before.samples.min(now.samples) < FEWEST_SAMPLES {
         return Verdict::Unknown;
@@ -328,7 +333,8 @@ mod tests {
         assert_eq!(figures.iter().map(|figure| figure.name).collect::<Vec<_>>(), ["build", "space error", "resident"]);
     }
 
-    /// What a default was called when it had a word is what it is now; in a sweep over both words each is its own.
+    /// An old word for a default means the same as the default's word of now. In a sweep over both words each matches
+    /// its own row.
     #[test]
     fn a_default_is_known_by_its_old_word() {
         let row = |storage: &str, detail: &str, error: f64| {
@@ -359,7 +365,7 @@ mod tests {
         assert_eq!(errors(&both, &[both[1].clone(), both[0].clone()]), [Some(0.2), Some(0.1)]);
     }
 
-    /// A build of 13 is slower than one of 10, and no slower than runs of 10, 12.9 and 11 beside each other.
+    /// A build of 13 is slower than a build of 10, and no slower than runs of 10, 12.9 and 11 that are merged.
     #[test]
     fn several_runs_have_one_band() {
         let runs = [10.0, 12.9, 11.0].map(|build| results(&[row("8", timing(build, 0.2), 0.1)]));

@@ -12,16 +12,16 @@ use serde::{Deserialize, Serialize};
 /// Colors of light, as the channels of a picture.
 pub const COLORS: [&str; 3] = ["red", "green", "blue"];
 
-/// Errors of the light that is left, in one color.
+/// Errors of visibility in one color.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColorError {
     /// One of [`COLORS`].
     pub color: String,
-    /// Its extinction, a multiple of that of the casters ([`Scene::extinction_ratio`]).
+    /// The color's extinction, as a multiple of the casters' extinction ([`Scene::extinction_ratio`]).
     pub extinction: f64,
     /// At the space points of [`super::RowError`]. Absent for a technique without a look-up.
     pub space: Option<PointError>,
-    /// At its surface points. Absent without meshes.
+    /// At the surface points of [`super::RowError`]. Absent without meshes.
     pub surface: Option<PointError>,
 }
 
@@ -30,7 +30,7 @@ pub struct ColorError {
 pub(super) struct ColorAnswers([[Answers; 2]; 3]);
 
 impl ColorAnswers {
-    /// Errors of each color; none where all light is taken alike.
+    /// Errors of each color; none where casters absorb all colors alike.
     pub(super) fn errors(&self, ratio: [f32; 3]) -> Result<Vec<ColorError>> {
         let of = |((color, extinction), [space, surface]): ((&&str, f32), &[Answers; 2])| {
             let (space, surface) = (space.error()?, surface.error()?);
@@ -42,7 +42,8 @@ impl ColorAnswers {
 }
 
 impl Case<'_> {
-    /// Asks for each color at the points of a moment, unless all light is taken alike. What paints has no look-up in space.
+    /// Asks for each color at the points of a moment, unless casters absorb all colors alike. A technique that paints
+    /// has no look-up in space.
     pub(super) fn ask_colors(&self, technique: &dyn Technique, truth: &Truth, asked: &mut ColorAnswers) -> Result<()> {
         let ratio = self.world.extinction_ratio();
         if ratio == Scene::GREY {

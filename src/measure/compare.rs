@@ -1,4 +1,4 @@
-//! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
+//! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
 
 use super::color::ColorAnswers;
 use super::flicker::Flicker;
@@ -26,29 +26,29 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Look-ups that are timed or asked at once, at most.
+/// The most look-ups that are timed or asked at once.
 pub const LOOKUPS: usize = 1_000_000;
 
 /// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
 const MOMENTS: usize = 5;
 
-/// Points at which a moving world is watched, for each light, or fewer where there are many.
+/// Points per light at which a moving world is watched; fewer where there are many lights.
 const WATCHED: usize = 2048;
 
-/// Processors that measuring keeps for itself while the truth is computed beside it.
+/// Processors that are left for measuring while others compute the truth.
 const KEPT_PROCESSORS: usize = 2;
 
 /// How much to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Builds that are timed where the world stands still; fewer for baked techniques that take long.
+    /// Builds that are timed in a still world; fewer for baked techniques that take long.
     pub frames: usize,
-    /// Frames before them that are not.
+    /// Frames that warm up before those, and are not timed.
     pub warm_up: usize,
-    /// Space points that are compared with the truth, for each light, or fewer where there are more than eight; of surface
-    /// points as many.
+    /// Space points per light that are compared with the truth, and as many surface points. With more than eight lights
+    /// there are fewer per light.
     pub space_points: usize,
-    /// Look-ups that are timed at once, in equal shares through each light; 0 times none.
+    /// Look-ups that are timed at once, an equal share per light; 0 times none.
     pub lookups: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
@@ -58,12 +58,12 @@ pub struct Effort {
     pub footprints: bool,
     /// Whether passes count their work, in one more build and picture. Where the world moves, in its last frame.
     pub counts: bool,
-    /// How much of the truth.
+    /// How much of the truth is computed.
     pub truth: Extent,
 }
 
 impl Effort {
-    /// Whether a row is only to be chosen or not.
+    /// Whether rows are measured only for a choice between them.
     pub(super) fn is_choice(&self) -> bool {
         matches!(self.truth, Extent::Glance | Extent::Choice)
     }
@@ -73,19 +73,19 @@ impl Effort {
 pub struct Case<'a> {
     pub(super) context: &'a Context,
     pub(super) frames: Frames<'a>,
-    /// Moves the world on the device, where something does.
+    /// Moves the world on the device, where the device simulates it.
     pub(super) simulation: Option<Simulation>,
     truths: &'a [Truth<'a>],
     pub(super) world: World,
     pub(super) effort: Effort,
     /// Pictures of consecutive frames, once they are asked for.
     references: OnceCell<Arc<Vec<Picture>>>,
-    /// The bounce of light that virtual lights stand for, once asked for.
+    /// The bounce of light that virtual lights represent; computed when first asked for.
     bounce: OnceCell<Bounce>,
     /// Means over areas, once asked for.
     footprints: OnceCell<Footprints>,
     pub(super) clock: Arc<ClockMeter>,
-    /// Per light, for the timing of look-ups.
+    /// Per light, the points at which look-ups are timed.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
 }
 
@@ -157,7 +157,7 @@ pub fn with_case<'a, R>(
     })
 }
 
-/// The truth of all frames that does not depend on a technique, until it is told to stop.
+/// Computes the parts of all frames' truth that depend on no technique, until `stop` is set.
 fn prepare(truths: &[Truth], stop: &AtomicBool) {
     let moments = moments(truths.len());
     let stopped = || stop.load(Ordering::Relaxed);
@@ -177,7 +177,7 @@ fn prepare(truths: &[Truth], stop: &AtomicBool) {
     }
 }
 
-/// Which of so many frames errors are taken at.
+/// The frames, of so many, at which errors are taken.
 fn moments(frames: usize) -> Vec<usize> {
     let count = frames.min(MOMENTS);
     (0..count).map(|i| i * (frames - 1) / (count - 1).max(1)).collect()
@@ -194,7 +194,7 @@ struct Moments {
 }
 
 impl Case<'_> {
-    /// The picture lit by the truth, if there is one by now.
+    /// The picture lit by the truth; none where it has not been made.
     pub fn reference(&self) -> Option<&Picture> {
         let last = self.truths.last().filter(|truth| self.effort.truth != Extent::None && truth.has_picture())?;
         last.picture().map(|lit| &lit.picture)
@@ -210,8 +210,7 @@ impl Case<'_> {
         &self.frames.states[0].name
     }
 
-    /// Measures one variant. A missing feature or a failure is a row too. The picture is there if it was drawn, and behind it
-    /// as it would be were its truth a smaller one.
+    /// Measures one variant. A missing feature or a failure gives a row too. Returns the picture if it was drawn.
     pub fn measure(&mut self, spec: &Spec) -> (Row, Option<Drawn>) {
         let mut row = Row {
             scene: self.world.name().into(),
@@ -297,7 +296,8 @@ impl Case<'_> {
         let build = if bakes { Some(0.0) } else { row.build_ns.map(|build| build.median) };
         row.frame_ns = build.zip(row.draw_ns).map(|(build, draw)| build + draw.median);
         let picture = match shading {
-            // Each frame is another: as many from the first on as it takes, however many were timed.
+            // With reservoir shading every frame is different: the picture is drawn from the first frame on, with as
+            // many frames as it takes, however many were timed.
             Shading::Reservoir => renderer.picture_of(opened.technique.as_ref(), shading, lighting)?,
             _ => renderer.read()?,
         };
@@ -340,7 +340,7 @@ impl Case<'_> {
         Ok(pass_counts(&passes?))
     }
 
-    /// The truth of the pictures of frames one after the other.
+    /// The true pictures of consecutive frames.
     pub(super) fn references(&self) -> Arc<Vec<Picture>> {
         self.references.get_or_init(|| Arc::new(references(self.frames.states))).clone()
     }
@@ -367,7 +367,7 @@ impl Case<'_> {
         Ok(View::camera(&scene.camera, scene, size))
     }
 
-    /// Figures of the map points beside their error.
+    /// Writes the counts of the map points, and the figures that qualify the map error, into `row`.
     fn count(&self, asked: &Moments, nodes: Option<u32>, row: &mut Row) {
         let Some(first) = asked.maps.first() else { return };
         let n = asked.maps.len() as f64;
@@ -383,7 +383,7 @@ impl Case<'_> {
         }
     }
 
-    /// Goes through all frames once more, asks in some of them for errors and in all of them for flicker, which it
+    /// Goes through all frames once more. Asks in some of them for errors, and in all of them for flicker, which it
     /// returns.
     fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
         let moments = moments(self.frames.states.len());
@@ -441,7 +441,7 @@ impl Case<'_> {
         Ok(answers)
     }
 
-    /// Errors against each size of areas, each asked for as that.
+    /// Errors against means over areas of each size; look-ups are told the size.
     fn ask_footprints(&self, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
         let areas = self.footprints.get_or_init(|| footprints(&self.truths[0], &self.frames.states[0]));
         let asked: Vec<_> =
@@ -461,11 +461,11 @@ impl Case<'_> {
     }
 }
 
-/// A picture, and the same at the size of its truth.
+/// A picture, and the same picture at the size of its truth.
 pub struct Drawn {
-    /// As large as was wanted.
+    /// At the size that was asked for.
     pub picture: Picture,
-    /// To be compared with [`Case::reference`].
+    /// At the size of [`Case::reference`], with which it is compared.
     pub beside_truth: Option<Picture>,
     /// The builds that were timed before.
     pub builds: TimedBuilds,

@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Constants, Context, Kernel, Memory};
 use crate::shaders;
 use crate::shaders::set;
 
-/// Copied at once: past any cache.
+/// Bytes per copy: more than any cache holds.
 const BYTES: u64 = 256 << 20;
 const BYTES_ON_CPU: u64 = 64 << 20;
 
@@ -35,7 +35,7 @@ pub fn copy_bytes_per_second(context: &Context) -> Result<Option<f64>> {
             commands.pass("measure.copy", |pass| pass.dispatch(&kernel, &(), [GROUPS, 1, 1]));
             commands.pass("copy.driver", |pass| pass.copy(&from, &to, bytes));
         })?;
-        // The first two touch the memory.
+        // The first two copies are the first to touch the memory, and are not counted.
         if let (2.., [shader, driver]) = (copy, &passes[..]) {
             by_shader.push(shader.end_ns - shader.start_ns);
             by_driver.push(driver.end_ns - driver.start_ns);

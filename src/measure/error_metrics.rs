@@ -26,7 +26,7 @@ pub struct PointError {
     /// Points that all light reaches and the answer says less than half. Absent in files of schema 1.
     #[serde(default)]
     pub false_shadows: Option<u64>,
-    /// The part of the points that is nearer to where an opaque shadow begins or ends than the representation resolves. Absent
+    /// Errors at the points that are nearer to the edge of an opaque shadow than the representation resolves. Absent
     /// where nothing opaque casts, and in files of schema 1. Schema 2 called it `boundary`.
     #[serde(default, alias = "boundary")]
     pub within: Option<PartError>,
@@ -52,7 +52,8 @@ impl PointError {
         Some(within.points as f64 / all as f64)
     }
 
-    /// All points but those within the resolution. No leaks and no false shadows are there, if the method is right.
+    /// Errors at all points but those within the resolution. If the method is right, there are no leaks and no false
+    /// shadows.
     pub fn beyond(&self) -> Option<PartError> {
         let (all, within) = (self.points?, self.within?);
         let points = all.saturating_sub(within.points);
@@ -65,8 +66,8 @@ impl PointError {
         })
     }
 
-    /// Files of schemas 1 and 2 keep errors within the resolution apart: the same over all points, as far as that can
-    /// be known.
+    /// Merges the errors within the resolution, which files of schemas 1 and 2 keep apart, into the errors over all
+    /// points, as far as they can be known.
     pub(super) fn over_all_points(&mut self) {
         let Some(within) = self.within.filter(|within| within.points > 0) else { return };
         let beyond = self.points.unwrap_or(0);
@@ -89,12 +90,13 @@ pub struct Answers {
     pub truth: Vec<f64>,
     /// Whether each point is nearer to an opaque shadow's edge than the technique resolves; empty where nothing opaque casts.
     pub within: Vec<bool>,
-    /// How far the nearest mesh on the way to the light is from the light and from each point, parts of the diagonal of all meshes:
-    /// infinite where there is none. Empty for points that are on no surface.
+    /// Per point, how far the nearest mesh on the way to the light is from the light and from the point, as shares of
+    /// the diagonal of the box about all meshes. Infinite where there is none. Empty for points that are on no surface.
     pub casters: Vec<[f64; 2]>,
 }
 
-/// Compares `approximate` with `truth`, point by point. No points have no error, not one of zero: `None`.
+/// Compares `approximate` with `truth`, point by point. Without points there is no error, instead of an error of zero:
+/// `None`.
 ///
 /// # Errors
 /// A value that is not a number is a failure that names its point, as is a difference in length.
@@ -104,7 +106,7 @@ pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<Option<PointErr
 }
 
 impl Answers {
-    /// Errors of all of them, and beside them of those within the resolution. `None` without points.
+    /// Errors over all points, and separately over those within the resolution. `None` without points.
     ///
     /// # Errors
     /// As [`point_error`].
@@ -161,7 +163,7 @@ impl Answers {
         }))
     }
 
-    /// Puts others behind these.
+    /// Appends other answers.
     pub fn extend(&mut self, others: Self) {
         self.approximate.extend(others.approximate);
         self.truth.extend(others.truth);
@@ -169,9 +171,9 @@ impl Answers {
         self.casters.extend(others.casters);
     }
 
-    /// The standard error of the mean absolute error, where each `per_texel` points are a texel's and the texels are a random
-    /// sample of more, `share` of all: what the mean would differ by from that over all of them. Points of a texel are alike, so
-    /// that texels are counted and not points. None for fewer than two texels.
+    /// The standard error of the mean absolute error: how far the mean over the sample is from the mean over all
+    /// texels. Each `per_texel` consecutive points are of one texel, and the texels are a random sample, `share` of
+    /// all. Points of a texel are alike, so texels are counted and not points. None for fewer than two texels.
     pub fn standard_error(&self, per_texel: usize, share: f64) -> Option<f64> {
         let per_texel = per_texel.max(1);
         let pairs: Vec<_> = self.approximate.iter().zip(&self.truth).collect();
@@ -223,7 +225,8 @@ mod tests {
         assert_eq!(point_error(&[], &[]).expect("as many answers as points"), None);
     }
 
-    /// Two wrong points of four beyond the resolution, two of three within; smoke is neither a leak nor a false shadow.
+    /// Beyond the resolution two of four points are wrong, within it two of three. Smoke is neither a leak nor a false
+    /// shadow.
     #[test]
     fn an_error_is_over_all_points_and_its_parts_stand_beside_it() {
         let answers = Answers {
@@ -257,13 +260,13 @@ mod tests {
         assert!((error.beyond().and_then(|b| b.mean_abs).expect("four points") - 0.625).abs() < 1e-15);
     }
 
-    /// Against the spread of the mean over many samples of a population of texels.
+    /// The standard error is compared with the spread of the mean over many samples of a population of texels.
     #[test]
     fn standard_error_is_the_spread_of_samples() {
         use rand::Rng;
         let mut random = rand_pcg::Pcg32::new(1, 2);
         let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
-        // Four points per texel that err alike, half of all texels not at all.
+        // Four points per texel that err alike; half of all texels do not err.
         let errors: Vec<f64> = (0..2000).map(|_| (fraction() - 0.5).max(0.0)).collect();
         let (mut means, mut stated) = (Vec::new(), Vec::new());
         for _ in 0..400 {
@@ -281,7 +284,7 @@ mod tests {
         let mean = means.iter().sum::<f64>() / 400.0;
         let spread = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 399.0).sqrt();
         let stated = stated.iter().sum::<f64>() / 400.0;
-        // The spread of 400 samples is itself known to some 4 %; three times that.
+        // The spread of 400 samples is itself known to some 4 %; the bound is three times that.
         assert!((stated / spread - 1.0).abs() < 0.12, "{stated}, and means spread by {spread}");
     }
 

@@ -5,7 +5,7 @@ use super::truth::Points;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// How answers at fixed points change from frame to frame, beside how the truth does.
+/// How answers at fixed points change from frame to frame, compared with the changes of the truth.
 #[derive(Default)]
 pub(super) struct Flicker {
     before: Option<(Answers, Vec<bool>)>,
@@ -14,7 +14,7 @@ pub(super) struct Flicker {
 }
 
 impl Flicker {
-    /// The next frame. Points out of a light are left out.
+    /// Adds the next frame. Points that a light does not shine on are left out.
     pub fn frame(&mut self, answers: Answers, points: &[Points], scene: &Scene) {
         let in_light = |p: &Points| {
             let light = scene.lights[p.light];
@@ -42,8 +42,9 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// Two points over three frames; the answer of the first is off by an even amount, which is no flicker; that of the
-    /// second jumps by an eighth where the truth stays, and then by a quarter within the resolution, which counts too.
+    /// Two points over three frames. The answer at the first is off by a constant amount, which is no flicker. The
+    /// answer at the second jumps by an eighth where the truth stays, and then by a quarter within the resolution,
+    /// which counts too.
     #[test]
     fn what_changes_beside_the_truth() {
         let scene = on_the_axis(&[(0.0, 0.5, 1.0)]);

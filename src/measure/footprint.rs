@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 /// Sides of the squares, in texels of a map of 256 texels per side that is fitted to the casters.
 pub const FOOTPRINTS: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
 
-/// Texels per side of the map that footprints are told in.
+/// Texels per side of the map whose texels are the unit of [`FOOTPRINTS`].
 const MAP: u32 = 256;
 
 /// Points that are asked, of all lights together.
 const POINTS: usize = 2048;
 
-/// Strata a side of a square, each with one ray at random in it.
+/// Strata per side of a square, each with one ray at random in it.
 const STRATA: u32 = 6;
 
 /// Error of answers against means over squares of one size.
@@ -27,8 +27,8 @@ pub struct FootprintError {
     pub texels: f64,
     /// Points that were asked.
     pub points: u64,
-    /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two means that share
-    /// no ray, and may come out below 0 where there is no error: 0 then.
+    /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two
+    /// means that share no ray. Where there is no error the estimate may be below 0, and counts as 0.
     pub rms: f64,
     /// The square root of that estimate's standard error: an error below this cannot be told from none.
     pub noise: f64,
@@ -40,13 +40,13 @@ pub struct FootprintError {
 pub(crate) struct Footprints {
     /// One list per light.
     pub points: Vec<Points>,
-    /// For each size, of each point of all lights two means that share no ray.
+    /// Per size, and per point of all lights, two means that share no ray.
     means: [Vec<[f64; 2]>; FOOTPRINTS.len()],
-    /// For each size, how wide the square about each point is, world units.
+    /// Per size, and per point, the side of the square, world units.
     pub sides: [Vec<f32>; FOOTPRINTS.len()],
 }
 
-/// About some of the points in space.
+/// Means of the truth over areas about some of its points in space.
 pub(crate) fn footprints(truth: &Truth, scene: &Scene) -> Footprints {
     let views = View::volumes(scene, MAP);
     let casters = truth.casters();
@@ -116,7 +116,7 @@ mod tests {
     use crate::scene::tests::on_the_axis;
     use crate::scene::{LightKind, Strand};
 
-    /// An answer equal to the truth has no error, though its estimated means miss the truth to both sides.
+    /// An answer equal to the truth has no error, though the estimated means miss the truth on both sides.
     #[test]
     fn noise_of_the_truth_is_no_error() {
         let mut random = Random::new([1, 1]);
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(footprint_error(&[], 4.0, &[]), None);
     }
 
-    /// Ribbons side by side over a light that shines down: a square's mean is the share of its width between them.
+    /// Ribbons side by side under a light that shines down: a square's mean is the share of its width between them.
     #[test]
     fn a_lattice_has_a_closed_form() {
         let (spacing, radius, opacity, count) = (0.25, 0.03125, 0.75, 64);
@@ -167,7 +167,7 @@ mod tests {
             let exact: Vec<f32> = areas.points[0].positions.iter().map(|p| closed(p) as f32).collect();
             let error = footprint_error(&exact, texels, means).expect("points");
             assert!(error.rms <= 2.0 * error.noise && error.bias.abs() < 0.002, "{error:?}");
-            // The truth of points is another, but where squares are far narrower than ribbons.
+            // The truth at points differs from the means, except where squares are far narrower than ribbons.
             let of_points: Vec<f32> = areas.points[0].visibility.iter().map(|v| *v as f32).collect();
             let points = footprint_error(&of_points, texels, means).expect("points");
             let spread = |of: &[f32]| of.iter().map(|v| f64::from(*v)).sum::<f64>() / of.len() as f64;

@@ -1,4 +1,4 @@
-//! The state of a scene in each frame, and how it is drawn where the device simulates it.
+//! The state of a scene in each frame, and how simulated particles are drawn.
 
 use crate::Result;
 use crate::consume::{Colours, Kernels, Lighting, Points, Renderer, Shading};
@@ -13,7 +13,8 @@ use crate::world::World;
 pub struct Frames<'a> {
     /// Its state in each frame; one for a still scene. A simulated scene needs only one if no truth is wanted.
     pub states: &'a [Scene],
-    /// The times of a scene that moves: where the device can simulate it, it goes through them and not through the states.
+    /// The times of a scene that moves. Where the device can simulate the scene, it goes through these times, and not
+    /// through the states.
     pub times_s: &'a [f64],
     /// A bounce of light, with which pictures under virtual lights are also compared.
     pub bounce: Option<Traced<'a>>,
@@ -22,7 +23,7 @@ pub struct Frames<'a> {
 /// One bounce of light, path traced.
 #[derive(Clone, Copy)]
 pub struct Traced<'a> {
-    /// The scene in the last frame, under the lights that virtual ones stand for.
+    /// The scene in the last frame, under the lights that virtual lights represent.
     pub scene: &'a Scene,
     /// Directions per pixel, on each side of the surface that it sees.
     pub samples: u32,
@@ -35,7 +36,7 @@ impl<'a> From<&'a [Scene]> for Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// How many.
+    /// How many frames there are.
     pub(super) fn count(&self) -> usize {
         self.states.len().max(self.times_s.len())
     }
@@ -67,7 +68,7 @@ impl Drawing {
         Ok(Self { renderer, kernels, points })
     }
 
-    /// Draws the world as it is now; the time of each pass.
+    /// Draws the present world; returns the time of each pass.
     pub(super) fn draw(&self) -> Result<Vec<PassTime>> {
         self.renderer.draw_points(&self.kernels, &self.points)
     }

@@ -1,4 +1,4 @@
-//! What the process takes of the host.
+//! The memory that this process takes on the host.
 
 /// Resident memory of this process; none where the system does not say.
 pub(crate) fn host_bytes() -> Option<u64> {
@@ -11,7 +11,7 @@ pub(crate) fn host_bytes() -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// The system says what a process holds, and more where it holds more.
+    /// The system reports what a process holds, and more once the process holds more.
     #[test]
     fn memory_is_seen() {
         let Some(before) = host_bytes() else { return println!("skipped: the system does not say") };

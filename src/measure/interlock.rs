@@ -1,9 +1,10 @@
-//! The gain of fragment shader interlock: the paths that build the same representation, on each device.
+//! The gain of fragment shader interlock: it is compared with the other paths that build the same representation, on
+//! each device.
 
 use super::beside::ratio;
 use super::{Beside, Line, Row, Status, Verdict};
 
-/// With interlock, and paths that do without: two passes, rasterization order, bins.
+/// The path with interlock, and paths that do without: two passes, rasterization order, bins.
 pub const PATHS: [&str; 4] = ["interlock", "two-pass", "raster-order", "binned"];
 
 /// One scene and spec on one device, built by every path.
@@ -11,13 +12,14 @@ pub const PATHS: [&str; 4] = ["interlock", "two-pass", "raster-order", "binned"]
 pub struct Built {
     /// The column.
     pub column: usize,
-    /// Places of the lines, as [`PATHS`].
+    /// Indices of the lines, in the order of [`PATHS`].
     pub lines: [Option<usize>; PATHS.len()],
 }
 
 impl Beside {
-    /// Every scene and spec that rows of two columns build by interlock, or are refused it; where there is none, those of one. In the
-    /// order of the lines, of each all columns that have two paths of it.
+    /// Every scene and spec of which two columns have a row with interlock, built or refused. Where there is none, one
+    /// column is enough. In the order of the lines; per scene and spec, all columns that have at least two of its
+    /// paths.
     pub fn built(&self) -> Vec<Vec<Built>> {
         let path = |line: &Line| self.any(line).variant.get("path").map_or("", String::as_str);
         let is_other = |a: &Line, b: &Line| {

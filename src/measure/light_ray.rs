@@ -17,8 +17,8 @@ pub type RayPoints = Vec<(f64, f64)>;
 pub struct RayLine {
     /// Its answers at [`LightRay::truth`]'s depths.
     pub points: RayPoints,
-    /// The nodes of its curve; none of a technique without nodes or whose maps see the light from another view than
-    /// [`LightRay::view`], and none behind a mesh, which ends the line there.
+    /// The nodes of its curve. None for a technique without nodes, or whose maps have another view of the light than
+    /// [`LightRay::view`]. None behind a mesh, which ends the line there.
     pub nodes: RayPoints,
 }
 
@@ -29,7 +29,8 @@ pub struct LightRay {
     pub view: View,
     /// Translucent casters that the ray meets.
     pub segments: u32,
-    /// Evenly over the range, and on both sides of wherever the truth bends or leaps or a technique has a node.
+    /// Points evenly over the range, and on both sides of each depth where the truth bends or leaps, or where a
+    /// technique has a node.
     pub truth: RayPoints,
     /// One for each technique.
     pub lines: Vec<RayLine>,
@@ -39,12 +40,12 @@ pub struct LightRay {
 const SAMPLES: u32 = 1024;
 
 impl LightRay {
-    /// Along the ray of `texel` in map `map` (of all lights' maps) as the first of `opened` has it. All of them stand as they
-    /// were built for the scene of `casters`.
+    /// The ray of `texel` in map `map`, counted over the maps of all lights, as the first of `opened` has them. All of
+    /// `opened` must be built for the scene of `casters`.
     ///
     /// # Errors
-    /// [`Error::Input`] where the first has no maps, or the texel is none of the map's, is never asked for or is covered by
-    /// nothing translucent; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where the first technique has no maps, or where the texel lies outside the map, is never asked
+    /// for, or has no translucent caster on its ray; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, casters: &Casters, opened: &[Opened], map: usize, texel: [u32; 2]) -> Result<Self> {
         opened.iter().try_for_each(|opened| answers_in_space(opened.technique.as_ref()))?;
         let (name, [x, y]) = (format!("texel {},{}", texel[0], texel[1]), texel);
@@ -72,7 +73,7 @@ impl LightRay {
             nodes.push(if stands_in_it { opened.technique.nodes(map, texel)? } else { Vec::new() });
         }
 
-        // A point that is asked about has three floats, so its depth is rounded to these, and no two points are closer than floats can tell
+        // Points are asked about as three floats, so depths are rounded. No two points are closer than floats can tell
         // apart.
         let [near, far] = [0.0, 1.0].map(|depth| ray.at(view.z(depth)));
         let apart =
@@ -107,7 +108,8 @@ impl LightRay {
         format!("{scene}, texel {x},{y}: {} segments", self.segments)
     }
 
-    /// The depths about which something happens: a fifth of the range in front of the casters and behind them is enough.
+    /// The depths that are worth a plot: those at which something changes, and a fifth of their range in front and
+    /// behind.
     pub fn range(&self) -> std::ops::Range<f64> {
         let covered = self.truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
         let last = self.truth.last().map_or(1.0, |p| p.1);

@@ -9,8 +9,8 @@ pub fn frame_ns(passes: &[PassTime]) -> Option<f64> {
     Some(passes.last()?.end_ns - passes.first()?.start_ns)
 }
 
-/// One timing per pass name, in the order of the frame with most passes: the time of all passes with that name in a frame, since a build
-/// may run one pass for each map. A frame to which nothing had moved has fewer.
+/// One timing per pass name, in the order of the frame with most passes: the time of all passes with that name in a
+/// frame, since a build may run one pass for each map. A frame in which nothing has moved has fewer passes.
 pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     let longest = frames.iter().rev().max_by_key(|passes| passes.len());
     let mut names: Vec<&str> = Vec::new();
@@ -58,7 +58,7 @@ mod tests {
         let timings = pass_timings(&[frame(1.0), frame(3.0), frame(5.0)]);
         let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
         assert_eq!(medians, [("a", 4.0), ("b", 5.0)]);
-        // Passes that only some frames have stand where those frames have them.
+        // Passes that only some frames have are listed where those frames have them.
         let timings = pass_timings(&[vec![pass("b", 0.0, 1.0)], frame(1.0), frame(3.0)]);
         let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
         assert_eq!(medians, [("a", 2.0), ("b", 3.0)]);

@@ -11,8 +11,8 @@ fn rmse(picture: &Picture, reference: &Picture) -> f64 {
     (square / a.len().max(1) as f64).sqrt()
 }
 
-/// How far a picture is from one bounce of light, and how far that is from its limit at any number of directions: RMSE, and as standard
-/// error half of the difference between its two halves.
+/// The RMSE of a picture against one bounce of light, and the standard error of that bounce, which is traced with a
+/// finite number of directions: half of the RMSE between its two halves.
 pub(super) fn bounce_error(picture: &Picture, bounce: &Bounce) -> [f64; 2] {
     [rmse(picture, &bounce.picture), 0.5 * rmse(&bounce.halves[0], &bounce.halves[1])]
 }
@@ -65,7 +65,7 @@ mod tests {
         assert!(opposite.flip_mean > 0.9, "{}", opposite.flip_mean);
     }
 
-    /// Off by as much in each frame is no flicker; off in every other is.
+    /// An error that is the same in each frame is no flicker; an error in every other frame is.
     #[test]
     fn flicker_is_what_the_truth_does_not_change() {
         let gray = |v: f32| Picture { width: 2, height: 2, pixels: vec![[v; 3]; 4] };

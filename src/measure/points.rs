@@ -4,13 +4,13 @@ use super::compare::LOOKUPS;
 use super::truth::Points;
 use crate::consume::Asked;
 
-/// So many lights have all the points that are wanted each. More lights share that total.
+/// So many lights get all points that are wanted each. More lights share that total.
 const FULLY_ASKED: usize = 8;
 
-/// Points per light at least, however many lights there are.
+/// The fewest points per light, however many lights there are.
 const LEAST_POINTS: usize = 32;
 
-/// How many points each of so many lights is asked about, where few lights have `points` each.
+/// Points per light, for `lights` lights, where few lights have `points` each.
 pub(super) fn of_each_light(points: usize, lights: usize) -> usize {
     if lights <= FULLY_ASKED { points } else { (points * FULLY_ASKED / lights).max(LEAST_POINTS.min(points)) }
 }
@@ -40,7 +40,7 @@ pub(super) fn at_once(all: &[Points]) -> Vec<Vec<Asked<'_>>> {
 mod tests {
     use super::*;
 
-    /// Points of three lights, of which one has two lists full: nothing is lost, and all stay in their order.
+    /// Points of three lights; one of them has enough for two full lists. No point is lost, and all keep their order.
     #[test]
     fn points_are_asked_at_most_a_million_at_a_time() {
         let position = |light: usize, i: usize| [light as f32, i as f32, 0.0];

@@ -13,14 +13,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const AT_ONCE: usize = 8;
 
 impl Case<'_> {
-    /// Makes the pipelines with which rows of these specs build, ask and draw, as far as they are made before the first build. One that
-    /// fails is made again where its row is measured, and says why there. To be called before anything is timed.
+    /// Makes the pipelines with which rows of these specs build, ask and draw, as far as they are made before the first
+    /// build. A pipeline that fails is made again where its row is measured, and that row says why. To be called before
+    /// anything is timed.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the world's scene is not known to the host.
     pub fn prepare(&self, specs: &[&Spec]) -> Result<()> {
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(AT_ONCE).min(specs.len());
-        // The n-th call fails in the row that makes it, in a test that asks for that.
+        // A test that lets the n-th call fail expects the failure in the row that makes the call.
         if threads < 2 || fault::is_asked() {
             return Ok(());
         }
@@ -32,7 +33,7 @@ impl Case<'_> {
                     let Ok(renderer) = Renderer::new(context, world, &camera) else { return };
                     while let Some(spec) = specs.get(next.fetch_add(1, Ordering::Relaxed)) {
                         let _ = make(context, world, &renderer, spec);
-                        // Pending work holds new buffers until then.
+                        // Until the next submission, pending work keeps new buffers alive.
                         let _ = context.submit(|_| {});
                     }
                 });

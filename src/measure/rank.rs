@@ -1,7 +1,8 @@
 //! Whether two figures put rows in the same order.
 
-/// Spearman's rank correlation of pairs, in [−1, 1]: Pearson's of their ranks, where equal values share the mean of theirs
-/// (Kendall and Gibbons, Rank Correlation Methods, chapter 3). None for fewer than three pairs, and where one figure is the same in all.
+/// Spearman's rank correlation of pairs, in [−1, 1]: Pearson's correlation of their ranks, where equal values share the
+/// mean of their ranks (Kendall and Gibbons, Rank Correlation Methods, chapter 3). None for fewer than three pairs, and
+/// where one figure is the same in all pairs.
 pub fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     if pairs.len() < 3 {
         return None;
@@ -14,7 +15,7 @@ pub fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     (squares > 0.0).then(|| product(&x, &y) / squares.sqrt())
 }
 
-/// From 1 for the smallest.
+/// The rank of each value, 1 for the smallest.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let rank = |value: &f64| {
         let (below, equal) = values.iter().fold((0.0, 0.0), |(below, equal), other| match other.total_cmp(value) {

@@ -12,10 +12,10 @@ pub(super) const WARM_UP: Duration = Duration::from_millis(200);
 const GPU_WARM_UP: Duration = Duration::from_millis(50);
 const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 
-/// A device whose clock is seen to be low warms up for longer, at most as long: it may have idled while a truth was made.
+/// The longest warm-up of a device whose clock is low: the device may have idled while a truth was made.
 pub(super) const SLOW_WARM_UP: Duration = Duration::from_secs(6);
 
-/// How often it is asked then.
+/// The time between two looks at the clock then.
 const ASK_AGAIN: Duration = Duration::from_millis(50);
 
 /// When to stop repeating a bake: it may take a minute, and is no part of a frame.
@@ -24,7 +24,7 @@ const BAKE_BUDGET: Duration = Duration::from_secs(2);
 /// When to stop repeating a build of each frame: maps of a thousand lights take minutes each on a software device.
 const FRAME_BUDGET: Duration = Duration::from_secs(60);
 
-/// The same where rows are only compared for a choice: a few repeats are enough to see a difference.
+/// When to stop repeating where rows are only compared for a choice: a few repeats are enough to see a difference.
 const CHOICE_BUDGET: Duration = Duration::from_secs(5);
 
 /// How many builds warm up, how many are timed, and for how long.
@@ -36,8 +36,9 @@ pub struct Repeats {
 }
 
 impl Repeats {
-    /// `warm_up` and `timed` builds for techniques that build each frame; for baked ones, one and as many as the budget allows.
-    /// Fewer for either where they take long. A software device has no clock to reach: without `warm_up` it does not warm up at all.
+    /// For techniques that build each frame, `warm_up` and `timed` builds. For baked ones, one build to warm up and as
+    /// many timed ones as the budget allows. Where builds take long, there are fewer. A software device has no clock
+    /// rate to reach: without `warm_up` it does not warm up at all.
     pub fn of(lifetime: Lifetime, software: bool, warm_up: usize, timed: usize) -> Self {
         if software && warm_up == 0 {
             let budget = if lifetime == Lifetime::Frame { FRAME_BUDGET } else { BAKE_BUDGET };
@@ -51,14 +52,14 @@ impl Repeats {
         }
     }
 
-    /// The same in a shorter time, for a row that is only to be chosen.
+    /// The same in a shorter time, for a row that is only compared for a choice.
     pub fn of_choice(self) -> Self {
         Self { budget: self.budget.min(CHOICE_BUDGET), ..self }
     }
 
-    /// Calls `build` with the number of the frame and whether it is timed, and returns what the timed builds came to, one at
-    /// least. Warms up for as long as the device `is_slow`, within limits. Where the budget is spent before the warm-up ends, its
-    /// last build is the only one.
+    /// Calls `build` with the number of the frame and whether the build is timed. Returns the results of the timed
+    /// builds, at least one. Warms up for as long as the device `is_slow`, within limits. Where the budget is spent
+    /// before the warm-up ends, the last build of the warm-up is the only result.
     ///
     /// # Errors
     /// Those of `build`.
@@ -94,7 +95,7 @@ impl Repeats {
 mod tests {
     use super::*;
 
-    /// How many of the builds are timed, and the frames of all of them, where each takes so long.
+    /// How many of the builds are timed, and the frames of all builds, where each build takes `takes`.
     fn run(repeats: &Repeats, takes: Duration) -> (usize, Vec<usize>) {
         let (mut frames, mut timed) = (Vec::new(), 0);
         let build = |frame, is_timed| {
@@ -108,7 +109,7 @@ mod tests {
         (count, frames)
     }
 
-    /// A clock that comes up at its third look is waited for, and one that never does is not waited for forever.
+    /// A clock that rises at its third look is waited for, and one that never rises is not waited for forever.
     #[test]
     fn a_slow_device_warms_up_for_longer() {
         let repeats = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Frame, false, 1, 2) };
@@ -165,7 +166,7 @@ mod tests {
         assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
     }
 
-    /// A sleep takes as long as it should or longer, so that these are the most that there can be.
+    /// A sleep takes at least as long as it should, so these are the largest possible numbers.
     #[test]
     fn a_bake_is_repeated_until_the_budget_is_spent() {
         let baked = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Baked, true, 5, 30) };

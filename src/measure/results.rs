@@ -1,6 +1,7 @@
-//! The schema of `results.json`, version 3: errors are over all points, with the part within a technique's own resolution beside
-//! them; before, they were over the rest alone. What a row does not have is absent, never zero. Fields may be added to a version,
-//! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
+//! The schema of `results.json`, version 3. Errors are over all points, and those within a technique's own resolution
+//! are also given separately; in earlier versions, errors were over the other points alone. A value that a row does not
+//! have is absent, never zero. Fields may be added to a version, and are missing in older files; [`Results::read`]
+//! takes files of versions 1 and 2 too.
 
 use crate::gpu::{Executable, Features, PassCounts};
 use crate::measure::{CasterError, ColorError, FootprintError, PointError, Shard, Steadiness, Timing};
@@ -28,10 +29,11 @@ pub struct Results {
     pub changed: Option<bool>,
     /// The command that made it.
     pub command: String,
-    /// Conditions of the figures beside specs and device: option → value, `scene NAME` → the scene's fingerprint. New in version 2.
+    /// Conditions that the figures depend on, besides specs and device: option → value, `scene NAME` → the scene's
+    /// fingerprint. New in version 2.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub conditions: BTreeMap<String, String>,
-    /// Which part of the run's rows this is. Absent where it is all. New in version 3.
+    /// Which part of the run's rows the file holds. Absent where it holds all. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
     /// The device and driver that it ran on.
@@ -102,16 +104,16 @@ pub struct Row {
     pub path: String,
     /// How it ended.
     pub status: Status,
-    /// Why this path, why refused, or what failed.
+    /// Why this path ran, why the row was refused, or what failed.
     pub reason: String,
     /// Casters of the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unseen: Vec<String>,
-    /// The first build since the technique was opened, device time: commands that were recorded again, since a buffer had too little room,
-    /// count. New in version 3.
+    /// Device time of the first build since the technique was opened, with commands that were recorded again because a
+    /// buffer had too little room. New in version 3.
     #[serde(default)]
     pub first_ns: Option<f64>,
-    /// The same, host time. New in version 3.
+    /// Host time of that first build. New in version 3.
     #[serde(default)]
     pub first_host_ns: Option<f64>,
     /// How far the times of the builds may be trusted. New in version 3.
@@ -120,19 +122,20 @@ pub struct Row {
     /// One build of the representation, host time: recording, submitting, waiting and settling. New in version 2.
     #[serde(default)]
     pub host_ns: Option<Timing>,
-    /// One build of the representation, device time: a warm one, for which everything has room.
+    /// Device time of one build of the representation, once it is warm and everything has room.
     pub build_ns: Option<Timing>,
-    /// A million look-ups at random points, device time.
+    /// Device time of a million look-ups at random points.
     pub lookup_ns_per_million: Option<Timing>,
-    /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1 and 2
-    /// without the meshes where `shading=forward`. On slow devices of one sample, which is not warmed up.
+    /// Device time of drawing and lighting the picture once: meshes and casters, however they are shaded. In files of
+    /// schemas 1 and 2, with `shading=forward`, the time of the meshes is not in it. Slow devices have one sample,
+    /// which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// A build and `draw_ns`: the time of a frame whose light has moved; for baked techniques in a still world, `draw_ns` alone (before,
-    /// the bake too). New in version 2.
+    /// A build and `draw_ns` together: the time of a frame whose light has moved. For baked techniques in a still world
+    /// `draw_ns` alone; in files of earlier programs it includes the bake. New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
-    /// The passes of a build, in order; and, though no part of it, before them `world.move` where the world moves, or
-    /// `simulate.step`, all steps of a frame together, where the device simulates it.
+    /// The passes of a build, in order. Before them, though no part of the build, is `world.move` where the world
+    /// moves, or `simulate.step`, all steps of a frame together, where the device simulates it.
     pub passes: Vec<PassTiming>,
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -151,23 +154,25 @@ pub struct Row {
     pub counters: BTreeMap<String, u64>,
     /// Against the f64 reference.
     pub error: Option<RowError>,
-    /// The lowest mean absolute map error of any curve of as many nodes with its vertices on the true curve.
+    /// The lowest mean absolute map error that a curve with as many nodes can have, if its vertices lie on the true
+    /// curve.
     pub limit_mean_abs: Option<f64>,
-    /// Standard error of the map error's mean absolute, since only a sample of the covered texels was asked. Absent where all were. New in
-    /// version 2.
+    /// Standard error of the map error's mean absolute error, where only a sample of the covered texels was asked.
+    /// Absent where all were. New in version 2.
     #[serde(default)]
     pub standard_error: Option<f64>,
     /// Over the frames of a moving world, the root mean square of (change of the answer − change of the truth) at fixed points.
     /// Absent where nothing moves. New in version 2.
     #[serde(default)]
     pub flicker_rms: Option<f64>,
-    /// Pictures of consecutive frames, with the camera going round. Absent where it stands still. New in version 2.
+    /// Errors of pictures of consecutive frames, with a camera that goes around. Absent where the camera is still. New
+    /// in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
     /// Errors against means over areas, for each size of area. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
-    /// Errors of each color, where smoke takes some more than others. Absent elsewhere. New in version 3.
+    /// Errors of each color, where smoke absorbs some colors more than others. Absent elsewhere. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub colors: Vec<ColorError>,
     /// The picture's file name in the output folder.
@@ -211,8 +216,8 @@ pub struct RowError {
     /// At points on surfaces that the camera sees and on all meshes. Absent without meshes. New in version 2.
     #[serde(default)]
     pub surface: Option<PointError>,
-    /// Errors at surface points in the shadow of meshes, by how far these are. Absent without such points. New in
-    /// version 2.
+    /// Errors at surface points in the shadow of meshes, by the distance of the meshes. Absent without such points. New
+    /// in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub casters: Option<CasterError>,
     /// Errors of the shaded picture. Absent where its truth would have taken longer than all else.
@@ -220,12 +225,12 @@ pub struct RowError {
     pub image: Option<ImageError>,
 }
 
-/// Errors of pictures of frames one after the other.
+/// Errors of pictures of consecutive frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FramesError {
     /// Root mean square over frames, pixels and channels, display-referred [0, 1].
     pub rmse: f64,
-    /// The same of (change of the picture − change of the truth's) from frame to frame.
+    /// Root mean square of (change of the picture − change of the true picture) from frame to frame.
     pub flicker_rms: f64,
 }
 
@@ -236,7 +241,8 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean of the FLIP map.
     pub flip_mean: f64,
-    /// Under virtual lights, RMSE against one bounce of the lights that they stand for. Absent unless asked for. New in version 2.
+    /// Under virtual lights, RMSE against one bounce of the lights that they represent. Absent unless asked for. New in
+    /// version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounce_rmse: Option<f64>,
     /// The standard error of that reference, in the same units. New in version 2.
@@ -253,7 +259,7 @@ pub fn built_from() -> (Option<String>, Option<bool>) {
 }
 
 impl Results {
-    /// What made it: `0.1.0, commit 1a2b3c4d5, changed`, as far as it says.
+    /// The program that made the results: `0.1.0, commit 1a2b3c4d5, changed`, as far as the file says.
     pub fn edition(&self) -> String {
         let commit = self.commit.as_ref().map(|commit| format!(", commit {}", commit.get(..9).unwrap_or(commit)));
         let changed = if self.changed == Some(true) { ", changed" } else { "" };
@@ -263,9 +269,9 @@ impl Results {
     /// Reads a `results.json` of this version or an older one, as one of this version.
     ///
     /// # Errors
-    /// [`Error::Input`] names the file where it is missing, cut off, no results at all, or of a newer version.
+    /// [`Error::Input`] names the file where it is missing, cut off, not a file of results, or of a newer version.
     pub fn read(path: &Path) -> Result<Self> {
-        /// All that is read before it is known whether the rest can be.
+        /// The part that is read first, to know whether the rest can be read.
         #[derive(Deserialize)]
         struct Version {
             schema: u32,
@@ -292,7 +298,8 @@ impl Results {
             for row in &mut results.rows {
                 let Some(error) = &mut row.error else { continue };
                 let sampled = error.map.and_then(|map| map.within).is_some_and(|within| within.points > 0);
-                // The first is over a part of the points, and so are the second's classes, which do not say of how many more.
+                // In files of versions 1 and 2 the standard error is over a part of the points. So are the classes of
+                // `casters`, which do not say how many points are left out.
                 row.standard_error = row.standard_error.filter(|_| !sampled);
                 error.casters = None;
                 let kinds = [&mut error.map, &mut error.space, &mut error.surface];
@@ -311,12 +318,13 @@ impl PassTiming {
     }
 }
 
-/// A default that had a word, and is `auto` now: technique, key, word. They are the same but with `detail=adaptive`.
+/// A default that older files write as a word, and that is `auto` now: technique, key, word. Both mean the same, except
+/// with `detail=adaptive`.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Row {
-    /// The value of a key of its variant. Where it is the default, it is in this version's word, whatever it was in that of the program
-    /// that wrote the row.
+    /// The value of a key of its variant. A default that an older program wrote as another word is given as the present
+    /// word.
     pub fn value(&self, key: &str) -> Option<&str> {
         let value = self.variant.get(key)?;
         let was = (self.technique.as_str(), key, value.as_str()) == WAS;
@@ -324,8 +332,8 @@ impl Row {
         Some(if was && is_even { AUTO } else { value })
     }
 
-    /// Device time of those passes of a build that techniques share: that move the world, fit views, order casters and draw
-    /// opaque maps. Absent where no pass was timed.
+    /// Device time of the passes of a build that techniques share: passes that move the world, fit views, order casters
+    /// and draw opaque maps. Absent where no pass was timed.
     pub fn shared_ns(&self) -> Option<f64> {
         (!self.passes.is_empty())
             .then(|| self.passes.iter().filter(|pass| pass.is_shared()).map(|pass| pass.median_ns).sum())

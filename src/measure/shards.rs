@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::hash::Hasher;
 
-/// Which rows of a run's list are measured: every `of`-th from the `number`-th on. Neighbours in the list, which are sizes and paths of
-/// one technique, take about as long, and so do the shards.
+/// The rows of a run's list that one process measures: every `of`-th from the `number`-th on. Neighbours in the list
+/// are sizes and paths of one technique and take about as long, and so do the shards.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
     /// From 1.
@@ -22,7 +22,7 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// One of a list of scenes and specs.
+    /// Shard `number` of `of` shards of a list of scenes and specs.
     pub fn of_list(number: usize, of: usize, list: &[(&str, String)]) -> Self {
         let mut hasher = FnvHasher::default();
         for (scene, spec) in list {
@@ -31,21 +31,23 @@ impl Shard {
         Self { number, of, rows: list.len(), list: format!("{:016x}", hasher.finish()) }
     }
 
-    /// Whether the row of that place in the list, from 0, is one of it.
+    /// Whether the shard has the row at index `place` of the list, counted from 0.
     pub fn has(&self, place: usize) -> bool {
         place % self.of + 1 == self.number
     }
 
-    /// How many rows it has once all are measured.
+    /// How many rows the shard has once all are measured.
     pub fn share(&self) -> usize {
         (0..self.rows).filter(|place| self.has(*place)).count()
     }
 }
 
-/// The results that one run would have: the rows of all shards in the order of the list. Each is named as a user knows it.
+/// The results that one run would have: the rows of all shards in the order of the list. Each shard comes with the name
+/// that the user gave it.
 ///
 /// # Errors
-/// [`Error::Input`] names a shard that is none, of another run, there twice, not there or not whole.
+/// [`Error::Input`] that names a file which holds no shard, a shard of another run, one that is given twice, one that
+/// is missing or one that is not complete.
 pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     const SAME: &str = "give all shards of one run, each once";
     let input = |name: &str, cause: String, way_out: &str| Error::input(name.to_owned(), cause, way_out);
@@ -83,7 +85,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     }
     let mut turns: Vec<_> = rows.into_values().map(|(_, rows)| rows).collect();
     loop {
-        // The first shards have a row more than the last where it does not come out even.
+        // The first shards have one row more than the last where the rows do not divide evenly.
         let before = joined.rows.len();
         joined.rows.extend(turns.iter_mut().filter_map(Iterator::next).cloned());
         if joined.rows.len() == before {
@@ -145,7 +147,7 @@ mod tests {
         (1..=of).map(one).collect()
     }
 
-    /// However many rows and shards there are, and whatever order they are named in.
+    /// The order is right for any number of rows and shards, and for any order of the shards.
     #[test]
     fn all_rows_come_in_their_order() {
         for rows in 0..9 {
@@ -162,7 +164,7 @@ mod tests {
 
     #[test]
     fn what_is_no_whole_run_is_refused() {
-        /// Changes shards into those of no whole run.
+        /// Changes shards so that they are no complete run.
         type Change = fn(&mut Vec<(String, Results)>);
         let cases: [(&str, Change); 9] = [
             ("no shard is given", |all| all.clear()),
@@ -185,7 +187,7 @@ mod tests {
         }
     }
 
-    /// A device's copy rate is measured in each.
+    /// Each shard measures the device's copy rate, which may differ.
     #[test]
     fn what_is_measured_may_differ() {
         let mut all = shards(6, 3);

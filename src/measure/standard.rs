@@ -27,26 +27,27 @@ pub const EFFORT: Effort = Effort {
     truth: Extent::Sample,
 };
 
-/// The mean error of a row on two devices differs by less than this share of it,
+/// The mean errors of a row on two devices differ by less than this share of the error, or by less than `ROUNDING`.
 const SHARE: f64 = 0.02;
 
-/// or than this: devices round, and cover the edges of triangles, each in its own way.
+/// The mean errors of a row on two devices differ by less than this, or by less than `SHARE` of the error. Devices
+/// round, and cover the edges of triangles, each in its own way.
 const ROUNDING: f64 = 2e-5;
 
-/// The scenes.
+/// The scenes of the standard run.
 ///
 /// # Errors
-/// None but those of a scene that is not built in.
+/// Those of loading a scene that is not built in; all of these are built in.
 pub fn scenes() -> Result<Vec<Scene>> {
     SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
 }
 
-/// The specs of a scene, as small as on a software device. Under smoke: the specs of `compare`, or for techniques without one those of
-/// `stress`. Under hair: one of these per technique. Under meshes: those of `stress`, and for techniques that see meshes alone the usual
-/// one. So a technique that is new in the registry has rows here.
+/// The specs for a scene, in the small sizes of a software device. For smoke: the specs of `compare`, or those of
+/// `stress` for techniques that `compare` lacks. For hair: one of these per technique. For meshes: those of `stress`,
+/// and the usual spec of techniques that see meshes alone. So a new technique in the registry gets rows here.
 ///
 /// # Errors
-/// [`crate::Error::Input`] where an entry names what is no setting.
+/// [`crate::Error::Input`] where an entry of the registry names an unknown setting.
 pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     let of_meshes = runs(|runs| runs.stress_meshes, true)?;
@@ -58,7 +59,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
             let specs: Vec<Spec> = list.iter().filter(|spec| spec.entry.name == entry.name).cloned().collect();
             (!specs.is_empty()).then_some(specs)
         };
-        // Techniques that also see smoke have the same opaque maps, and one stands for them.
+        // Techniques that also see smoke share the opaque maps, and one of them is enough.
         let is_usual = if only_meshes { !entry.casts.particles && !entry.casts.strands } else { entry.casts.particles };
         let sees = entry.casts == Casts::NONE || entry.casts.are_in(scene.kinds());
         let mut specs = match lists.iter().find_map(of_list) {
@@ -74,7 +75,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
     Ok(all)
 }
 
-/// Conditions of the figures beside specs and device.
+/// Conditions that the figures depend on, besides specs and device.
 pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     let [width, height] = EFFORT.picture;
     let mut all: BTreeMap<String, String> = [
@@ -96,12 +97,12 @@ pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
 pub struct Again {
     /// Rows with the same errors, to rounding.
     pub agree: usize,
-    /// A line for each of the others: the difference, or that it is no row any more.
+    /// A line per row whose errors differ: the difference, or that the row no longer exists.
     pub against: Vec<String>,
 }
 
-/// Measures the errors of submissions again, on this device. What either device refuses neither agrees nor differs. `few` says how many rows of
-/// a scene at most, and of which scenes.
+/// Measures the errors of submissions again, on this device. A row that either device refuses neither agrees nor
+/// differs. `few` is the most rows per scene, and the scenes.
 ///
 /// # Errors
 /// Those of [`with_case`].
@@ -110,12 +111,12 @@ pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str]
     for scene in scenes()?.iter().filter(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str()))) {
         let effort = Effort { frames: 1, warm_up: 0, lookups: 0, ..EFFORT };
         with_case(context, std::slice::from_ref(scene), effort, |case| {
-            // Files have rows in common.
+            // Submissions have rows in common, each of which is measured once.
             let mut known: BTreeMap<String, Row> = BTreeMap::new();
             for (submission, found) in all.iter().zip(&mut found) {
                 let rows =
                     submission.results.rows.iter().filter(|row| row.scene == scene.name && row.status == Status::Ok);
-                // Few are of different techniques, and the same ones of files that have as many.
+                // With `few`, each row is of another technique. Submissions with the same techniques get the same rows.
                 let mut named = BTreeSet::new();
                 let rows: Vec<&Row> = rows.filter(|row| few.is_none() || named.insert(&row.technique)).collect();
                 let step = few.map_or(1, |(most, _)| rows.len().div_ceil(most).max(1));
@@ -139,7 +140,7 @@ pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str]
     Ok(found)
 }
 
-/// The spec of a row. What the technique found by itself is no key of it.
+/// The spec of a row. Values that the technique found by itself are no keys, and are left out.
 fn spec_of(row: &Row) -> Result<Spec> {
     let usual = parse(&row.technique)?;
     let is_key = |name: &str| usual[0].keys().any(|key| key.name == name);
@@ -155,7 +156,8 @@ fn spec_of(row: &Row) -> Result<Spec> {
 /// A kind of points by its name, and a row's errors at them.
 type Kind = (&'static str, fn(&Row) -> Option<PointError>);
 
-/// How a row's errors differ from those of now, if they do; nothing where the device refuses it.
+/// How a row's errors differ from those measured now: `Some(None)` where they agree, `None` where the device refuses
+/// the row.
 fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
     match now.status {
         Status::Refused => return None,
@@ -181,7 +183,7 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
 mod tests {
     use super::*;
 
-    /// No technique is left out, none is asked where it casts nothing, and no row is there twice.
+    /// No technique is left out, none is measured where it casts nothing, and no row is there twice.
     #[test]
     fn every_technique_has_rows() {
         let mut named = BTreeSet::new();

@@ -8,19 +8,19 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// 95th over 5th percentile above which a median says little.
+/// Where the 95th percentile over the 5th is above this, a median says little.
 const STEADY_SPREAD: f64 = 1.3;
 
 /// The part of its highest clock below which a device is slow.
 const STEADY_CLOCK: f64 = 0.9;
 
-/// The part of the processors that others may use before it is seen in times.
+/// The part of the processors that other processes may use before times show it.
 const QUIET: f64 = 0.25;
 
 /// Observations while builds were timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Steadiness {
-    /// 95th over 5th percentile of a build's device time, of its host time where there is no other.
+    /// 95th over 5th percentile of a build's device time, or of its host time where there is no device time.
     pub spread: Option<f64>,
     /// The lowest and the highest clock of the device that were seen, MHz. Absent where nothing tells it.
     pub clock_mhz: Option<[f64; 2]>,
@@ -28,7 +28,7 @@ pub struct Steadiness {
     pub highest_mhz: Option<f64>,
     /// The part of the processors that other processes used meanwhile, in [0, 1]. Absent where nothing tells it.
     pub busy: Option<f64>,
-    /// Whether the row was measured a second time, since the first was not steady: the steadier of the two stands.
+    /// Whether the row was measured a second time because the first was not steady; the steadier of the two is kept.
     pub measured_again: bool,
 }
 
@@ -51,7 +51,7 @@ impl Steadiness {
         .collect()
     }
 
-    /// Whether it is the steadier of two.
+    /// Whether this run is steadier than `other`.
     pub(super) fn is_steadier_than(&self, other: &Self) -> bool {
         let badness = |s: &Self| (s.warnings().len(), s.spread.unwrap_or(f64::INFINITY));
         badness(self) < badness(other)
@@ -78,7 +78,7 @@ impl<'a> Watch<'a> {
     }
 
     pub(super) fn end(self, timing: Option<Timing>) -> Steadiness {
-        // The counters count hundredths of a second, and say nothing about less time.
+        // The counters count hundredths of a second, and are useless for shorter times.
         let counted = self.others.filter(|_| self.began.elapsed().as_secs_f64() > 0.25);
         let busy = counted.and_then(|before| Jiffies::now()?.others_since(before));
         let highest_mhz = self.meter.highest_mhz;
@@ -87,11 +87,11 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Asks a driver for the clock of a device; of software devices, and where no library tells it, there is none.
+/// Asks a driver for the clock of a device. There is no clock for software devices, and where no library reports it.
 pub(super) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
-    /// The clock once stayed low in spite of work: from then on nothing waits for it.
+    /// Whether the clock once stayed low in spite of work. From then on nothing waits for it.
     stays_low: AtomicBool,
 }
 
@@ -118,7 +118,7 @@ impl ClockMeter {
         now.zip(self.highest_mhz).is_some_and(|(now, highest)| now < STEADY_CLOCK * highest)
     }
 
-    /// The clock did not come up.
+    /// Notes that the clock did not come up.
     pub(super) fn give_up(&self) {
         self.stays_low.store(true, Ordering::Relaxed);
     }
@@ -129,8 +129,8 @@ impl ClockMeter {
     }
 }
 
-/// Processor time since the machine started, hundredths of a second (proc(5)): for all processes, spent or not, and for
-/// this one.
+/// Processor time since the machine started, hundredths of a second (proc(5)): of all processors, the idle part of
+/// that, and of this process.
 #[derive(Clone, Copy)]
 struct Jiffies {
     all: f64,
@@ -154,7 +154,7 @@ impl Jiffies {
         Some(Self { all: times.iter().sum(), idle: times.get(3)? + times.get(4)?, own: own[0]? + own[1]? })
     }
 
-    /// The part of all processors' time that other processes had in between.
+    /// The share of all processors' time since `before` that other processes used.
     fn others_since(self, before: Self) -> Option<f64> {
         let all = self.all - before.all;
         let others = (all - (self.idle - before.idle) - (self.own - before.own)).max(0.0);
@@ -183,7 +183,8 @@ mod tests {
         assert_eq!(Steadiness::default().with_spread(Some(Timing { samples: 1, ..timing })).spread, None);
     }
 
-    /// Two processors for ten seconds: half of it idle, three seconds this process, the rest another.
+    /// Two processors for ten seconds: half of that time is idle, three seconds are this process, and the rest is
+    /// another process.
     #[test]
     fn others_are_what_is_neither_idle_nor_own() {
         let of = |machine: &str, own: &str| {

@@ -14,7 +14,7 @@ pub const SUBMISSION: u32 = 1;
 /// The schema of the rows in the first submissions.
 const FIRST_SCHEMA: u32 = 3;
 
-/// The file.
+/// The content of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Submission {
     /// [`SUBMISSION`].
@@ -27,9 +27,9 @@ pub struct Submission {
     pub seconds: f64,
     /// Layers and tools that were active.
     pub layers: Vec<Tool>,
-    /// Layers that the environment names, which need not tell of themselves.
+    /// Layers that the environment names, which do not have to report themselves.
     pub environment: Vec<String>,
-    /// Whether the validation layer looked on; then times are no measure.
+    /// Whether the validation layer was active; then times mean nothing.
     pub validation: bool,
     /// Its messages, and its failures.
     pub failed: Vec<String>,
@@ -42,9 +42,11 @@ pub struct Submission {
     pub results: Results,
 }
 
-/// A hash of all errors of a row at points, by their bits. An answer that differs by one rounding moves a sum over thousands of answers by far
-/// more than a sum in f64 rounds. So this tells answers apart as well as a hash of the answers would, and it can be computed again from the
-/// file alone. A hash of rounded answers could not be compared between devices either: some answer always lies where rounding turns.
+/// A hash of all errors of a row at points, by their bits. An answer that differs by one rounding moves a sum over
+/// thousands of answers by far more than a sum in f64 rounds. So this tells answers apart as well as a hash of the
+/// answers would, and it can be computed again from the file alone. A hash of rounded answers could not be compared
+/// between devices either: some answer is always so close to halfway between two rounded values that devices round it
+/// differently.
 pub fn answers_hash(row: &Row) -> String {
     let Some(error) = &row.error else { return String::new() };
     let mut hasher = FnvHasher::default();
@@ -69,7 +71,7 @@ pub fn noise(rows: &[Row]) -> Option<f64> {
 }
 
 impl Submission {
-    /// Reads one.
+    /// Reads a submission.
     ///
     /// # Errors
     /// [`Error::Input`] names the file where it is missing, no submission, or of a newer version.
@@ -81,7 +83,8 @@ impl Submission {
         let json = std::fs::read(path).map_err(|cause| input(cause.to_string()))?;
         let read: Self =
             serde_json::from_slice(&json).map_err(|cause| input(format!("no whole submission: {cause}")))?;
-        // Rows of all schemas since the first submission are read as they are: fields that are new in one are absent in those before.
+        // Rows of all schemas since the first submission are read as they are: fields that are new in a schema are
+        // absent in older files.
         let (first, last) = (FIRST_SCHEMA, super::SCHEMA);
         if read.submission != SUBMISSION || !(first..=last).contains(&read.results.schema) {
             let cause = format!("format {} with rows of schema {}", read.submission, read.results.schema);
@@ -90,7 +93,7 @@ impl Submission {
         Ok(read)
     }
 
-    /// Why it does not count, as far as the file itself says; nothing where it does.
+    /// Why it does not count, as far as the file itself says; nothing where it counts.
     ///
     /// # Errors
     /// Those of [`standard::scenes`].

@@ -25,16 +25,16 @@ const AGAIN_BUDGET: Duration = Duration::from_secs(5);
 /// When to stop timing pictures, after one at least.
 const DRAW_BUDGET: Duration = Duration::from_secs(1);
 
-/// Builds one after the other.
+/// Consecutive builds of a row.
 #[derive(Default)]
 pub(super) struct Timed {
     /// How far their times may be trusted.
     pub(super) steadiness: Steadiness,
-    /// Each of them, and both clocks by the end.
+    /// Each build, and both clocks after the last one.
     pub(super) built: TimedBuilds,
-    /// The passes that moved the world before it, where it moves.
+    /// Per build, the passes before it that moved the world, where the world moves.
     pub(super) moves: Vec<Vec<PassTime>>,
-    /// Those that drew it behind, where it is simulated.
+    /// Per build, the passes behind it that drew the world, where the world is simulated.
     pub(super) draws: Vec<Vec<PassTime>>,
 }
 
@@ -47,11 +47,11 @@ pub struct TimedBuilds {
     pub clock: Option<Calibration>,
     /// The look-ups that were timed, behind the builds, in their order.
     pub lookups: Vec<LookupTimes>,
-    /// The clock again, read behind the last of these.
+    /// The clocks again, read after the last look-up.
     pub lookups_clock: Option<Calibration>,
-    /// The pictures that were timed, behind those, in their order.
+    /// The pictures that were timed after the look-ups, in their order.
     pub draws: Vec<Ran>,
-    /// The clock again, read behind the last picture.
+    /// The clocks again, read after the last picture.
     pub draws_clock: Option<Calibration>,
 }
 
@@ -60,8 +60,8 @@ pub struct TimedBuilds {
 pub struct BuildTimes {
     /// With each pass timed.
     pub each: Ran,
-    /// The same build once more, with all passes timed as one, without the cost of timestamps between. None where the world moves, of a
-    /// bake, and on a software device.
+    /// The same build once more, with all passes timed as one, so without the cost of timestamps between passes. None
+    /// where the world moves, for a bake, and on a software device.
     pub whole: Option<Ran>,
 }
 
@@ -91,7 +91,7 @@ impl Ran {
         build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
     }
 
-    /// Passes that do not belong to a build.
+    /// Runs passes that do not belong to a build.
     fn passes(run: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Self> {
         let began = Instant::now();
         run().map(|passes| Self { began, host_ns: began.elapsed().as_nanos() as f64, passes })
@@ -99,14 +99,14 @@ impl Ran {
 }
 
 impl LookupTimes {
-    /// Nanoseconds a million points; none where the device has no timestamps.
+    /// Nanoseconds per million points; none where the device has no timestamps.
     pub fn ns_per_million(&self) -> Option<f64> {
         frame_ns(&self.ran.passes).map(|ns| ns * 1e6 / self.points.max(1) as f64)
     }
 }
 
 impl BuildTimes {
-    /// The frames that the row's times are taken from.
+    /// The run that the row's times are taken from.
     pub fn counted(&self) -> &Ran {
         self.whole.as_ref().unwrap_or(&self.each)
     }
@@ -125,7 +125,7 @@ impl Timed {
 }
 
 impl Case<'_> {
-    /// Times builds; where the times are not steady, once more, and the steadier of the two stand.
+    /// Times builds. Where the times are not steady, times them once more and keeps the steadier of the two.
     pub(super) fn time_builds(
         &mut self,
         technique: &mut Opened,
@@ -144,8 +144,8 @@ impl Case<'_> {
         Ok(best)
     }
 
-    /// The device's time of each build. A build without passes took none: in a world in which nothing moved that the technique depends on,
-    /// or of a technique that builds nothing. A technique that was baked before is not built.
+    /// The device's time of each build. A build without passes took no time: nothing that the technique depends on had
+    /// moved, or the technique builds nothing. A technique that was baked before is not built.
     pub(super) fn device_ns(&self, timed: &Timed, lifetime: Lifetime) -> Vec<f64> {
         let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
         let has_times = is_built && self.context.features().timestamp_valid_bits > 0;
@@ -158,8 +158,8 @@ impl Case<'_> {
         let camera = self.camera(self.effort.picture)?;
         let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
         let drawing = self.simulation.as_ref().map(drawing).transpose()?;
-        // A software device waits between passes either way, and a bake takes long. Where the world moves, a second build of the same
-        // frame would find views and orders made.
+        // A software device waits between passes either way, and a bake takes long. Where the world moves, a second
+        // build of the same frame would find views and orders already made.
         let moves = self.frames.count() > 1 || self.simulation.is_some();
         let software = self.context.features().is_software();
         let twice = !software && lifetime == Lifetime::Frame && !moves;
@@ -168,7 +168,7 @@ impl Case<'_> {
         let mut looked = 0;
         let repeats = Repeats::of(lifetime, software, self.effort.warm_up, count);
         let repeats = if self.effort.is_choice() { repeats.of_choice() } else { repeats };
-        // A device that has nothing to build, as where only the camera moves, is idle: its clock says nothing then.
+        // A device without work to build, as where only the camera moves, is idle: its clock then says nothing.
         let works = Cell::new(false);
         let slow = Cell::new(false);
         let is_slow = || {
@@ -177,7 +177,8 @@ impl Case<'_> {
         };
         let builds = repeats.run(is_slow, |frame, is_timed| {
             let moved = self.show(frame % self.frames.count())?;
-            // In a frame to which something moved, the passes that depend on it; in one like the last, all passes.
+            // Where frames differ, only the passes that depend on what has moved; where all frames are alike, all
+            // passes.
             let more = self.frames.count() > 1;
             let each = Ran::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
             let mut whole = None;
@@ -210,14 +211,14 @@ impl Case<'_> {
         Ok(timed)
     }
 
-    /// Look-ups at the same points, one pass after the other.
+    /// Times look-ups at the same points, one pass after the other.
     pub(super) fn time_lookups(&self, technique: &dyn Technique) -> Result<Vec<LookupTimes>> {
         let asked = self.asked.iter().enumerate().map(|(light, points)| Asked { light, points, normals: &[] });
         let asked: Vec<_> = asked.collect();
         let query = Query::of_lights(self.context, &asked)?;
         let kernel = query.kernel(&technique.answer())?;
         let ask = || query.query(&kernel).map(|time| time.into_iter().collect());
-        // Where nothing was built the device has idled until now.
+        // Where nothing was built, the device has idled until now.
         let start = Instant::now();
         query.query(&kernel)?;
         while start.elapsed() < SLOW_WARM_UP && self.clock.is_slow() {
@@ -226,7 +227,7 @@ impl Case<'_> {
         let mut samples = Vec::new();
         let start = Instant::now();
         for frame in 0..self.effort.frames {
-            // A list on a software device takes seconds a million.
+            // A list on a software device takes seconds per million look-ups.
             if frame > 0 && start.elapsed() > LOOKUP_BUDGET {
                 break;
             }
@@ -235,8 +236,9 @@ impl Case<'_> {
         Ok(samples)
     }
 
-    /// Each drawing of a picture. The first ones warm up, on a GPU until it reaches its clock rate; where the first takes the whole budget
-    /// it is the only one, or one of the few that a picture needs to settle.
+    /// The time of each drawing of a picture. The first drawings warm up, on a GPU until it reaches its clock rate.
+    /// Where the first one takes the whole budget, it is the only one, or one of the few that a picture needs until it
+    /// no longer changes.
     pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
         let software = self.context.features().is_software();
         let mut start = Instant::now();

@@ -11,7 +11,7 @@ pub struct Timing {
     pub p05: f64,
     /// 95th percentile.
     pub p95: f64,
-    /// How many.
+    /// How many samples.
     pub samples: usize,
 }
 

@@ -1,5 +1,5 @@
-//! The truth of a scene at one time, shared by all rows. Each part is computed once, when it is first needed: by the
-//! measuring itself, or by a thread of its own where that does not disturb times.
+//! The truth of a scene at one time, shared by all rows. Each part is computed once, when it is first needed: during
+//! the measuring, or by a thread of its own where that does not disturb times.
 
 use crate::reference::truth::{
     Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tries, points_outside, sample_maps,
@@ -17,7 +17,7 @@ pub enum Extent {
     None,
     /// At points in space and on surfaces, for a first look: no maps, no picture, no tests of a technique's resolution.
     Glance,
-    /// Enough for a choice: the same and a picture.
+    /// Enough for a choice: as `Glance`, with a picture.
     Choice,
     /// A fixed sample of covered texels.
     Sample,
@@ -37,7 +37,7 @@ impl Extent {
         }
     }
 
-    /// With maps and tests of techniques' resolutions.
+    /// Whether maps, and tests of techniques' resolutions, are included.
     pub(super) fn is_whole(self) -> bool {
         matches!(self, Self::Sample | Self::Full)
     }
@@ -53,7 +53,7 @@ const PICTURE_TRIES: f64 = 1e9;
 /// The smallest picture that says anything, pixels across.
 const LEAST_WIDTH: u32 = 80;
 
-/// Steps for the limits, at most, as [`limit_steps`] counts them.
+/// The most steps for the limits, as [`limit_steps`] counts them.
 const LIMIT_STEPS: f64 = 2e9;
 
 /// Node counts that the limit is computed for.
@@ -77,16 +77,17 @@ pub(crate) struct Points {
     pub light: usize,
     pub positions: Vec<[f32; 3]>,
     pub visibility: Vec<f64>,
-    /// The same of red, green and blue light; empty where all light is taken alike.
+    /// The truth for red, green and blue light; empty where casters absorb all colors alike.
     pub colors: Vec<[f64; 3]>,
-    /// Where they lie on meshes.
+    /// The points as surface points, where they lie on meshes.
     surface: Vec<SurfacePoint>,
-    /// Per point, the side that light is asked for on, unit length; empty for points in space.
+    /// Per point, the unit normal of the side on which light is asked for; empty for points in space.
     pub normals: Vec<[f32; 3]>,
     /// Per point, how far the nearest mesh on the way is from the light and from the point, as
-    /// [`Casters::caster_distances`]; empty where a row is only to be chosen.
+    /// [`Casters::caster_distances`]; empty where rows are only compared for a choice.
     pub casters: Vec<[f64; 2]>,
-    /// Whether each point is in the boundary, for each resolution that was asked about.
+    /// Whether each point is nearer to an opaque shadow's edge than the resolution, for each set of resolutions that
+    /// was asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
 
@@ -98,7 +99,7 @@ impl Points {
     }
 }
 
-/// In maps of the same views, and the limits over all.
+/// The truth in maps of the same views, and the limits over all of these maps.
 pub(crate) struct MapsTruth {
     /// Points of each map that covers something.
     pub maps: Vec<Points>,
@@ -116,7 +117,7 @@ pub(crate) struct LitPicture {
     pub picture: Picture,
 }
 
-/// Few values by their keys, each made once.
+/// A small cache: values by their keys, each made once.
 pub(crate) struct Cached<K, V>(Mutex<Vec<(K, Arc<V>)>>);
 
 impl<K: PartialEq, V> Cached<K, V> {
@@ -194,8 +195,8 @@ impl<'a> Truth<'a> {
     }
 
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
-        // Made before, and not by whichever of the threads comes first: making them is shared out among these too, and a thread
-        // that took a point meanwhile would wait for itself.
+        // The casters are made before the parallel loop, and not by whichever thread comes first. Making them is shared
+        // out among the same threads, and a thread that took a point meanwhile would wait for itself.
         let casters = self.casters();
         let visibility = |p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();
@@ -224,8 +225,8 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// The picture, as large as it was wanted, or smaller by halves where that would take long; none where the smallest would.
-    /// Where all of the truth is wanted it is never smaller.
+    /// The picture, in the size that is wanted, or halved as often as needed where that would take long. None where the
+    /// smallest size would take long. Where all of the truth is wanted, it has full size.
     pub fn picture(&self) -> Option<&LitPicture> {
         let made = self.picture.get_or_init(|| {
             let mut size = self.wanted.picture;
@@ -245,7 +246,7 @@ impl<'a> Truth<'a> {
         self.wanted.extent != Extent::Glance
     }
 
-    /// In maps of these views, which many variants share.
+    /// The truth in maps of these views, which many variants share.
     pub fn maps(&self, views: Vec<View>) -> Arc<MapsTruth> {
         self.maps.get(views, |views| {
             let most = if self.wanted.extent == Extent::Full { usize::MAX } else { SAMPLED_TEXELS };
@@ -253,7 +254,7 @@ impl<'a> Truth<'a> {
             let count = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum::<u64>();
             let (covered, segments) = (count(|t| t.texels.len() as u64), count(|t| t.segments));
             let steps = LIMIT_STEPS / crate::reference::truth::LIMIT_TEXELS as f64;
-            // A curve without vertices of its own, as splats and volumes make, has none to choose among.
+            // Splats and volumes give curves without vertices, so there are none to choose among.
             let bends = self.scene.gaussians.is_empty() && self.scene.volumes.is_empty();
             let affordable = bends && covered > 0 && limit_steps(segments / covered) <= steps;
             let limits = affordable.then(|| limit_mean_abs(self.casters(), views, &truths, &LIMIT_NODES));
@@ -263,8 +264,9 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Which of `points` lie in the boundary of opaque shadows, one resolution for each map of all lights: none of
-    /// them where there is no resolution, which is to say that the technique is exact. Empty where nothing opaque casts.
+    /// Which of `points` are nearer to an opaque shadow's edge than the technique resolves. `resolution` has one entry
+    /// per map of all lights. It has none where the technique is exact; then no point is. Empty where nothing opaque
+    /// casts.
     pub fn boundary(&self, points: &Points, resolution: &[Resolution]) -> Arc<Vec<bool>> {
         if !self.scene.has_triangles() {
             return Arc::default();

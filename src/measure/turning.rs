@@ -1,4 +1,4 @@
-//! Pictures of consecutive frames compared with those of the truth, where the camera goes round.
+//! Pictures of consecutive frames compared with the true pictures, while the camera goes around.
 
 use super::compare::Case;
 use super::{FramesError, picture_error, picture_flicker};
@@ -8,21 +8,21 @@ use crate::reference::truth::{Casters, picture};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::Opened;
 
-/// Pixels of a picture: few, for the truth draws each of them too.
+/// Pixels of a picture: few, since the truth draws each of them too.
 const PICTURE: [u32; 2] = [320, 180];
 
-/// Frames that are looked at, the first of all.
+/// The most frames that are compared, from the first on.
 const MOST_FRAMES: usize = 16;
 
-/// The truth of them.
+/// The true pictures of the compared frames.
 pub(super) fn references(states: &[Scene]) -> Vec<Picture> {
     let of = |scene: &Scene| picture(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, PICTURE));
     states.iter().take(MOST_FRAMES).map(of).collect()
 }
 
 impl Case<'_> {
-    /// Draws frame after frame, each once, and returns their errors against the truth, and changes that the truth does not have. The first
-    /// is not counted: it has no frame before it.
+    /// Draws each frame once, in order. Returns the errors against the truth, and the changes that the truth does not
+    /// have. The first frame is not counted, since it has no frame before it.
     pub(super) fn turn(
         &mut self,
         opened: &mut Opened,

@@ -2,32 +2,32 @@
 
 use crate::measure::{Row, Status};
 
-/// Errors below this are a quarter of a step of an 8-bit display: to be closer is worth no time.
+/// Errors below this are a quarter of a step of an 8-bit display: a smaller error is not worth more time.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-3;
 
 /// A kind of error by which rows are compared.
 #[derive(Clone, Copy)]
 pub(super) struct Measure {
-    /// In a sentence.
+    /// Its name in a sentence.
     pub(super) name: &'static str,
     pub(super) of: fn(&Row) -> Option<f64>,
-    /// The error that it is weighed against.
+    /// The time that the error is weighed against.
     pub(super) time: Time,
 }
 
 /// A kind of time by which rows are compared, nanoseconds.
 #[derive(Clone, Copy)]
 pub(super) struct Time {
-    /// Behind a number of milliseconds.
+    /// The words behind a number of milliseconds.
     pub(super) unit: &'static str,
     pub(super) of: fn(&Row) -> Option<f64>,
 }
 
 const FRAME: Time = Time { unit: "ms per frame", of: |row| row.frame_ns };
-/// Rows of a device without timestamps.
+/// The time for rows of a device without timestamps.
 const HOST: Time = Time { unit: "ms per build by the host's clock", of: |row| Some(row.host_ns?.median) };
 
-/// Errors over all points of a kind; what a user looks at first stands first.
+/// Errors over all points of a kind, in the order in which a user looks at them.
 const ERRORS: [Measure; 3] = [
     Measure { name: "surface error", of: |row| Some(row.error.as_ref()?.surface?.mean_abs), time: FRAME },
     Measure { name: "error in space", of: |row| Some(row.error.as_ref()?.space?.mean_abs), time: FRAME },
@@ -38,7 +38,7 @@ pub(super) const FLIP: Measure =
 
 /// Rows of a scene by their index in the results.
 pub(super) struct Answer {
-    /// The smallest product of frame time and error: a row with twice the time needs half the error.
+    /// The row with the smallest product of frame time and error: a row with twice the time needs half the error.
     pub(super) best: usize,
     pub(super) fastest: usize,
     pub(super) closest: usize,
@@ -50,7 +50,7 @@ pub(super) fn measure(rows: &[(usize, &Row)]) -> Measure {
     measure_by(rows, FRAME)
 }
 
-/// The same by the host's time of a build where no row has that of a frame.
+/// As [`measure`], but weighed against the host's time of a build where no row has the time of a frame.
 pub(super) fn measure_of_any(rows: &[(usize, &Row)]) -> Measure {
     let has_frames = rows.iter().any(|(_, row)| row.status == Status::Ok && row.frame_ns.is_some());
     measure_by(rows, if has_frames { FRAME } else { HOST })
@@ -70,7 +70,8 @@ pub(super) fn point(row: &Row, measure: &Measure) -> Option<(f64, f64)> {
     (row.status == Status::Ok && point.0.is_finite() && point.1.is_finite()).then_some(point)
 }
 
-/// None where no row has both. `none` is no answer, nor is a row that is no closer than that.
+/// None where no row has both a time and an error. The technique `none` is no answer, and neither is a row that is no
+/// closer than `none`.
 pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer> {
     let measured = |&(index, row): &(usize, &Row)| Some((index, row.technique != "none", point(row, measure)?));
     let all: Vec<_> = rows.iter().filter_map(measured).collect();

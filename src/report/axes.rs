@@ -6,25 +6,25 @@ use crate::measure::{Row, Status};
 pub(super) struct Axes {
     /// Name of the SVG in the output folder.
     pub(super) file: &'static str,
-    /// Above the plot.
+    /// The title above the plot.
     pub(super) title: &'static str,
-    /// For a reader that cannot see the plot.
+    /// A description for readers who cannot see the plot.
     pub(super) aria_label: &'static str,
-    /// In a sentence.
+    /// Both axes in a sentence.
     pub(super) names: &'static str,
-    /// Below a panel, with its unit.
+    /// The title of the time axis, below a panel, with its unit.
     pub(super) time_title: &'static str,
-    /// On the left of a panel.
+    /// The title of the error axis, on the left of a panel.
     pub(super) error_title: &'static str,
     milliseconds: fn(&Row) -> Option<f64>,
     /// 5th and 95th percentile, where they are known.
     pub(super) spread_milliseconds: fn(&Row) -> Option<(f64, f64)>,
     error: fn(&Row) -> Option<f64>,
-    /// The lowest error that so many nodes can have.
+    /// The lowest error that a curve with the row's number of nodes can have.
     pub(super) limit: fn(&Row) -> Option<f64>,
 }
 
-/// A build may be short because the look-ups have the work: only a frame has both in it.
+/// A build may be short because look-ups do the work; only the time of a frame includes both.
 pub(super) const AXES: [Axes; 3] = [
     Axes {
         file: "time-vs-error.svg",

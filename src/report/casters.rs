@@ -6,15 +6,16 @@ use crate::report::wording::{NOTHING, Specs, grouped, one_line, significant};
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
-/// Which end of the way between light and point distances are from.
+/// The end of the way between light and point from which distances are measured.
 pub(super) type End = fn(&CasterError) -> Option<&Vec<CasterClass>>;
 
-/// Both, by name.
+/// Both ends, by name.
 pub(super) const ENDS: [(&str, End); 2] =
     [("light to caster", |error| error.from_light.as_ref()), ("caster to surface", |error| Some(&error.from_receiver))];
 
-/// A scene's rows one per line, a column for each class of distances: mean error of surface points in shadow, and how many of them
-/// leak. First by the distance from the light, then by that from the surface. Empty where there are no such points.
+/// A scene's rows, one per line, with a column for each class of distances: the mean error of surface points in shadow,
+/// and how many of them leak. The first table is by the distance from the light, the second by the distance from the
+/// surface. Empty where there are no such points.
 pub fn casters(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -44,7 +45,7 @@ fn table(title: &str, rows: &[(&Row, &Vec<CasterClass>)], specs: &Specs) -> Stri
     lines(title, headings, rows.collect(), specs)
 }
 
-/// A row of the results a line, with a cell for each of the headings.
+/// One line per row of the results, with a cell for each of the headings.
 pub(super) fn lines(title: &str, headings: Vec<String>, rows: Vec<(&Row, Vec<String>)>, specs: &Specs) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

@@ -14,14 +14,15 @@ use std::collections::BTreeMap;
 /// Which changes fail a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fails {
-    /// Rows that are slower.
+    /// Whether rows that are slower fail it.
     pub slower: bool,
-    /// Rows whose error has grown.
+    /// Whether rows whose error has grown fail it.
     pub worse: bool,
 }
 
 impl Fails {
-    /// Why a row fails, in few words; nothing where it does not. What was measured and cannot be any more always fails.
+    /// Why a row fails, in few words; nothing where it does not. A row that was measured before and cannot be measured
+    /// any more always fails.
     pub fn why(self, change: &Change) -> Option<String> {
         let mut words = Vec::new();
         if self.slower && change.is_slower() {
@@ -37,8 +38,8 @@ impl Fails {
     }
 }
 
-/// A line per row: every figure before and now, and by how much it has changed. `names` are the rows as the table of now names
-/// them.
+/// A line per row: every figure before and now, and by how much it has changed. Rows have the names that the table of
+/// `now` gives them.
 pub fn changes_table(changes: &[Change], now: &Results) -> String {
     let names = Specs::of(&now.rows);
     let mut table = Table::new();
@@ -69,8 +70,8 @@ pub fn changes_table(changes: &[Change], now: &Results) -> String {
     table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
-/// The same for programs: times are nanoseconds, and `share` is how much larger a figure is now, as a share of the
-/// earlier one.
+/// The same as JSON: times are nanoseconds, and `share` is how much larger a figure is now, as a share of the earlier
+/// figure.
 pub fn changes_json(changes: &[Change]) -> serde_json::Value {
     let of_figure = |figure: &Figure| {
         let [.., verdict] = cells(figure);
@@ -143,7 +144,7 @@ struct Case {
 /// baseline, what [`Fails`] says fails too.
 ///
 /// # Errors
-/// [`Error::Output`] where the template does not take it, which is a bug.
+/// [`Error::Output`] where the template fails, which is a bug.
 pub fn junit(results: &Results, changes: &[Change], fails: Fails) -> Result<String> {
     use crate::measure::Status;
     let device = one_line(&format!("{}, {}", results.device.name, results.device.driver));
@@ -192,7 +193,7 @@ fn figures_text(change: &Change) -> String {
 /// nanoseconds.
 ///
 /// # Errors
-/// [`Error::Output`] where a figure is no number, which JSON cannot say.
+/// [`Error::Output`] where a figure is not a number, which JSON cannot express.
 pub fn bencher(results: &Results) -> Result<String> {
     #[derive(Serialize)]
     struct Metric {

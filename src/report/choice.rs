@@ -13,7 +13,7 @@ use serde::Serialize;
 #[derive(Serialize)]
 pub(super) struct Choice {
     scenes: Vec<SceneChoice>,
-    /// In the order in which they were first measured; by its place each has its colour and its shape.
+    /// In the order in which they were first measured, which gives each its colour and its shape.
     techniques: Vec<Look>,
     paths: Vec<Look>,
 }
@@ -47,21 +47,21 @@ struct Said {
     milliseconds: String,
     error: String,
     bytes: String,
-    /// Whether something speaks against its time.
+    /// Whether there is a reason not to trust its time.
     unsteady: bool,
 }
 
 #[derive(Serialize)]
 struct Plot {
     title: String,
-    /// The same for each size of the window.
+    /// The same plot for each size of the window.
     svgs: Vec<String>,
 }
 
 pub(super) fn choice(results: &Results, specs: &Specs) -> Choice {
     let techniques = names(results, |row| &row.technique);
     let mut paths = names(results, |row| &row.path);
-    // What is refused took none.
+    // A row that was refused took no path.
     paths.retain(|path| !path.is_empty());
     let of_scene = |name: &str| scene(results, specs, name, &techniques, &paths);
     let scenes = scenes(results).into_iter().map(of_scene).collect();
@@ -121,7 +121,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
             };
             let said_so = said.map(|words| format!(", {words}")).unwrap_or_default();
             let [unit, error] = units;
-            // Keys are known from the table; the values tell points apart.
+            // The table names the keys; the values tell points apart.
             let values = specs.differing(row).map(|(_, value)| value);
             let label = std::iter::once(row.technique.as_str()).chain(values).collect::<Vec<_>>().join(" ");
             let spec = specs.compact(row);

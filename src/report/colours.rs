@@ -2,7 +2,8 @@
 
 use plotters::style::RGBColor;
 
-/// Okabe and Ito's without the yellow, which is too light for lines: told apart with any colour vision.
+/// The colours of Okabe and Ito without the yellow, which is too light for lines. They are told apart with any colour
+/// vision.
 pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
@@ -12,29 +13,31 @@ pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0x56, 0xb4, 0xe9),
 ];
 
-/// Lightness and the largest chroma that stand out from a light page and from a dark one and do not glare.
+/// Lightness and largest chroma of colours that stand out from a light page and from a dark one, and do not glare.
 const LIGHTNESS: std::ops::RangeInclusive<f64> = 0.43..=0.88;
 const LARGEST_CHROMA: f64 = 0.18;
 /// Step between the values that a channel may have.
 const CHANNEL_STEP: usize = 17;
 
-/// Linear red, green and blue as without the long-wave cones and without the medium-wave ones: Machado, Oliveira and
-/// Fernandes 2009, A Physiologically-based Model for Simulation of Color Vision Deficiency, severity 1.
+/// Matrices that turn linear red, green and blue into what is seen without the long-wave cones, and without the
+/// medium-wave ones: Machado, Oliveira and Fernandes 2009, A Physiologically-based Model for Simulation of Color Vision
+/// Deficiency, severity 1.
 const PROTANOPIA: [[f64; 3]; 3] =
     [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]];
 const DEUTERANOPIA: [[f64; 3]; 3] =
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]];
 
-/// In OKLab, with full colour vision and the two kinds of red–green blindness.
+/// A colour in OKLab, as seen with full colour vision and with the two kinds of red–green blindness.
 type Seen = [[f64; 3]; 3];
 
-/// So many colours, all different up to a thousand: each is the one that is farthest from all before it, and twice as
-/// far from the one right before it, which often stands beside it. More of them begin with the same.
+/// `count` colours, all different up to a thousand. Each is the farthest from all colours before it, where the distance
+/// from the one right before it counts half, since the two often stand side by side. A longer list begins with the same
+/// colours.
 pub(super) fn distinct(count: usize) -> Vec<RGBColor> {
     beside(&[], count)
 }
 
-/// [`COLOURS`] and, behind them, as many as are wanted that are far from these and from each other.
+/// [`COLOURS`], and then as many more as are wanted, which are far from these and from each other.
 pub(super) fn named(count: usize) -> Vec<RGBColor> {
     let more = beside(&COLOURS, count.saturating_sub(COLOURS.len()));
     COLOURS.into_iter().chain(more).take(count).collect()
@@ -67,7 +70,8 @@ fn beside(known: &[RGBColor], count: usize) -> Vec<RGBColor> {
     colours
 }
 
-/// For the eye that sees least of it; full colour vision counts half, for it has one dimension more to find room in.
+/// The distance of two colours for the kind of vision that sees the least of it. Full colour vision counts half, since
+/// it has one dimension more in which colours differ.
 fn distance(a: &Seen, b: &Seen) -> f64 {
     let [full, without_long, without_medium] = [0, 1, 2].map(|eye| euclidean(a[eye], b[eye]));
     (full / 2.0).min(without_long).min(without_medium)
@@ -109,7 +113,8 @@ fn times(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Red, green, blue of the sRGB in OKLab, to the digits that CSS Color 4 has; a grey is one for all eyes.
+    /// Red, green and blue of sRGB in OKLab, to the digits that CSS Color 4 gives. A grey looks the same with any
+    /// colour vision.
     #[test]
     fn known_colours() {
         let known = [
@@ -123,14 +128,14 @@ mod tests {
         for grey in [0, 119, 255].map(|value| seen(RGBColor(value, value, value))) {
             assert!(grey.iter().all(|eye| euclidean(*eye, [grey[0][0], 0.0, 0.0]) < 1e-4), "{grey:?}");
         }
-        // A red and a green of one lightness: far apart for most, one olive for a tenth of all men.
+        // A red and a green of the same lightness: far apart for most people, the same olive for a tenth of all men.
         let [red, green] = [RGBColor(0xa5, 0x60, 0x18), RGBColor(0x6f, 0x76, 0x00)].map(seen);
         let [full, _, without_medium] = [0, 1, 2].map(|eye| euclidean(red[eye], green[eye]));
         assert!(without_medium < full / 3.0, "{full} {without_medium}");
     }
 
-    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Forty are at least
-    /// 0.07 apart, and 0.035 with red–green blindness; each and the one before it 0.15, and 0.08.
+    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Forty colours are at least 0.07
+    /// apart, and 0.035 with red–green blindness; each and the one before it are at least 0.15 apart, and 0.08.
     #[test]
     fn forty_are_told_apart() {
         let colours = distinct(40);

@@ -15,8 +15,8 @@ pub(super) struct Column {
     pub(super) heading: &'static str,
     /// One sentence for a reader who points at it.
     pub(super) meaning: &'static str,
-    /// Columns of a larger number are the first to go on a narrow terminal. What is worth most: frame, resident, FLIP, error,
-    /// build.
+    /// On a narrow terminal, columns with a larger number are left out first. The most valuable are frame, resident,
+    /// FLIP, error and build.
     pub(super) dispensable: u8,
     /// The number that it is sorted by.
     pub(super) value: fn(&Row) -> Option<f64>,
@@ -74,18 +74,18 @@ fn color(row: &Row, name: &str, points: fn(&ColorError) -> Option<PointError>) -
     Some(row.colors.iter().find(|error| error.color == name).and_then(points)?.mean_abs)
 }
 
-/// Where nothing opaque casts, nothing leaks either.
+/// None where nothing opaque casts: there nothing leaks either.
 fn leaks(points: Option<PointError>) -> Option<f64> {
     let points = points.filter(|points| points.within.is_some())?;
     Some(points.leaks? as f64)
 }
 
-/// Stands behind a share within.
+/// The error of the points within the resolution, as text that comes behind their share.
 fn error_within(points: Option<PointError>) -> Option<String> {
     Some(format!("({})", significant(points?.within?.mean_abs?)))
 }
 
-/// Stands behind the leaks.
+/// The number of false shadows, as text that comes behind the number of leaks.
 fn false_shadows(points: Option<PointError>) -> Option<String> {
     Some(format!("/ {}", grouped(points?.false_shadows?)))
 }
@@ -96,11 +96,11 @@ fn count_text(value: f64) -> String {
 
 fn times_limit(row: &Row) -> Option<f64> {
     let limit = row.limit_mean_abs?;
-    // Without a limit above zero there is no multiple of it.
+    // Where the limit is zero, no multiple of it can be given.
     (limit > 0.0).then_some(map(row)?.mean_abs / limit)
 }
 
-/// Those in which a measured row has a value.
+/// The columns in which a measured row has a value.
 pub(super) fn shown<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Vec<&'static Column> {
     let has_value = |column: &&Column| rows.clone().any(|r| r.status == Status::Ok && (column.value)(r).is_some());
     COLUMNS.iter().filter(has_value).collect()

@@ -5,12 +5,12 @@ use crate::report::colours::COLOURS;
 use crate::{Error, Result};
 use plotters::prelude::*;
 
-/// Sizes of text as Plotters has them: an SVG's pixels are 1.24 times fewer, here 13.7 and 16.
+/// Sizes of text for Plotters, which divides them by 1.24 in an SVG: 13.7 and 16 pixels.
 pub(super) const TEXT: u32 = 17;
 pub(super) const TITLE: u32 = 20;
 
-/// Draws the true curve in black and each technique's line, by its name of `names`, in a colour of its own, with its nodes as
-/// dots.
+/// Draws the true curve in black and each technique's line, under its name from `names`, in a colour of its own, with
+/// its nodes as dots.
 ///
 /// # Errors
 /// [`Error::Input`] where there is nothing to draw.
@@ -47,7 +47,7 @@ fn draw(
         .y_desc("transmittance")
         .label_style(("sans-serif", TEXT))
         .draw()?;
-    // Points beyond would be drawn at the edge.
+    // Points outside the range would be drawn at the edge.
     let within = |points: &RayPoints| points.iter().copied().filter(|(x, _)| range.contains(x)).collect::<Vec<_>>();
     let path = |points: &RayPoints, style: ShapeStyle| PathElement::new(within(points), style);
     chart

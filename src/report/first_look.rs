@@ -1,19 +1,19 @@
-//! What a first look tells of rows: which may be an answer, and which another row beats by far.
+//! What a first look at rows shows: which rows may be an answer, and which another row beats by far.
 
 use super::recommend::Limits;
 use crate::measure::Row;
 use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
 
-/// The places of the row whose product of time and error is least, of the quickest, of the closest and of the smallest; none where
-/// nothing was measured.
+/// The indices of the row whose product of time and error is least, of the quickest, of the closest and of the
+/// smallest; none where nothing was measured.
 pub fn best_and_extremes(rows: &[Row], limits: &Limits) -> Vec<usize> {
     found(rows, limits).map_or_else(Vec::new, |(found, _)| {
         [found.best, found.fastest, found.closest].into_iter().chain(found.smallest).collect()
     })
 }
 
-/// Those of them that may be another in another size: the best, the quickest, and the closest unless it is close enough. The smallest of
-/// all sizes is nobody's question.
+/// The rows among these that may change in another size: the best, the quickest, and the closest unless it is close
+/// enough. The smallest row of all sizes is not asked for.
 pub fn to_be_sized(rows: &[Row], limits: &Limits) -> Vec<usize> {
     let Some((found, measure)) = found(rows, limits) else { return Vec::new() };
     let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);
@@ -30,15 +30,17 @@ fn found(rows: &[Row], limits: &Limits) -> Option<(Answer, Measure)> {
     Some((answer(&rows, &measure)?, measure))
 }
 
-/// How much more of time or error is no difference in a first look, and from where on it is one: errors of few points are steadier than
-/// times of few frames, but half as much again of an error is what can be seen, and a quarter more of a time is not worth it.
+/// Factors of time or error in a first look: up to `ALIKE` there is no difference, and from `SLOWER` and `FARTHER` on
+/// there is one. `FARTHER` is larger, although errors of few points are steadier than times of few frames: an error
+/// looks larger only where it is half as large again, while a row that takes a quarter longer is not worth its time.
 const ALIKE: f64 = 1.05;
 const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;
 
-/// Whether it has failed, or another row is no worse in time and error and better by far in one, with no more of any limited figure. To be
-/// closer than is worth time, or than was asked for, does not count. What is limited and was not measured speaks for no other row. No
-/// shadow is what others are held against, and never hopeless.
+/// Whether a row has failed, or another row beats it by far: that row is no worse in time and error, better by far in
+/// one of them, and needs no more of any limited figure. Being closer than is worth time, or than was asked for, does
+/// not count. A limited figure that was not measured counts for no other row. The technique `none` is what others are
+/// compared with, and is never hopeless.
 pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     if row.technique == "none" {
@@ -81,7 +83,8 @@ mod tests {
             of("avsm", 2.5, 0.1, 10),
             of("avsm", 2.6, 0.1, 10),
             of("avsm", 2.6, 0.095, 10),
-            // As quick, or a little quicker, and farther off by more than half; quicker.
+            // The first is as quick as the rows above and farther off by more than half; the second is a little
+            // quicker.
             of("avsm", 1.95, 0.16, 10),
             of("avsm", 1.9, 0.16, 10),
             // Smaller.
@@ -101,7 +104,7 @@ mod tests {
         assert_eq!(hopeless(Limits { ms: Some(1.95), ..Limits::default() }), [3, 7, 8, 10]);
         assert_eq!(hopeless(Limits { error: Some(1e-4), ..Limits::default() }), [3, 5, 7, 8]);
         assert_eq!(best_and_extremes(&rows, &none), [9, 6, 10, 7]);
-        // The closest is close enough, and among those that are farther off it is not.
+        // The closest row is close enough. Among rows that are farther off, the closest is not.
         assert_eq!(to_be_sized(&rows, &none), [6, 9]);
         assert_eq!(
             (best_and_extremes(&rows[..8], &none), to_be_sized(&rows[..8], &none)),
@@ -109,7 +112,8 @@ mod tests {
         );
     }
 
-    /// Where FLIP is limited, and no picture was made, points alone drop nothing; where one was, what it shows better stays.
+    /// Where FLIP is limited and no picture was made, errors at points alone drop no row. Where a picture was made, a
+    /// row that is better by FLIP stays.
     #[test]
     fn a_limit_of_flip_drops_nothing_by_points_alone() {
         let of = |ms: f64, surface: f64, flip: Option<f64>| {
@@ -123,14 +127,14 @@ mod tests {
         for (flips, hopeless) in [
             ([None; 3], [false; 3]),
             ([Some(0.03), None, Some(0.03)], [false, false, true]),
-            // The second is what the limit asks for, and the third is no better in anything.
+            // The second row meets the limit, and the third is no better in anything.
             ([Some(0.06), Some(0.004), Some(0.06)], [false, false, true]),
         ] {
             let rows = [of(1.0, 0.01, flips[0]), of(2.0, 0.1, flips[1]), of(3.0, 0.1, flips[2])];
             assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &flip)), hopeless, "{flips:?}");
             assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &Limits::default())), [false, true, true]);
         }
-        // By FLIP the second is the best, and so it is what other sizes are made of.
+        // By FLIP the second row is the best, so it is one of the rows that are measured in other sizes.
         let rows = [of(1.0, 0.01, Some(0.06)), of(2.0, 0.1, Some(0.004))];
         assert_eq!((best_and_extremes(&rows, &flip)[0], best_and_extremes(&rows, &Limits::default())[0]), (1, 0));
         assert!(to_be_sized(&rows, &flip).contains(&1));

@@ -57,7 +57,7 @@ fn draw(svg: &mut String, panels: &[(String, Vec<&Row>)], specs: &Specs) -> Resu
         for (i, row) in rows.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             let points: Vec<_> = row.footprints.iter().map(|error| (error.texels, error.rms.max(LEAST))).collect();
-            // The second line of a colour has hollow dots.
+            // The second line in the same colour has hollow dots.
             let dot = if i < COLOURS.len() { colour.filled() } else { colour.stroke_width(2) };
             chart.draw_series([PathElement::new(points.clone(), colour.stroke_width(2))])?;
             chart.draw_series(points.into_iter().map(|point| Circle::new(point, 4, dot)))?;

@@ -5,7 +5,7 @@ use crate::report::casters::lines;
 use crate::report::pareto::scenes;
 use crate::report::wording::{Specs, one_line, significant};
 
-/// A scene's rows one per line, a column for each size. Empty where there are no points.
+/// A scene's rows, one per line, with a column for each size of squares. Empty where there are no points.
 pub fn footprints(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();

@@ -3,7 +3,7 @@
 use super::wording::grouped;
 use crate::measure::{PointError, Results, Row, Status, spearman};
 
-/// Rows of a scene below which the orders of two figures say nothing.
+/// With fewer rows of a scene, the orders of two figures say nothing.
 const ENOUGH_ROWS: usize = 5;
 
 /// Reasons not to trust a row: times that are not steady, and points that are wrong though the technique resolves them.

@@ -1,5 +1,5 @@
 "use strict";
-// Sorting: up, down, as measured. Rows without a value stay at the end.
+// Sorts a table by a column: with each click ascending, descending, and as measured. Rows without a value stay at the end.
 for (const table of document.querySelectorAll(".rows")) {
   const body = table.tBodies[0], measured = [...body.rows];
   for (const button of table.querySelectorAll("[data-sort]")) button.addEventListener("click", () => {
@@ -17,7 +17,7 @@ for (const table of document.querySelectorAll(".rows")) {
     }));
   });
 }
-// Full size, flipping between picture, reference and difference in place.
+// Shows a picture in full size; buttons and keys put the picture, the reference or the difference in its place.
 const viewer = document.getElementById("viewer"), shown = viewer.querySelector("img");
 let card = null;
 function find(kind) {
@@ -48,13 +48,13 @@ viewer.addEventListener("keydown", event => {
   if (kind) show(kind);
 });
 document.documentElement.classList.add("js");
-// The other theme than the one that is seen.
+// Changes between the light and the dark theme.
 document.getElementById("theme").addEventListener("click", () => {
   const root = document.documentElement, dark = matchMedia("(prefers-color-scheme: dark)").matches;
   const is = root.dataset.theme ?? (dark ? "dark" : "light");
   root.dataset.theme = is === "dark" ? "light" : "dark";
 });
-// Filters: a row that is left out is hidden in every table and plot.
+// Filters hide the rows that they leave out in every table and plot.
 const filters = document.getElementById("filters");
 function filter() {
   const off = kind => new Set([...filters.querySelectorAll(`[data-filter="${kind}"]`)].filter(box => !box.checked).map(box => box.value));
@@ -68,14 +68,14 @@ function filter() {
   }
   for (const part of document.querySelectorAll("[data-row]")) {
     if (part.classList.contains("answer")) continue;
-    // SVG has no `hidden`.
+    // Elements of SVG have no property `hidden`.
     part.toggleAttribute("hidden", hidden.has(part.dataset.row));
   }
   for (const part of document.querySelectorAll("[data-scene]")) part.hidden = scene !== "" && part.dataset.scene !== scene;
 }
 filters.addEventListener("input", filter);
 filters.addEventListener("submit", event => event.preventDefault());
-// A wipe between reference and result, and where they differ most.
+// Adds a wipe between reference and result to each card, and the zoomed part where the two differ most.
 for (const card of document.querySelectorAll(".card[data-row]")) {
   const image = kind => (kind === "reference" ? card.closest("section") : card).querySelector(`.picture[data-kind="${kind}"] img`);
   const [picture, reference, difference] = ["picture", "reference", "difference"].map(image);
@@ -120,7 +120,7 @@ for (const card of document.querySelectorAll(".card[data-row]")) {
     figure(crop, `where they differ most, zoomed: reference | result (${side} × ${tall} pixels from ${at[0]}, ${at[1]})`);
   }).catch(() => {});
 }
-// A pointer on a row lights up its point, and the other way round.
+// While the pointer is on a row, or on a point, all points of the row are highlighted.
 for (const part of document.querySelectorAll(".point, .rows tbody tr")) {
   const light = on => () => document.querySelectorAll(`.point[data-row="${part.dataset.row}"]`).forEach(point => point.classList.toggle("lit", on));
   part.addEventListener("mouseenter", light(true));

@@ -25,7 +25,7 @@ use std::path::Path;
 /// Columns that are folded away until they are asked for.
 const FOLDED: [&str; 9] = ["host", "first", "bias", "RMS", "p99", "max", "× limit", "transient", "on disk"];
 
-/// All that the template gets. Everything but the plots and the pictures is escaped there.
+/// All data of the template, which escapes everything but the plots and the pictures.
 #[derive(Serialize)]
 struct Page<'a> {
     gobo: String,
@@ -55,7 +55,7 @@ struct Front {
 struct Heading {
     name: &'static str,
     meaning: &'static str,
-    /// The name of the group that it opens.
+    /// The name of the group of columns that begins here.
     group: Option<&'static str>,
     folded: bool,
 }
@@ -79,7 +79,7 @@ struct PageRow<'a> {
     /// Nanoseconds of all passes, to sort by.
     passes_ns: f64,
     total: String,
-    /// Longer than the scale.
+    /// Whether the build is longer than the scale.
     cut: bool,
     spec: String,
     /// The same, cut where a line may break.
@@ -93,7 +93,7 @@ struct PageRow<'a> {
     status: &'static str,
     outcome: String,
     reason: &'a str,
-    /// Their marks.
+    /// The marks of the fronts that the row is on.
     on_fronts: Vec<usize>,
     cells: Vec<PageCell>,
     bars: Vec<Bar>,
@@ -127,7 +127,7 @@ struct Pass {
 
 #[derive(Serialize)]
 struct Bar {
-    /// By techniques.
+    /// Whether techniques share the pass.
     shared: bool,
     name: String,
     colour: usize,
@@ -187,11 +187,11 @@ struct Shared<'a> {
     specs: &'a Specs,
     /// Numbered over the whole run, so that a pass has one colour in every scene.
     passes: Vec<&'a str>,
-    /// With the indices of the rows on it.
+    /// Each front, with the indices of the rows on it.
     fronts: Vec<(Front, Vec<usize>)>,
 }
 
-/// Those that have any rows.
+/// The fronts that have any rows.
 fn fronts(results: &Results) -> Vec<(Front, Vec<usize>)> {
     let all = AXES.iter().enumerate();
     let fronts = all.map(|(mark, axes)| (Front { names: axes.names, mark }, rows_on_front(results, axes)));
@@ -261,7 +261,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     Scene {
         name,
         columns: headings(&columns),
-        // A row that was refused says why across all of them, even where there are none.
+        // The reason of a refused row takes the width of all columns, and of at least one.
         column_count: columns.len().max(1),
         rows,
         reference,
@@ -269,7 +269,8 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     }
 }
 
-/// As long as the slowest build that is no more than four times as long as the middle one: slower ones are cut off.
+/// The length of the scale: the slowest build that takes at most four times as long as the middle one. Slower builds
+/// are cut off.
 fn scale(mut all_ns: Vec<f64>) -> f64 {
     all_ns.retain(|ns| *ns > 0.0);
     all_ns.sort_by(f64::total_cmp);
@@ -281,7 +282,7 @@ fn passes_ns(row: &Row) -> f64 {
     row.passes.iter().map(|pass| pass.median_ns).filter(|ns| ns.is_finite()).sum()
 }
 
-/// Columns that no kind of points has are left out.
+/// Statistics of a row's errors. Kinds of points without an error, and statistics without a value, are left out.
 fn statistics(row: &Row) -> Statistics {
     let Some(error) = &row.error else { return Statistics { points: Vec::new(), lines: Vec::new() } };
     let kinds = [("map points", error.map), ("in space", error.space), ("on surfaces", error.surface)];
@@ -330,7 +331,8 @@ fn hexadecimal(colour: &RGBColor) -> String {
     format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
 }
 
-/// A picture as a data URI. Only PNG files right in `dir`: the name comes from a file that anyone may have edited.
+/// A picture as a data URI. Only PNG files directly in `dir` are read: the name comes from a file that anyone may have
+/// edited.
 fn embedded(dir: &Path, name: Option<&str>) -> Picture {
     let missing = |note: String| Picture { uri: None, note };
     let Some(name) = name else { return missing("no picture".into()) };

@@ -34,7 +34,7 @@ pub struct Panel {
 }
 
 impl Paper {
-    /// An empty one.
+    /// An empty paper of that size.
     pub fn new(size: [u32; 2]) -> Self {
         Self { size, rgb8: PAPER.repeat(size[0] as usize * size[1] as usize) }
     }
@@ -46,14 +46,14 @@ impl Paper {
         }
     }
 
-    /// Lays a picture on it, with its corner there.
+    /// Puts a picture on the paper, with its upper left corner at `[x, y]`.
     pub fn paste(&mut self, [x, y]: [u32; 2], width: u32, rgb8: &[u8]) {
         for (i, pixel) in (0..).zip(rgb8.chunks_exact(3)) {
             self.set([x + i % width, y + i / width], [pixel[0], pixel[1], pixel[2]]);
         }
     }
 
-    /// Writes a line with its corner there, as much of it as there is room for.
+    /// Writes a line of text, with its upper left corner at `[x, y]`, as much of it as fits into `room` pixels.
     pub fn write(&mut self, [x, y]: [u32; 2], room: u32, text: &str) {
         let wide = get_raster_width(FontWeight::Regular, LETTERS) as u32;
         let fits = (room / wide) as usize;
@@ -84,7 +84,7 @@ fn written(text: &str) -> u32 {
     get_raster_width(FontWeight::Regular, LETTERS) as u32 * text.chars().count() as u32
 }
 
-/// Pictures of one size beside and below each other, so many in a row, with their words below.
+/// Arranges pictures of one size in rows of `columns` pictures, each with its words below.
 pub fn panels(panels: &[Panel], [width, height]: [u32; 2], columns: u32) -> Paper {
     let lines = panels.iter().map(|panel| panel.lines.len()).max().unwrap_or(0) as u32;
     let columns = columns.clamp(1, panels.len().max(1) as u32);
@@ -132,7 +132,7 @@ pub fn with_scale(
 mod tests {
     use super::*;
 
-    /// Each picture lies in its place as it is; below it are words, and none above.
+    /// Each picture is unchanged in its place, with words below it and none above.
     #[test]
     fn pictures_stay_as_they_are() {
         let size = [60, 10];
@@ -153,7 +153,7 @@ mod tests {
                 assert!(rows.clone().all(|y| (60..60 + GAP).all(|x| i % 2 == 1 || pixel(x, y) == PAPER[0])), "within");
             }
         }
-        // No fourth.
+        // There is no fourth picture.
         assert_eq!(pixel(60 + GAP + 1, 10 + below + GAP + 1), PAPER[0]);
     }
 

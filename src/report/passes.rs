@@ -7,9 +7,10 @@ use crate::report::wording::{NOTHING, Specs, milliseconds, one_line, significant
 use comfy_table::presets;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
-/// A scene's measured rows one per line, a column for each pass: median milliseconds, those of the
-/// passes that techniques share (the world, fits, orders, opaque maps), of its own, and of the whole build. Where it is known how fast the device copies, also the whole over the floor: the time of copying the bytes that look-ups need. Below,
-/// the same of drawing, for rows whose pictures are drawn in passes.
+/// A scene's measured rows, one per line, with a column for each pass: median milliseconds. Further columns have the
+/// time of the passes that techniques share (the world, fits, orders, opaque maps), of the technique's own passes, and
+/// of the whole build. Where the device's copy rate is known, one more column has the whole over the floor: the time of
+/// copying the bytes that look-ups need. Below is the same for drawing, for rows whose pictures are drawn in passes.
 pub fn passes(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -34,9 +35,9 @@ pub fn passes(results: &Results) -> String {
 struct Of {
     /// Which passes of a row.
     passes: fn(&Row) -> &Vec<PassTiming>,
-    /// Their time in all.
+    /// The time of all these passes.
     whole: fn(&Row) -> Option<Timing>,
-    /// The time of those that techniques share, where there are such.
+    /// The time of the passes that techniques share, where there are such passes.
     shared: Option<fn(&Row) -> Option<f64>>,
 }
 
@@ -54,7 +55,7 @@ fn table(title: &str, rows: &[&Row], specs: &Specs, Of { passes, whole, shared }
     for row in rows {
         let of = |name: &&str| passes(row).iter().find(|p| p.name == *name).map(|p| p.median_ns);
         let total = whole(row).map(|t| t.median);
-        // Passes are timed in builds of their own, so that they do not add up to the whole to the digit.
+        // Passes are timed in builds of their own, so they do not add up exactly to the whole.
         let parts = shared.map(|shared| shared(row)).map(|shared| {
             let all = (!passes(row).is_empty()).then(|| passes(row).iter().map(|p| p.median_ns).sum::<f64>());
             [shared, all.zip(shared).map(|(all, shared)| all - shared)]

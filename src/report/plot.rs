@@ -29,18 +29,19 @@ const BELOW_PLOT: i32 = 62;
 const SMALLEST_PLOT_HEIGHT: i32 = 330;
 const LEGEND_LEFT: i32 = PLOT_RIGHT + 24;
 const LEGEND_LINE: i32 = 21;
-/// From the first line of an entry to its second.
+/// Pixels from the first line of an entry to its second.
 const LEGEND_NEXT_LINE: i32 = 15;
 
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
 const FAINT_INK: RGBColor = RGBColor(0x5b, 0x63, 0x6e);
 const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
-/// Coprime to the number of colours, so that thirty series have thirty looks.
+/// The number of shapes; coprime to the number of colours, so that thirty series have thirty looks.
 const SHAPES: usize = 5;
 
-/// File names and log-log SVGs, of those plots for which a row has time and error: `time-vs-error.svg`, the build
-/// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel per scene, its Pareto
-/// front marked; and `footprints.svg`, where squares were asked about. An error that a logarithmic axis cannot show stands on a line that says so.
+/// File names and log-log SVGs, for each plot of which a row has time and error: `time-vs-error.svg`, the build against
+/// the map error, and `frame-vs-error.svg`, a frame against the error in space. They have one panel per scene, with its
+/// Pareto front marked. `footprints.svg` is there where means over squares were asked for. An error that a logarithmic
+/// axis cannot show lies on a line that says so.
 pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     let footprints = footprint_plot(results).map(|svg| ("footprints.svg", svg));
     AXES.iter().filter_map(|axes| Some((axes.file, plot(results, axes)?))).chain(footprints).collect()
@@ -77,7 +78,7 @@ fn plot(results: &Results, axes: &Axes) -> Option<String> {
     Some(svg.replacen("<svg ", &role, 1))
 }
 
-/// As tall as its legend needs: the series and at most four fixed entries.
+/// A plot is as tall as its legend needs: the series and at most four fixed entries.
 fn plot_height(panel: &Panel) -> i32 {
     let names = panel.series.iter().map(|series| legend_height(&legend_lines(&series.name))).sum::<i32>();
     SMALLEST_PLOT_HEIGHT.max(names + 4 * LEGEND_LINE + 16)
@@ -185,7 +186,7 @@ fn draw_axes(
     root.draw(&Text::new(axes.error_title, (22, middle.1), style))
 }
 
-/// Lines across the panel, each with its name at an end where there is room.
+/// Draws lines across the panel, each with its name at an end where there is room.
 fn limits_and_floor(
     root: &DrawingArea<Backend, Shift>,
     area: &Logarithmic,
@@ -213,7 +214,8 @@ fn limits_and_floor(
     text(root, &label, (left + 6, y + 10), 13, &COLOURS[1], (HPos::Left, VPos::Center), false)
 }
 
-/// The border of all that the front beats: steps, since nothing between two of its points has been measured.
+/// Draws the border of the points that the front beats: steps, since nothing between two points of the front has been
+/// measured.
 fn front(area: &Logarithmic, panel: &Panel) -> Drawn {
     let mut corners: Vec<(f64, f64)> = panel
         .series
@@ -281,7 +283,7 @@ impl Labels {
         inside && !self.taken.iter().any(|t| left < t.2 && t.0 < right && top < t.3 && t.1 < bottom)
     }
 
-    /// A free place around the point, or none: a label across another says less than no label.
+    /// A free place around the point, or none: labels across each other say less than no label.
     fn place(&mut self, label: &str, (x, y): (i32, i32)) -> Option<((i32, i32), HPos)> {
         let width = text_width(label, 13);
         let diagonal = [(11, -12), (11, 12), (-11, -12), (-11, 12)];
@@ -324,7 +326,7 @@ where
     root.draw(element)
 }
 
-/// The SVG backend has no dashes: one short line after another.
+/// A dashed line, drawn as many short lines, since the SVG backend has no dashes.
 fn dashed(
     root: &DrawingArea<Backend, Shift>,
     (left, right): (i32, i32),
@@ -341,7 +343,7 @@ fn dashed(
 
 fn style_of(size: i32, colour: &RGBColor, (horizontal, vertical): (HPos, VPos), bold: bool) -> TextStyle<'_> {
     let weight = if bold { FontStyle::Bold } else { FontStyle::Normal };
-    // The backend divides sizes by 1.24; times that, pixels are pixels.
+    // The backend divides sizes by 1.24, so they are multiplied by it to be in pixels.
     let font = FontDesc::new(FontFamily::SansSerif, f64::from(size) * 1.24, weight);
     TextStyle::from(font).color(colour).pos(Pos::new(horizontal, vertical))
 }
@@ -367,7 +369,7 @@ fn characters_in(width: i32, size: i32) -> usize {
     (f64::from(width) / (f64::from(size) * 0.62)) as usize
 }
 
-/// `0.001`, `20`; powers from 1e-5 down and from 1e6 up as such.
+/// A number such as `0.001` or `20`; below 1e-4 and from 1e6 on in the form `1e-5`.
 fn tick_label(value: f64) -> String {
     if (0.9e-4..0.9e6).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }

@@ -15,11 +15,11 @@ use std::collections::BTreeSet;
 pub struct Limits {
     /// Milliseconds of a frame.
     pub ms: Option<f64>,
-    /// The kind of error by which the scene's rows are compared.
+    /// Error of the kind by which the scene's rows are compared.
     pub error: Option<f64>,
     /// Mean FLIP of the picture.
     pub flip: Option<f64>,
-    /// Bytes of the look-up.
+    /// Bytes that look-ups need.
     pub bytes: Option<u64>,
 }
 
@@ -34,7 +34,7 @@ struct Broken {
 }
 
 impl Limits {
-    /// What errors are looked at: FLIP where it alone is limited.
+    /// The kind of error that is compared: FLIP where only FLIP is limited.
     pub(super) fn measure(&self, rows: &[(usize, &Row)]) -> Measure {
         let measure = measure_of_any(rows);
         match self.flip.is_some() && self.error.is_none() {
@@ -55,7 +55,7 @@ impl Limits {
         let over = |(name, value, limit, words): Limited| {
             let limit = limit?;
             match value {
-                // Not a number is over each limit.
+                // A value that is not a number breaks every limit.
                 Some(value) if value <= limit => None,
                 Some(value) => {
                     let words = format!("{name} {}, and the limit is {}", words(value), words(limit));
@@ -80,7 +80,7 @@ pub struct Recommendation {
     error: &'static str,
     best: Chosen,
     closer: Option<Chosen>,
-    /// What is about as quick as the best and far closer by FLIP.
+    /// A row that is about as quick as the best and far closer by FLIP.
     by_flip: Option<Chosen>,
     fastest: Chosen,
     closest: Chosen,
@@ -95,15 +95,16 @@ struct Chosen {
     error: f64,
     flip: Option<f64>,
     bytes_resident: Option<u64>,
-    /// What its bake takes, once and beside the time of a frame.
+    /// The time of its bake, which is spent once and is not in the time of a frame.
     bake_ms: Option<f64>,
 }
 
-/// How much longer than the best a row may take, and how many times as close by FLIP it has to be, to be told of beside it.
+/// A row is named beside the best where it takes at most this many times as long, and is at least this many times as
+/// close by FLIP.
 const ABOUT_AS_QUICK: f64 = 1.25;
 const FAR_CLOSER: f64 = 3.0;
 
-/// For each scene, in the order in which they were measured, an answer; or in one line why there is none.
+/// For each scene, in the order in which scenes were measured, an answer, or in one line why there is none.
 pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<Recommendation, String>> {
     scenes(results).into_iter().map(|scene| of_scene(results, scene, limits)).collect()
 }
@@ -115,7 +116,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     let within: Vec<_> = rows
         .iter()
         .copied()
-        // A row that is no closer than no shadow is no answer, however long no shadow takes.
+        // `none` stays, however long it takes: a row that is no closer than no shadow is no answer.
         .filter(|(_, row)| row.technique == "none" || limits.broken(row, &measure).is_empty())
         .collect();
     let Some(found) = answer(&within, &measure) else {
@@ -213,7 +214,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     })
 }
 
-/// The row that breaks its worst limit by least, and what it breaks.
+/// The row whose worst break of a limit is the smallest, and the limits that it breaks.
 fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<Broken>)> {
     let dark = rows.iter().filter(|(_, row)| row.technique == "none").filter_map(|(_, row)| point(row, measure));
     let dark = dark.map(|point| point.1).fold(f64::INFINITY, f64::min);
@@ -237,7 +238,7 @@ fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option
     least.map(|(index, _)| *index)
 }
 
-/// What the bake of a row took whose time of a frame is without it.
+/// The time of a row's bake, where the row's time of a frame is without it.
 fn bake_ms(row: &Row, measure: &Measure) -> Option<f64> {
     let build = row.build_ns?.median;
     let is_baked = REGISTRY.iter().any(|entry| entry.name == row.technique && entry.lifetime == Lifetime::Baked);
@@ -245,8 +246,8 @@ fn bake_ms(row: &Row, measure: &Measure) -> Option<f64> {
     (is_baked && is_left_out).then_some(build / 1e6)
 }
 
-/// The closest by FLIP among rows that take about as long as row `best`, or less, where that is far off; none where rows are chosen by
-/// FLIP.
+/// The row that is closest by FLIP among those that take about as long as row `best`, or less, if it is far closer than
+/// `best`. None where rows are chosen by FLIP.
 fn closer_by_flip(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let (dark, lit): (Vec<_>, Vec<_>) = rows.iter().partition(|(_, row)| row.technique == "none");
     let dark = dark.iter().filter_map(|(_, row)| Some(point(row, measure)?.1)).fold(f64::INFINITY, f64::min);
@@ -263,17 +264,17 @@ fn closer_by_flip(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Opt
     near.min_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1))).map(|(index, ..)| *index)
 }
 
-/// The spec as it can be given again, without what is the default.
+/// The spec as it can be given again, without keys that have their default.
 fn to_paste(row: &Row) -> String {
     let keys: Vec<_> = row.variant.keys().filter_map(|key| Some(format!("{key}={}", row.value(key)?))).collect();
     match parse(&format!("{}:{}", row.technique, keys.join(","))).as_deref() {
         Ok([spec]) => spec.short(),
-        // A file of another version has other keys: they stay as they stand there.
+        // A file of another version has other keys, which are kept as they are.
         _ => one_line(&row.spec()),
     }
 }
 
-/// Columns under their headings; the last is as long as it is.
+/// Columns under their headings; the last one is not padded.
 fn aligned(lines: &[[String; 6]]) -> String {
     let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..5).map(width).collect();
@@ -294,7 +295,7 @@ mod tests {
     use crate::consume::runs;
     use crate::measure::{ImageError, PointError, RowError, Status};
 
-    /// A spec of the device's default list comes back from its row as it was.
+    /// A spec of the device's default list is the same after its row is turned back into a spec.
     #[test]
     fn a_spec_to_paste_is_the_row_again() {
         for spec in
@@ -338,7 +339,7 @@ mod tests {
         Row {
             scene: "s".into(),
             technique: technique.into(),
-            // No key of it: the row is known again by it.
+            // The technique has no such key; the test finds the row again by it.
             variant: [("row".to_owned(), index.to_string())].into(),
             status: if number(8) == 0 { Status::Failed } else { Status::Ok },
             frame_ns: (number(8) > 0).then(|| (1 + number(6)) as f64 * 1e6),
@@ -348,7 +349,8 @@ mod tests {
         }
     }
 
-    /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.
+    /// The answer is compared with the definition, row by row: every row that is named is within the limits, and no row
+    /// there is better.
     #[test]
     fn the_choice_is_that_of_brute_force() {
         let (mut state, mut answered, mut refused, mut told) = (7, 0, 0, 0);
@@ -367,7 +369,7 @@ mod tests {
             };
             let results = Results { rows: rows.clone(), ..Results::default() };
             let said = recommend(&results, &limits).remove(0);
-            // Without surface errors FLIP stands for them.
+            // Without surface errors, FLIP takes their place.
             let measured = |row: &Row| row.status == Status::Ok && row.frame_ns.is_some();
             let by_flip = limits.flip.is_some() && limits.error.is_none();
             let is_surface = !by_flip
@@ -428,7 +430,7 @@ mod tests {
                 assert!(within.contains(&next) && error(next) < error(best), "{text}");
                 assert!(closer.iter().all(|row| time(next) <= time(row)), "{text}");
             }
-            // What is told of FLIP is about as quick, and far closer.
+            // The row that is named by FLIP is about as quick as the best, and far closer.
             if let Some(line) = text.lines().find(|line| line.starts_with("By FLIP")) {
                 let other = named(line);
                 assert!(within.contains(&other) && time(other) <= 1.25 * time(best), "{text}");

@@ -14,27 +14,28 @@ pub(super) struct Size {
     pub(super) height: f64,
     /// Characters of the longest label.
     longest: usize,
-    /// Only rows that the answer names and the front have labels.
+    /// Whether only rows that the answer names, and rows on the front, have labels.
     few_labels: bool,
 }
 
-/// For a window of 860 pixels and more, two of them side by side from 1400 on; and for a telephone, two of them from 800 on.
+/// The first is for windows of 860 pixels and more, with two plots side by side from 1400 on. The second is for
+/// telephones, with two plots side by side from 800 on.
 pub(super) const SIZES: [Size; 2] = [
     Size { name: "wide", width: 652.0, height: 440.0, longest: 34, few_labels: false },
     Size { name: "narrow", width: 356.0, height: 440.0, longest: 20, few_labels: true },
 ];
 
-/// The title of the axis, and numbers such as `0.0007`.
+/// Room for the title of the axis, and for numbers such as `0.0007`.
 const LEFT: f64 = 80.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 52.0;
-/// The mean width of a letter; the widest of common fonts need as much.
+/// The mean width of a letter, pixels, in the widest of common fonts.
 const ADVANCE: f64 = 8.1;
 const LINE: f64 = 16.0;
-/// Half of a point's extent, and of one that the answer names.
+/// Half of the extent of a point, also of a point that the answer names.
 const REACH: f64 = 7.0;
-/// A point farther than this from the middle of all stands at the edge.
+/// A point that is farther than this from the middle of all points is drawn at the edge.
 const FAR: f64 = 25.0;
 const CLOSE: f64 = 1000.0;
 const SMALLEST: f64 = 1e-7;
@@ -48,9 +49,9 @@ pub(super) struct Dot {
     pub(super) technique: usize,
     pub(super) path: usize,
     pub(super) label: String,
-    /// All of it, for a reader who points at it.
+    /// The full text of the row, for a reader who points at the dot.
     pub(super) title: String,
-    /// Whether it is shown for comparison alone: then it does not stretch the axes.
+    /// Whether the row is shown for comparison only, and does not stretch the axes.
     pub(super) aside: bool,
     /// The answer's words for it: `best balanced`.
     pub(super) said: Option<&'static str>,
@@ -106,7 +107,7 @@ impl Ranges {
     }
 }
 
-/// A tenth of its length free at both ends, and long enough for two numbers.
+/// The range of an axis: a tenth of its length is free at both ends, and it is long enough for two numbers.
 fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let low = values.clone().reduce(f64::min)?.ln();
     let high = values.reduce(f64::max)?.ln();
@@ -114,7 +115,7 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     Some(((low - air).exp(), (high + air).exp()))
 }
 
-/// The SVG; none where nothing can be told apart by it.
+/// The SVG; none where it would show no differences.
 pub(super) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], aria_label: &str) -> Option<String> {
     let ranges = Ranges::of(dots, size)?;
     let front = pareto_front(&dots.iter().map(|dot| (dot.x, dot.y)).collect::<Vec<_>>());
@@ -138,7 +139,7 @@ pub(super) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], aria_label: &
         let words = shortened(&dot.label, size.longest) + beyond;
         label(&mut labels, dot, &words, (*x, *y), ranges.area(), &mut taken);
     }
-    // Those that are named last, over the others.
+    // The rows that the answer names are drawn last, over the others.
     for &i in order.iter().rev() {
         let (dot, (x, y, _)) = (&dots[i], &places[i]);
         let on_front = if front.contains(&i) { " onfront" } else { "" };
@@ -157,7 +158,7 @@ pub(super) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], aria_label: &
 fn axes(svg: &mut String, ranges: &Ranges, [x_title, y_title]: [&str; 2]) {
     let (left, top, right, bottom) = ranges.area();
     let along = |value: f64, (low, high): (f64, f64)| (value / low).ln() / (high / low).ln();
-    // No two numbers nearer than their width.
+    // Two numbers are never nearer than their width.
     let mut last = f64::NEG_INFINITY;
     for (value, labelled) in ticks(ranges.x) {
         let x = left + along(value, ranges.x) * (right - left);
@@ -191,7 +192,7 @@ fn axes(svg: &mut String, ranges: &Ranges, [x_title, y_title]: [&str; 2]) {
     write!(svg, r#"<text class="axis" text-anchor="middle" transform="{turned}">{}</text>"#, escaped(y_title)).ok();
 }
 
-/// Steps: between two points of the front nothing has been measured.
+/// The front as steps, since nothing between two of its points has been measured.
 fn steps(svg: &mut String, dots: &[Dot], front: &[usize], ranges: &Ranges) {
     let (_, top, right, _) = ranges.area();
     let mut path = String::new();
@@ -208,8 +209,8 @@ fn steps(svg: &mut String, dots: &[Dot], front: &[usize], ranges: &Ranges) {
     }
 }
 
-/// At the nearest place that is free, with a line to the point where that is far; where there is none, no label: one across
-/// another says less.
+/// Puts the label at the nearest place that is free, with a line to the point where that is far. Where no place is free
+/// there is no label: labels across each other say less.
 fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box, taken: &mut Vec<Box>) {
     // Bold letters are wider.
     let advance = if dot.said.is_some() { ADVANCE * 1.15 } else { ADVANCE };
@@ -238,7 +239,7 @@ fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box
             let (to_x, to_y) = (x.clamp(extent.0, extent.2), y.clamp(extent.1, extent.3));
             write!(svg, r#"<path class="leader" data-row="{row}" d="M{x:.1} {y:.1}L{to_x:.1} {to_y:.1}"/>"#).ok();
         }
-        // From the end that is at the point, in whatever font.
+        // The text begins or ends at the point, so that its width in other fonts does not matter.
         let (anchor, at) = match dx {
             1.0 => ("start", left),
             0.0 => ("middle", x),
@@ -251,7 +252,7 @@ fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box
     }
 }
 
-/// About zero, of a path by its number; after eight they come again.
+/// The SVG path of a shape about zero, for a path by its number. After eight numbers the shapes come again.
 pub(super) fn shape(path: usize) -> &'static str {
     const SHAPES: [&str; 8] = [
         "M-5.5 0a5.5 5.5 0 1 0 11 0a5.5 5.5 0 1 0 -11 0z",

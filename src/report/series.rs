@@ -7,20 +7,20 @@ use crate::report::wording::{Specs, one_line};
 
 /// Errors below this are rounding of 32-bit visibility and not worth a decade of the axis.
 const SMALLEST_ERROR: f64 = 1e-7;
-/// The resolution of a device timestamp, about: a time of zero nanoseconds stands there.
+/// About the resolution of a device timestamp: a time of zero nanoseconds is drawn there.
 const SMALLEST_MILLISECONDS: f64 = 1e-6;
 
 /// One measured row.
 pub(super) struct Point {
     /// The time, clamped to the axis.
     pub(super) milliseconds: f64,
-    /// 5th and 95th percentile of it, where they are known.
+    /// 5th and 95th percentile of the time, where they are known.
     pub(super) spread_milliseconds: Option<(f64, f64)>,
     /// Mean absolute error, clamped to the panel's floor.
     pub(super) error: f64,
     /// Nodes, or nothing for a technique without.
     pub(super) label: String,
-    /// Nothing is both faster and closer.
+    /// Whether no point is both faster and closer to the truth.
     pub(super) on_front: bool,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct Series {
     pub(super) points: Vec<Point>,
 }
 
-/// The lowest error that so many nodes can have.
+/// The lowest error that a curve with so many nodes can have.
 pub(super) struct Limit {
     /// Mean absolute error.
     pub(super) error: f64,
@@ -48,7 +48,7 @@ pub(super) struct Panel {
     pub(super) series: Vec<Series>,
     /// Sorted by error.
     pub(super) limits: Vec<Limit>,
-    /// Set when errors lie below the logarithmic axis: they stand on this line.
+    /// Set when errors lie below the logarithmic axis: these are drawn on a line at this error.
     pub(super) floor: Option<f64>,
     /// Range of the axis, with air at both ends.
     pub(super) milliseconds: (f64, f64),
@@ -56,7 +56,7 @@ pub(super) struct Panel {
     pub(super) error: (f64, f64),
 }
 
-/// One panel for each scene that has a row with both.
+/// One panel for each scene that has a row with a time and an error.
 pub(super) fn panels(results: &Results, axes: &Axes) -> Vec<Panel> {
     let specs = Specs::of(&results.rows);
     scenes(results).into_iter().filter_map(|scene| panel(results, axes, scene, &specs)).collect()
@@ -94,7 +94,7 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
         }
     }
     for series in &mut series {
-        // Stable: NaN keeps its place behind the numbers.
+        // A stable sort: points whose label is no number keep their order behind the numbers.
         series.points.sort_by_key(|point| point.label.parse::<u64>().unwrap_or(u64::MAX));
     }
 
@@ -112,7 +112,7 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
     })
 }
 
-/// Whether no error is above zero, or all of several rows have the same: there is nothing to choose by.
+/// Whether there is nothing to choose by: no error is above zero, or all of several rows have the same error.
 pub(super) fn says_nothing(points: &[(f64, f64)]) -> bool {
     let same = points.len() > 1 && points.iter().all(|point| point.1 == points[0].1);
     same || points.iter().all(|point| point.1 < SMALLEST_ERROR)
@@ -127,7 +127,8 @@ fn series_name(row: &Row, specs: &Specs) -> String {
     one_line(&words.join(" "))
 }
 
-/// One for each number of nodes, if all its rows agree: a sweep over sizes has several, which would be a thicket.
+/// One limit for each number of nodes, if all rows with that number agree. A sweep over sizes has several limits per
+/// number, which would clutter the plot.
 fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
     let mut disputed = Vec::new();
@@ -148,7 +149,7 @@ fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     limits
 }
 
-/// At least a factor of four, and a twelfth of its length free at both ends.
+/// The range of an axis: at least a factor of four, with a twelfth of the axis's length free at both ends.
 pub(super) fn range_with_air(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let low = values.clone().reduce(f64::min)?.log10();
     let high = values.reduce(f64::max)?.log10();
@@ -157,7 +158,7 @@ pub(super) fn range_with_air(values: impl Iterator<Item = f64> + Clone) -> Optio
     Some((10f64.powf(low - air - missing), 10f64.powf(high + air + missing)))
 }
 
-/// Where an axis has lines, and which of them say their value: 1, 2 and 5 on a short axis, powers of ten on a long one.
+/// Where an axis has lines, and which of them are labelled: 1, 2 and 5 on a short axis, powers of ten on a long one.
 pub(super) fn ticks((low, high): (f64, f64)) -> Vec<(f64, bool)> {
     let decades = (high / low).log10();
     let labelled: &[i32] = match decades {

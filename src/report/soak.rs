@@ -7,11 +7,11 @@ use crate::stress::Soaked;
 use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
-/// All that the template gets, which escapes it.
+/// All data of the template, which escapes it.
 #[derive(Serialize)]
 struct Page<'a> {
     soaked: &'a Soaked,
-    /// A line a life: its first seed, rounds, seconds, process, bytes.
+    /// One line per life: its first seed, rounds, seconds, process, bytes.
     lives: Vec<[String; 7]>,
     seconds: String,
     failures: usize,

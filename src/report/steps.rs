@@ -1,9 +1,10 @@
 //! How many steps look-ups take, as colours.
 
-/// Counts of one picture, rows from the top; none where no mesh is.
+/// Counts of one picture, rows from the top; none for pixels without a mesh.
 pub type Counts = Vec<Option<u32>>;
 
-/// Few to many, sRGB: ends and middle of cividis, which is read alike with any colour vision (Nuñez, Anderton and Renslow 2018).
+/// Colours from few to many steps, sRGB: the ends and the middle of cividis, which looks alike with any colour vision
+/// (Nuñez, Anderton and Renslow 2018).
 const COLOURS: [[f64; 3]; 3] = [[0.0, 32.0, 77.0], [124.0, 123.0, 120.0], [255.0, 234.0, 70.0]];
 
 /// Where no mesh is.
@@ -38,7 +39,7 @@ impl StepRange {
         [self.least, self.most]
     }
 
-    /// Three bytes per pixel, of pictures of that range.
+    /// Colours of `counts` on the scale of `range`, three bytes per pixel.
     pub fn paint(range: Option<Self>, counts: &[Option<u32>]) -> Vec<u8> {
         let (least, most) = range.map_or((0, 1), |range| (range.least, range.most));
         let colour = |count: u32| step_colour(f64::from(count - least) / f64::from((most - least).max(1)));

@@ -17,7 +17,7 @@ impl Store {
     /// Creates the folder, with those above it, unless it exists.
     ///
     /// # Errors
-    /// [`Error::Output`] when there is something else of that name or no permission.
+    /// [`Error::Output`] where something else has that name, or the permission is missing.
     pub fn open(dir: &Path) -> Result<Self> {
         std::fs::create_dir_all(dir).map_err(|cause| Error::output(dir, cause))?;
         Ok(Self { dir: dir.to_path_buf() })
@@ -32,7 +32,7 @@ impl Store {
     /// its rows.
     ///
     /// # Errors
-    /// [`Error::Output`] names the file; the file of that name, if any, is as it was.
+    /// [`Error::Output`] names the file; an older file of that name stays as it was.
     pub fn write(&self, results: &Results) -> Result<()> {
         let mut json =
             serde_json::to_vec_pretty(results).map_err(|cause| Error::output(&self.dir.join("results.json"), cause))?;
@@ -67,10 +67,10 @@ impl Store {
         self.write_bytes(name, bytes)
     }
 
-    /// Whether a file of that name may replace what stands there now; it is checked again on writing.
+    /// Checks that a file of that name may be written, or replace an older one. Writing checks it again.
     ///
     /// # Errors
-    /// [`Error::Output`] where a folder or a device would have to go.
+    /// [`Error::Output`] where the name is that of a folder or a device.
     pub fn check(&self, name: &str) -> Result<()> {
         let path = self.dir.join(name);
         if !is_plain_name(name) {
@@ -154,7 +154,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
         };
         names.extend(["space", "surface"].into_iter().flat_map(columns));
     }
-    // A prefix, for a counter may be called like a column.
+    // With a prefix, since a counter may have the name of a column.
     names.extend(counters.iter().map(|name| format!("counter_{name}")));
     writer.write_record(&names)?;
     for row in &results.rows {

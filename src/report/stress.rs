@@ -25,7 +25,7 @@ fn leading(figures: &Figures) -> Option<PointError> {
     figures.map.and_then(|map| map.error).or(figures.space.and_then(|space| space.error))
 }
 
-/// As [`COLUMNS`].
+/// The cells of [`COLUMNS`].
 fn cells(figures: Option<&Figures>) -> [String; COLUMNS.len()] {
     let Some(figures) = figures else { return COLUMNS.map(|_| NOTHING.into()) };
     let shown = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| NOTHING.into(), text);
@@ -60,7 +60,7 @@ fn cases(results: &Results) -> Vec<&str> {
     names
 }
 
-/// What is swept in a case, and over which values it was.
+/// What a case sweeps, and over which values.
 fn heading(results: &Results, name: &str) -> String {
     let mut values: Vec<f64> = Vec::new();
     for row in results.rows.iter().filter(|row| row.case == name) {
@@ -73,7 +73,7 @@ fn heading(results: &Results, name: &str) -> String {
     format!("{name}{about}: {}", values.join(", "))
 }
 
-/// Where it ran, in a line.
+/// The device that it ran on, in a line.
 pub fn stress_device(results: &Results) -> String {
     let device = &results.device;
     one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api))
@@ -94,7 +94,7 @@ pub fn stress_table(results: &Results, case: &str) -> String {
     format!("\n{}\n{lines}", one_line(&heading(results, case)))
 }
 
-/// Columns of an error, behind its kind of points.
+/// Columns of an error, behind the name of its kind of points.
 const ERROR_COLUMNS: [&str; 5] = ["points", "mean_abs", "bias", "max", "wrong"];
 
 /// One line per row, flat. Numbers in full precision; what is missing is an empty field.
@@ -143,7 +143,7 @@ fn fields(row: &Stressed) -> Vec<String> {
     fields
 }
 
-/// All that the template gets, which escapes it.
+/// All data of the template, which escapes it.
 #[derive(Serialize)]
 struct Page<'a> {
     results: &'a Results,
@@ -195,7 +195,7 @@ pub fn stress_page(results: &Results) -> Result<String> {
     render("stress.html", include_str!("stress.html"), &Value::from(Serde(&page)))
 }
 
-/// A template that escapes what it gets.
+/// Renders a template that escapes its data.
 pub(super) fn render(name: &str, template: &str, page: &Value) -> Result<String> {
     let broken = |cause: minijinja::Error| Error::input(name, format!("{cause:#}"), "report this as a bug");
     let mut environment = Environment::new();

@@ -5,7 +5,7 @@ use super::wording::{
 };
 use crate::measure::{Row, Status, Submission};
 
-/// What was measured on what, and a line per row.
+/// What was measured and on which device, and a line per row.
 pub fn submission_table(submission: &Submission) -> String {
     let results = &submission.results;
     let device = &results.device;

@@ -16,9 +16,9 @@ const NAMING_COLUMNS: usize = 2;
 /// Columns that stay, however narrow the terminal is.
 const KEPT_COLUMNS: usize = 3;
 
-/// One row per line, grouped by scene in the order in which they were measured. A column in which
-/// no row has a value is not there. On a terminal that is too narrow, the columns that say least go first, and a last
-/// line names them. Never any colour, so that a file or pipe gets the same text in full width.
+/// One row per line, grouped by scene in the order in which they were measured. A column in which no row has a value is
+/// left out. On a terminal that is too narrow, the least useful columns are left out first, and a last line names them.
+/// There is never any colour, so that a file or a pipe gets the same text in full width.
 pub fn table(results: &Results) -> String {
     table_of_width(results, Table::new().width().map(usize::from))
 }
@@ -47,7 +47,7 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
         let most_dispensable = (0..columns.len()).max_by_key(|&place| columns[place].dispensable);
         match most_dispensable.filter(|_| columns.len() > KEPT_COLUMNS) {
             Some(place) => left_out.push(columns.remove(place).heading),
-            // Some stay: then the spec has to give, as far as it can still be told from others.
+            // The last columns stay. Then the spec is shortened, as far as it can still be told from others.
             None if longest_spec == usize::MAX => {
                 let longest = results.rows.iter().map(|row| specs.compact(row).chars().count()).max().unwrap_or(0);
                 longest_spec = longest.saturating_sub(excess).max(16);
@@ -112,7 +112,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
         }
         match row.status {
             Status::Ok => lines.push(line.trim_end().to_owned()),
-            // The crate has no cells that span columns: the reason goes where the measured columns would stand.
+            // comfy_table has no cells that span columns: the reason is put where the measured columns would be.
             Status::Refused | Status::Failed => {
                 let mut start: String = line.chars().take(reason_starts).collect();
                 for part in wrapped(&outcome(row), table_width.saturating_sub(reason_starts).max(24)) {
@@ -125,7 +125,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
     lines
 }
 
-/// Breaks at blanks; a word that is longer than a line has one to itself.
+/// Breaks text at blanks; a word that is longer than a line gets a line of its own.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -218,7 +218,7 @@ mod tests {
         assert!(text.contains("failed: device lost at") && !text.contains('\u{1b}'), "{text}");
     }
 
-    /// By their worth, whatever place they have.
+    /// The columns that are worth least are left out first, whatever the order in which columns are shown.
     #[test]
     fn what_is_worth_most_stays_longest() {
         let mut rows = vec![row("4", Status::Ok, ""), row("8", Status::Ok, "")];

@@ -9,11 +9,13 @@ use std::time::Instant;
 const DEVICE: u32 = 1;
 const HOST: u32 = 2;
 
-/// What a build's slice is longer by, nanoseconds: a reader that rounds still has the last pass within.
+/// Nanoseconds that are added to a build's slice, so that its last pass still ends within it where a reader of the file
+/// rounds times.
 const ROUNDED: f64 = 4.0;
 
-/// The timed builds, look-ups and pictures of rows: a track of the host's, where each is from the beginning of recording to the end of settling, and
-/// one of the device's, where each is a slice and its passes lie within. Both are on the host's clock, from the first build on.
+/// The timed builds, look-ups and pictures of rows, on two tracks. On the host's track each lasts from the beginning of
+/// recording to the end of settling. On the device's track each is a slice, and its passes lie within it. Both tracks
+/// use the host's clock, from the first build on.
 pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     let named = |process: u32, name: &str| json!({"ph": "M", "pid": process, "tid": process, "name": "process_name", "args": {"name": name}});
     let mut events = vec![named(DEVICE, &format!("device: {}", device.name)), named(HOST, "host")];
@@ -84,8 +86,8 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     json!({"displayTimeUnit": "ms", "otherData": other, "traceEvents": events}).to_string()
 }
 
-/// From when to when the passes of a build, of look-ups or of a picture ran, nanoseconds since the first build of all began. Where the device's clock is not known by
-/// the host's, as if the device had begun with the build, at `start`.
+/// When the passes of a build, of look-ups or of a picture ran: nanoseconds since the first build of all began. Where
+/// the device's clock cannot be related to the host's, the device is taken to have begun with the build, at `start`.
 fn spans(clock: Option<Calibration>, ran: &Ran, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
     let clock = clock.zip(first);
     let span = |pass: &PassTime| {

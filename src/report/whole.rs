@@ -1,18 +1,19 @@
-//! Files that are whole or not there: a reader, a crash or a full disk finds the old file or the new one, never half of one.
+//! Files that are complete or do not exist: a reader, a crash or a full disk leaves the old file or the new one, never
+//! half of one.
 
 use crate::gpu::fault;
 use crate::{Error, Result};
 use std::io::Write;
 use std::path::Path;
 
-/// What a file is called behind its name until it is whole. A process that is killed leaves it.
+/// The suffix of a file's name until the file is whole. A process that is killed leaves such a file.
 const UNFINISHED: &str = ".unfinished";
 
-/// Writes a file next to the one that there may be, which takes its name once it is on the disk. What is no regular file (a
-/// pipe, say) is written to as it is.
+/// Writes a new file beside `path`, which takes that name once it is on the disk. Where `path` is no regular file (a
+/// pipe, say), the bytes are written to it directly.
 ///
 /// # Errors
-/// [`Error::Output`] names the file; what was there is as it was.
+/// [`Error::Output`] names the file; an old file is as it was.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let written = || -> std::io::Result<()> {
         if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
@@ -23,7 +24,8 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         let mut builder = tempfile::Builder::new();
         let prefix = format!(".{}.", name.to_string_lossy());
         builder.prefix(&prefix).suffix(UNFINISHED);
-        // A temporary file is its owner's alone, unless told otherwise; a result is as readable as any other file.
+        // A temporary file is readable by its owner alone unless told otherwise; a result must be as readable as any
+        // other file.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -41,7 +43,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
-/// Removes what killed processes left of files in a folder. What cannot be removed does no harm.
+/// Removes unfinished files of killed processes from a folder. A file that cannot be removed does no harm.
 pub fn remove_unfinished(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();

@@ -5,7 +5,7 @@ use crate::measure::{Row, Status, Timing};
 use crate::technique::REGISTRY;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Stands where a row has no value.
+/// The text where a row has no value.
 pub(super) const NOTHING: &str = "–";
 
 /// Three significant digits: `0.0142`, `1.20`, `4.70e-5`; `0` for exactly zero.
@@ -63,7 +63,7 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
-/// The path that ran, and what the technique does not see of its scene: `map, smoke is not seen`.
+/// The path that ran, and the casters of the scene that the technique does not see: `map, smoke is not seen`.
 pub(super) fn path(row: &Row) -> String {
     let unseen = row.unseen.join(" and ");
     let verb = if unseen.ends_with('s') || row.unseen.len() > 1 { "are" } else { "is" };
@@ -73,7 +73,7 @@ pub(super) fn path(row: &Row) -> String {
     one_line(&said.join(", "))
 }
 
-/// Bytes in the largest binary unit that leaves at least one before the point.
+/// Bytes in the largest binary unit in which the number is at least one.
 pub(super) fn bytes(count: u64) -> String {
     let value = count as f64;
     match count {
@@ -85,7 +85,7 @@ pub(super) fn bytes(count: u64) -> String {
     }
 }
 
-/// Digits in threes, with narrow blanks that no line breaks at.
+/// Digits in groups of three, with narrow blanks at which no line breaks.
 pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -103,7 +103,7 @@ pub(crate) fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>().trim().to_owned()
 }
 
-/// At most `limit` characters: the middle goes, for specs tell themselves apart at both ends.
+/// At most `limit` characters. The middle is left out, since specs differ at both ends.
 pub(super) fn shortened(text: &str, limit: usize) -> String {
     let characters: Vec<char> = text.chars().collect();
     if characters.len() <= limit {
@@ -115,7 +115,7 @@ pub(super) fn shortened(text: &str, limit: usize) -> String {
     characters[..head].iter().chain(&['…']).chain(tail).collect()
 }
 
-/// `refused: …` or `failed: …`, once.
+/// `refused: …` or `failed: …`, with that word only once.
 pub(super) fn outcome(row: &Row) -> String {
     let status = status_word(row.status);
     let reason = one_line(&row.reason);
@@ -135,28 +135,28 @@ pub(super) fn status_word(status: Status) -> &'static str {
     }
 }
 
-/// Which keys of the specs tell rows apart, and which are said once above the table.
+/// Which keys of the specs tell rows apart, and which are stated once above the table.
 pub(super) struct Specs {
     /// Key and value with the techniques that have it, or no name when every row has it.
     shared: Vec<(String, String, Vec<String>)>,
-    /// Techniques with their keys that tell no rows apart.
+    /// Techniques with those of their keys that tell none of their rows apart.
     silent: BTreeSet<(String, String)>,
 }
 
-/// What a key of a technique is where a spec does not say.
+/// The default of a technique's key.
 fn default(technique: &str, key: &str) -> Option<&'static str> {
     let entry = REGISTRY.iter().find(|entry| entry.name == technique)?;
     keys(entry).find(|known| known.name == key).map(|known| known.default)
 }
 
 impl Specs {
-    /// A key is shared, and so left out of the rows' specs, when every row that has it agrees, or every row of a technique has its default:
-    /// if two techniques differ in it, that tells none of their rows apart. A single row shares with no other, and its spec has what is not
-    /// the default.
+    /// A key is shared, and left out of the rows' specs, where all rows that have it agree, or where all rows of a
+    /// technique have its default. A key in which only two techniques differ tells none of their rows apart. A single
+    /// row shares with no other; its spec has the keys that differ from their defaults.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
-        // Each value in the row's words and in today's: a default under an older name is still the default, unless rows with both names
-        // stand beside each other.
+        // Each value in the row's word and in today's. A default under an older word is still the default, unless rows
+        // with both words are in one table.
         let mut keys: BTreeMap<&str, BTreeMap<&str, BTreeMap<&str, &str>>> = BTreeMap::new();
         for row in rows {
             // The path that ran has a column of its own, whatever the spec asked for.
@@ -191,7 +191,7 @@ impl Specs {
         row.variant.iter().filter(move |(key, _)| tells(key)).map(|(key, value)| (key.as_str(), value.as_str()))
     }
 
-    /// `avsm:curve=linear,nodes=8` with only what tells this row from others.
+    /// `avsm:curve=linear,nodes=8`, with only the keys that tell this row from others.
     pub(super) fn compact(&self, row: &Row) -> String {
         let keys: Vec<_> = self.differing(row).map(|(key, value)| format!("{key}={value}")).collect();
         let colon = if keys.is_empty() { "" } else { ":" };
@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(labels(&["avsm:nodes=4,size=64"]).0, ["avsm:nodes=4,size=64"]);
     }
 
-    /// `storage=` is 8 bits of the one and half a curve's of the other; each has one value only.
+    /// `storage=` means different things for two techniques, and each of them has one value only, so it is in no label.
     #[test]
     fn what_only_one_technique_has_is_no_label() {
         let (names, shared) = labels(&["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
@@ -291,10 +291,10 @@ mod tests {
             assert!(shared.contains(words), "{words} is not in {shared}");
         }
         assert!(!shared.contains("size=64") && !shared.contains("nodes=") && !shared.contains("skip=on ("), "{shared}");
-        // What differs between its own rows is one.
+        // A key that differs between a technique's own rows is a label.
         let names = labels(&["psm", "psm:storage=rgba16f", "avsm"]).0;
         assert_eq!(names, ["psm:storage=rgba8", "psm:storage=rgba16f", "avsm"]);
-        // What all agree in is none, default or not.
+        // A key in which all rows agree is no label, at its default or not.
         let (names, shared) = labels(&["avsm:size=64", "psm:size=64"]);
         assert!(names == ["avsm", "psm"] && shared.contains("size=64"), "{names:?}, {shared}");
     }

@@ -1,4 +1,4 @@
-//! A camera that goes round its target, and flies.
+//! A camera that orbits its target, and flies.
 
 use super::state::State;
 use crate::scene::{Camera, Motion, Scene, View};
@@ -7,18 +7,18 @@ use glam::{DQuat, DVec2, DVec3};
 /// The least angle between the camera's view and its up direction, radians.
 const POLE: f64 = 0.02;
 
-/// The camera that `state` has, of a scene's own.
+/// The scene's camera, with the changes that `state` makes to it.
 pub fn camera(state: &State, scene: &Camera) -> Camera {
     let position = state.eye.unwrap_or(scene.position);
     Camera { position, target: state.target.unwrap_or(scene.target), ..*scene }
 }
 
-/// Goes round its target, by so many radians to the right and up.
+/// Moves the camera around its target, by so many radians to the right and up.
 pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     let is = camera(state, scene);
     let offset = is.position - is.target;
     let axis = is.up.normalize();
-    // The angle to the up after it, kept from both poles.
+    // The angle to the up direction after the move, kept away from both poles.
     let angle = offset.angle_between(axis);
     let tilt = (angle - up).clamp(POLE, std::f64::consts::PI - POLE) - angle;
     let side = axis.cross(offset).normalize_or(DVec3::X);
@@ -26,7 +26,7 @@ pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     state.eye = Some(is.target + turned);
 }
 
-/// Nearer to its target, or farther from it: the distance times `factor`.
+/// Moves the camera nearer to its target, or farther from it: the distance times `factor`.
 pub fn zoom(state: &mut State, scene: &Camera, factor: f64) {
     let is = camera(state, scene);
     state.eye = Some(is.target + (is.position - is.target) * factor);
@@ -42,7 +42,7 @@ pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
     (state.eye, state.target) = (Some(is.position + way), Some(is.target + way));
 }
 
-/// Where a key flies to, in shares of the distance.
+/// The direction in which a key flies, in shares of the distance between camera and target.
 pub fn way(key: &str) -> Option<[f64; 3]> {
     let step = 0.05;
     match key {
@@ -56,19 +56,20 @@ pub fn way(key: &str) -> Option<[f64; 3]> {
     }
 }
 
-/// Where the attractor of a fountain is; none of any other scene.
+/// The position of a fountain's attractor; none for any other scene.
 pub fn attractor(state: &State, scene: &Scene) -> Option<DVec3> {
     let Motion::Fountain(fountain) = &scene.motion else { return None };
     let wanders = || DVec3::from(fountain.attractor(fountain.step_at(state.time_s)).map(f64::from));
     Some(state.attractor.unwrap_or_else(wanders))
 }
 
-/// Brings the attractor to where it is seen at a point given in pixels, no nearer and no farther than it is. Returns whether there is one.
+/// Moves the attractor so that it is seen at `pixel`, at the same depth as before. Returns whether there is an
+/// attractor.
 pub fn pull(state: &mut State, scene: &Scene, size: [u32; 2], pixel: [f64; 2]) -> bool {
     let Some(is) = attractor(state, scene) else { return false };
     let view = View::camera(&camera(state, &scene.camera), scene, size);
     let to = view.ray(DVec2::from(pixel)).at(view.project(is).1);
-    // Millimetres are enough, and short in a command.
+    // Millimetres are exact enough, and keep commands short.
     state.attractor = Some((to * 1e3).round() / 1e3);
     true
 }
@@ -101,7 +102,7 @@ mod tests {
         assert_eq!(state.target, None, "what it looks at stays");
     }
 
-    /// Up is up, and to the right is to the right.
+    /// Orbiting up moves the camera up, and orbiting to the right moves it to the right.
     #[test]
     fn an_orbit_goes_where_it_is_sent() {
         let mut state = state();
@@ -113,8 +114,8 @@ mod tests {
         assert!((state.eye.expect("moved") - CAMERA.position).dot(forward.cross(CAMERA.up)) > 0.0);
     }
 
-    /// The attractor is seen where it was let go, as far away as before; nothing is pulled in a scene that is not
-    /// simulated.
+    /// The attractor is seen where it was dropped, as far away as before. In a scene that is not simulated nothing is
+    /// moved.
     #[test]
     fn the_attractor_follows_the_pointer() {
         let scene = Scene::load("fountain:particles=10", 1.0).expect("built in");

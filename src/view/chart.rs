@@ -6,16 +6,16 @@ use std::collections::{BTreeMap, VecDeque};
 /// Frames that are kept.
 const FRAMES: usize = 120;
 
-/// Colours of passes: Okabe and Ito 2008, told apart with any colour vision.
+/// Colours of passes: Okabe and Ito 2008, which are told apart with any colour vision.
 const COLOURS: [[u8; 3]; 7] =
     [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [0, 114, 178], [213, 94, 0], [204, 121, 167]];
 
-/// Nanoseconds of each pass, of the last frames that had any.
+/// Nanoseconds of each pass, in the last frames that had any passes.
 #[derive(Default)]
 pub struct Chart(VecDeque<BTreeMap<String, f64>>);
 
 impl Chart {
-    /// The passes of a frame that is over.
+    /// Adds the passes of a frame that is over.
     pub fn add(&mut self, passes: &[PassTime]) {
         if passes.is_empty() {
             return;
@@ -30,7 +30,7 @@ impl Chart {
         }
     }
 
-    /// Name and newest time of those passes, those that took the most of all frames first.
+    /// Name and newest time of the passes. The passes with the largest sum over all frames come first.
     fn passes(&self) -> Vec<(String, Option<f64>)> {
         let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
         for (name, ns) in self.0.iter().flatten() {
@@ -42,7 +42,7 @@ impl Chart {
         all.into_iter().map(|(name, _)| (name.to_owned(), newest(name))).collect()
     }
 
-    /// Draws it.
+    /// Draws the chart.
     pub fn show(&self, ui: &mut egui::Ui) {
         let passes = self.passes();
         let most = self.0.iter().map(|frame| frame.values().sum::<f64>()).fold(1.0, f64::max);

@@ -7,7 +7,8 @@ use egui::{Color32, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 /// Colours of A and B: Okabe and Ito 2008, as in plots of files.
 const COLOURS: [Color32; 2] = [Color32::from_rgb(0x56, 0xb4, 0xe9), Color32::from_rgb(0xe6, 0x9f, 0x00)];
 
-/// Plots it: the truth, each technique's line with its nodes as dots, and a line where the place is that is seen.
+/// Plots the curve: the truth, each technique's line with its nodes as dots, and a line at the depth of the point that
+/// is seen.
 pub fn plot(ui: &mut Ui, found: &Found) {
     let size = vec2(ui.available_width(), 150.0);
     let (place, _) = ui.allocate_exact_size(size, egui::Sense::hover());
@@ -43,7 +44,7 @@ pub fn plot(ui: &mut Ui, found: &Found) {
     ui.label(format!("light 0, texel {x},{y}: {} segments", found.ray.segments));
 }
 
-/// Where (depth, transmittance) is in the plot.
+/// The position of (depth, transmittance) in the plot.
 fn point_of(place: Rect, range: &std::ops::Range<f64>, (depth, through): (f64, f64)) -> Pos2 {
     let across = (depth - range.start) / (range.end - range.start).max(1e-9);
     let (across, up) = (across as f32, (through / 1.02) as f32);
@@ -54,7 +55,7 @@ fn point_of(place: Rect, range: &std::ops::Range<f64>, (depth, through): (f64, f
 mod tests {
     use super::*;
 
-    /// Nothing of the light is at the bottom, all of it a little below the top, and the range goes from side to side.
+    /// Transmittance 0 is at the bottom, 1 is a little below the top, and the range goes from side to side.
     #[test]
     fn corners_are_corners() {
         let place = Rect::from_min_max(pos2(10.0, 20.0), pos2(110.0, 122.0));

@@ -14,10 +14,11 @@ use std::path::{Path, PathBuf};
 /// Frames that the panel takes to show a change.
 const SETTLED: u32 = 4;
 
-/// A picture that is to be a file.
+/// A picture that is to be written to a file.
 struct Shot {
     path: PathBuf,
-    /// The copy that the host reads it from, its frame, its size, and the window's rows in it.
+    /// The copy from which the host reads the picture, the frame that made the copy, the picture's size, and the pixels
+    /// per row of the copy.
     read: Option<(ReadBack, u64, [u32; 2], u32)>,
 }
 
@@ -33,12 +34,13 @@ pub struct Files {
     shot: Option<Shot>,
     plot: Option<PathBuf>,
     films: Vec<Film>,
-    /// The animation that the window is to be added to, for how long it is shown there, and how many frames it has been whole.
+    /// The animation to which the window is to be added, for how many milliseconds it is shown there, and for how many
+    /// frames the window has been complete.
     filmed: Option<(usize, u32, u32)>,
 }
 
 impl Files {
-    /// A PNG; without a path under a name that is not taken.
+    /// Asks for a PNG of the picture; without a path, it gets a name that is not taken.
     pub fn shoot(&mut self, path: Option<PathBuf>) {
         let mut names = (0..).map(|i| PathBuf::from(format!("gobo-view-{i:02}.png")));
         let free = |path: &PathBuf| !path.exists();
@@ -46,12 +48,12 @@ impl Files {
         self.shot = Some(Shot { path, read: None });
     }
 
-    /// An SVG of the curve under the pointer.
+    /// Asks for an SVG of the curve under the pointer.
     pub fn plot(&mut self, path: PathBuf) {
         self.plot = Some(path);
     }
 
-    /// The window as the next picture of an animation, shown so long, milliseconds.
+    /// Asks for the window as the next picture of an animation, shown for `ms` milliseconds.
     pub fn film(&mut self, path: &Path, ms: u32) {
         let known = self.films.iter().position(|film| film.path == path);
         let film = known.unwrap_or_else(|| {
@@ -66,7 +68,7 @@ impl Files {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }
 
-    /// The device is another: what it was to say is asked for again.
+    /// Starts requests again after a new device was opened: what the old device had to deliver is lost.
     pub fn begin_anew(&mut self) {
         if let Some(shot) = &mut self.shot {
             shot.read = None;
@@ -76,12 +78,12 @@ impl Files {
         }
     }
 
-    /// Whether they need frames: `is_whole` says that what is seen is as it will be.
+    /// Whether the requests need further frames. `is_whole` says whether the window shows its final picture.
     pub fn need_frames(&self, is_whole: bool) -> bool {
         self.shot.as_ref().is_some_and(|shot| is_whole || shot.read.is_some()) || self.filmed.is_some()
     }
 
-    /// Records that the host reads the picture, once it is whole.
+    /// Records a copy of the picture for the host, once the picture is complete.
     pub fn read(&mut self, state: &State, stage: &Stage, host: &Host, frame: &Frame) -> Result<()> {
         let (Some(shot), Some(bytes)) = (&mut self.shot, stage.bytes()) else { return Ok(()) };
         if shot.read.is_none() && stage.is_whole(state) {
@@ -95,7 +97,7 @@ impl Files {
         Ok(())
     }
 
-    /// Writes the picture that a frame left, which is over.
+    /// Writes the picture that was copied in a frame, once that frame is over.
     ///
     /// # Errors
     /// [`Error::Output`] names the file.
@@ -112,10 +114,10 @@ impl Files {
         Ok(())
     }
 
-    /// Writes the curve, once there is one.
+    /// Writes the curve, once it is computed.
     ///
     /// # Errors
-    /// [`Error::Input`] where there cannot be one there; [`Error::Output`] names the file.
+    /// [`Error::Input`] where no curve can be there; [`Error::Output`] names the file.
     pub fn save_plot(&mut self, rays: &Rays) -> Result<()> {
         let Some((answer, path)) = rays.answer().zip(self.plot.as_ref()) else { return Ok(()) };
         let found = answer
@@ -126,7 +128,7 @@ impl Files {
         Ok(())
     }
 
-    /// What the window is to be copied to, where it is to be filmed and is settled.
+    /// The buffer to which the window is to be copied, where it is to be filmed and no longer changes.
     pub fn wanted(&mut self, host: &Host, is_whole: bool) -> Result<Option<Buffer>> {
         let Some((_, _, whole)) = &mut self.filmed else { return Ok(None) };
         *whole = if is_whole { *whole + 1 } else { 0 };
@@ -140,7 +142,7 @@ impl Files {
         Buffer::new(host.context(), "view.film", bytes, Memory::Readback).map(Some)
     }
 
-    /// Adds the window, which is in there, of `size` pixels.
+    /// Adds the window's `size` pixels, which are in the buffer `window`, to the animation.
     pub fn add(&mut self, window: &Buffer, size: [u32; 2], blue_first: bool) -> Result<()> {
         let Some((film, ms, _)) = self.filmed.take() else { return Ok(()) };
         let pixels: Vec<[u8; 4]> = window.read((size[0] * size[1]) as usize)?;
@@ -168,7 +170,7 @@ impl Files {
                 let delay = Delay::from_numer_denom_ms(ms, 1);
                 encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay)).map_err(fail)?;
             }
-            // Its end is written as it goes.
+            // Dropping the encoder writes the animation's end.
             drop(encoder);
             write_whole(&path, &gif)?;
             println!("{}", path.display());

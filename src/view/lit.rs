@@ -1,4 +1,4 @@
-//! A technique in the window, open, and the picture that it lights.
+//! An open technique in the window, and the picture that it lights.
 
 use crate::consume::{Developed, Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel};
 use crate::gpu::{Commands, Context, Image};
@@ -11,35 +11,35 @@ pub struct Lit {
     pub spec: Spec,
     pub technique: Box<dyn Technique>,
     pictures: Pictures,
-    /// How its picture is shown; none as it is measured.
+    /// How its picture is shown; none where it is shown as it is measured.
     pub look: Option<Show>,
-    /// What then stands behind it.
+    /// The backdrop of a picture that is shown with a look.
     backdrop: Backdrop,
-    /// Counts its steps, once they were asked for.
+    /// Counts the steps of its look-ups; made when first asked for.
     pub steps: Option<StepsKernel>,
     kernels: Kernels,
-    /// Draws its triangles too, once they were asked for.
+    /// Draws the picture with its triangles; made when first asked for.
     outlined: Option<Kernels>,
-    /// Whether its picture has them.
+    /// Whether its picture has the triangles.
     has_lines: bool,
-    /// The world that it was built for.
+    /// The state of the world that it was built for.
     built: Option<Generations>,
-    /// The frame that recorded its last build, until that is over.
+    /// The frame that recorded its last build; none once that frame is over.
     building: Option<u64>,
-    /// The picture's state of the world, and its camera.
+    /// The state of the world, and the camera, that its picture shows.
     seen: (u64, View),
-    /// How often the picture is to be drawn until it is at rest.
+    /// How many times its picture must still be drawn until it does not change any more.
     left: usize,
-    /// How often it was built.
+    /// How many times it was built.
     pub builds: u64,
 }
 
-/// A side's part of a frame.
+/// What a side recorded in a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Recorded {
-    /// The build or the view has changed.
+    /// Whether the build or the view has changed.
     pub changed: bool,
-    /// Its picture is drawn again.
+    /// Whether its picture was drawn again.
     pub drawn: bool,
 }
 
@@ -74,7 +74,7 @@ impl Lit {
         })
     }
 
-    /// Draws it.
+    /// The renderer that draws its picture.
     pub fn renderer(&self) -> &Renderer {
         &self.pictures.renderer
     }
@@ -84,7 +84,8 @@ impl Lit {
         self.pictures.developed().map_or_else(|| self.renderer().image(), Developed::image)
     }
 
-    /// Takes the counts of frame `over`, which is over: buffers that were too small have grown, and are built again.
+    /// Reads the counts of frame `over`, which is over. Where buffers were too small and have grown, the build is made
+    /// again.
     ///
     /// # Errors
     /// As [`Technique::settle`].
@@ -98,13 +99,13 @@ impl Lit {
         Ok(())
     }
 
-    /// Whether its build stands, as far as that is known.
+    /// Whether its build fits the present world, as far as that is known.
     pub fn stands(&self, world: &World) -> bool {
         let parts = self.technique.made_of();
         self.building.is_none() && self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts))
     }
 
-    /// Whether its picture is at rest too.
+    /// Whether its picture does not change any more.
     pub fn is_drawn(&self) -> bool {
         self.left == 0
     }
@@ -112,7 +113,7 @@ impl Lit {
     /// Makes the kernels that draw its triangles.
     ///
     /// # Errors
-    /// [`Error::Input`] where it has none, else as [`Renderer::wireframe_kernels`].
+    /// [`Error::Input`] where the technique draws no triangles, else as [`Renderer::wireframe_kernels`].
     pub fn outline(&mut self) -> Result<()> {
         let settings = self.spec.settings();
         let Lighting::Vertex { spacing } = Lighting::of(&settings) else {
@@ -126,8 +127,8 @@ impl Lit {
         Ok(())
     }
 
-    /// Records what has changed: the build and, where it is wanted, the picture, with triangles where `lines`. `seen` is as for
-    /// [`Lit::open`].
+    /// Records what has changed: the build and, where it is wanted, the picture, with triangles where `lines`. `seen`
+    /// is as in [`Lit::open`].
     ///
     /// # Errors
     /// As [`Technique::record`] and [`Renderer::record`].

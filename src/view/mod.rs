@@ -1,5 +1,5 @@
-//! `gobo view`: a window with techniques side by side. It uses the core as any engine does: its own device, frames in flight, and
-//! passes that are only recorded.
+//! `gobo view`: a window with techniques side by side. It uses the core as any engine does, with a device of its own,
+//! frames in flight, and passes that are only recorded.
 
 mod camera;
 mod chart;
@@ -31,35 +31,35 @@ use winit::event_loop::EventLoop;
 
 /// Options of a window.
 pub struct Options {
-    /// To choose from.
+    /// The scenes to choose from.
     pub scenes: Vec<String>,
-    /// The picture's size, pixels; the panel stands beside it.
+    /// The picture's size, pixels; the panel is beside it.
     pub size: [u32; 2],
-    /// In place of keys and mouse.
+    /// The script that takes the place of keys and mouse.
     pub script: Option<PathBuf>,
-    /// Index or part of the name.
+    /// The device's index, or part of its name.
     pub device: Option<String>,
-    /// Run under the validation layer.
+    /// Whether to run under the validation layer.
     pub validation: bool,
     /// The list to which leaks are added.
     pub messages: Messages,
 }
 
-/// Opens a window that shows `state`, and comes back when it is closed.
+/// Opens a window that shows `state`, and returns when the window is closed.
 ///
 /// # Errors
 /// [`Error::Gpu`] where there is no display or device, or that is lost; [`Error::Input`] where the scene or the script cannot be used;
 /// [`Error::Output`] where a picture cannot be written.
 pub fn open(options: Options, state: State) -> Result<()> {
     let script = options.script.as_deref().map(Script::read).transpose()?;
-    // Before a window stands there for nothing.
+    // Errors in the scene are found before a window is opened.
     state.change().of(&state.load()?)?;
     let events = EventLoop::new().map_err(no_display)?;
     let said = Said::default();
     let mut view = View::new(options, state, script, said.clone());
     events.run_app(&mut view).map_err(no_display)?;
     let outcome = view.close();
-    // The device is closed by now, of which the layer may have had something to say.
+    // The device is closed by now, and the layer may have sent messages about that.
     let all = said.lock().unwrap_or_else(PoisonError::into_inner).clone();
     outcome.and(match all.first() {
         None => Ok(()),

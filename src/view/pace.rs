@@ -1,20 +1,22 @@
-//! How long frames take: the host's part, the passes and the time to the next frame of the same frames, by their medians.
+//! How long frames take: the medians of the host's part, of the passes, and of the time until the next frame, all over
+//! the same frames.
 
 use crate::gpu::PassTime;
 use std::time::Duration;
 
-/// Frames that are remembered, at most.
+/// The most frames that are remembered.
 const MOST: usize = 10_000;
 
-/// A frame, milliseconds.
+/// The times of a frame, milliseconds.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     number: u64,
-    /// All of it but what it waits for the device or the screen.
+    /// The host's time for the frame, without its waits for the device or the screen.
     host_ms: f64,
-    /// The sum of its passes, once they are over; none where nothing had to be drawn or the device has no timestamps.
+    /// The sum of the frame's passes, once the frame is over. None where nothing had to be drawn, or where the device
+    /// has no timestamps.
     passes_ms: Option<f64>,
-    /// From its begin to that of the next, once that begins.
+    /// From the beginning of the frame to the beginning of the next one.
     next_ms: Option<f64>,
 }
 
@@ -23,7 +25,7 @@ struct Frame {
 pub struct Pace(Vec<Frame>);
 
 impl Pace {
-    /// A frame that is recorded, and the host's part of it.
+    /// Adds a frame that is recorded, with the host's part of it.
     pub fn frame(&mut self, number: u64, host: Duration) {
         if self.0.len() == MOST {
             self.0.drain(..MOST / 2);
@@ -31,14 +33,14 @@ impl Pace {
         self.0.push(Frame { number, host_ms: ms(host), passes_ms: None, next_ms: None });
     }
 
-    /// The next frame begins, so long after the last began.
+    /// Notes that the next frame begins, `since` after the last one began.
     pub fn next(&mut self, since: Duration) {
         if let Some(last) = self.0.last_mut() {
             last.next_ms.get_or_insert(ms(since));
         }
     }
 
-    /// The passes of a frame that is over.
+    /// Adds the passes of a frame that is over.
     pub fn passes(&mut self, number: u64, passes: &[PassTime]) {
         let frame = self.0.iter_mut().rfind(|frame| frame.number == number);
         if let Some(frame) = frame.filter(|_| !passes.is_empty()) {
@@ -46,7 +48,7 @@ impl Pace {
         }
     }
 
-    /// In words: of the frames that had passes and of which all is known, else of those that had none.
+    /// The medians as text: over frames that have passes and all times, or else over frames without passes.
     pub fn text(&self) -> String {
         let whole = |frame: &&Frame| frame.next_ms.is_some();
         let drawn: Vec<&Frame> = self.0.iter().filter(whole).filter(|frame| frame.passes_ms.is_some()).collect();
@@ -66,7 +68,7 @@ fn ms(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// The middle one, or the lower of both.
+/// The middle number; of an even count, the lower of the two in the middle.
 fn median(mut of: Vec<f64>) -> Option<f64> {
     of.sort_by(f64::total_cmp);
     of.get(of.len().saturating_sub(1) / 2).copied()
@@ -76,7 +78,7 @@ fn median(mut of: Vec<f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// All three are of the same frames: one that drew nothing and was short lowers none of them.
+    /// All three medians are over the same frames: a short frame that drew nothing lowers none of them.
     #[test]
     fn medians_are_of_frames_that_drew() {
         let pass =

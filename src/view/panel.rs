@@ -11,15 +11,15 @@ use crate::technique::{Key, REGISTRY, Spec, Values};
 use egui::{ComboBox, DragValue, Slider, Ui};
 use glam::DVec3;
 
-/// Points.
+/// The panel's width, points.
 pub const WIDTH: f32 = 340.0;
 
-/// Pixels of the window that are the panel's.
+/// Pixels of the window's width that the panel takes.
 pub fn pixels(state: &State, scale: f64) -> u32 {
     if state.panel { (f64::from(WIDTH) * scale).ceil() as u32 } else { 0 }
 }
 
-/// The picture's pixels in a window of that size.
+/// The size of the picture in a window of size `window`, pixels.
 pub fn picture(state: &State, window: [u32; 2], scale: f64) -> [u32; 2] {
     [window[0].saturating_sub(pixels(state, scale)), window[1]]
 }
@@ -30,7 +30,7 @@ pub struct Told<'a> {
     pub stage: Option<&'a Stage>,
     pub chart: &'a Chart,
     pub rays: Option<&'a Rays>,
-    /// The last error.
+    /// The lines with the last error.
     pub lines: &'a [String],
     /// Milliseconds that the host takes for a frame.
     pub host_ms: f64,
@@ -43,7 +43,7 @@ pub enum Pressed {
     Screenshot,
 }
 
-/// Draws the panel. What is set in it is set in `state`.
+/// Draws the panel. Its controls change `state`.
 pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
     let mut pressed = None;
     egui::Panel::right("panel").exact_size(WIDTH).resizable(false).show(ui, |ui| {
@@ -76,7 +76,7 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
     pressed
 }
 
-/// The last error, and how far the reference is.
+/// The last error, and how many rows of the reference are done.
 fn lines(ui: &mut Ui, state: &State, told: &Told) {
     let Some(stage) = told.stage else { return };
     let red = ui.visuals().error_fg_color;
@@ -129,7 +129,8 @@ fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
     }
 }
 
-/// How many particles, lights, … a scene has that can have another number: made once the slider is let go.
+/// A slider for the number of particles, lights and so on, in a scene that has such a number. The scene is loaded when
+/// the slider is released.
 fn scene_number(ui: &mut Ui, state: &mut State) {
     let Some((key, now, most)) = number_of(&state.scene) else { return };
     let id = ui.id().with(key);
@@ -145,7 +146,7 @@ fn scene_number(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// The way that the light travels, as the place where it stands in the sky.
+/// The direction in which the light travels, shown as the light's position in the sky.
 fn light(ui: &mut Ui, state: &mut State, of_scene: DVec3) {
     let to = -state.direction.unwrap_or(of_scene).normalize();
     let (mut azimuth, mut elevation) = (to.y.atan2(to.x).to_degrees(), to.z.asin().to_degrees());
@@ -190,7 +191,8 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
     }
 }
 
-/// Rings in the picture: where the attractor is held, and in `script`s, which have no pointer to be seen, what the curve is of.
+/// Rings in the picture: at the attractor where it is held, and, in a `script`, which shows no pointer, at the pixel
+/// whose curve is shown.
 pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let scale = ui.ctx().pixels_per_point();
@@ -212,7 +214,7 @@ pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     }
 }
 
-/// The curve of light 0's ray, where it is asked for.
+/// The curve of light 0's ray, where the user wants it.
 fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
     ui.checkbox(&mut state.curve, "curve under the pointer (V)");
     match told.rays.filter(|_| state.curve).map(Rays::last) {
@@ -223,7 +225,7 @@ fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
     }
 }
 
-/// What lights a side, and a control for each key of its spec.
+/// The technique or the reference of a side, and a control for each key of its spec.
 fn side(ui: &mut Ui, side: &mut Side) {
     let name = |side: &Side| match side {
         Side::Reference => "reference",
@@ -248,7 +250,7 @@ fn side(ui: &mut Ui, side: &mut Side) {
     }
 }
 
-/// A control for the values of a key.
+/// A control that sets a key of a spec.
 fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
     let is = spec.text(key).to_owned();
     let mut value = is.clone();
@@ -266,7 +268,7 @@ fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
             Values::Multiple(step, low, high) => number(ui, key, &mut value, (low, high), step),
             Values::Path(_) => {
                 let mut text = value.clone();
-                // A file is looked for once its name is complete.
+                // The file is opened once its name is complete.
                 if ui.add(egui::TextEdit::singleline(&mut text).desired_width(110.0)).lost_focus() {
                     value = text;
                 }
@@ -279,7 +281,7 @@ fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
     }
 }
 
-/// A number, or the word in its place.
+/// A field for a number, with a check box for the word that a key may have instead.
 fn number(ui: &mut Ui, key: &Key, value: &mut String, (low, high): (u32, u32), step: u32) {
     let is_word = key.default.parse::<u32>().is_err();
     let mut number = value.parse::<u32>().unwrap_or(low);
@@ -292,7 +294,7 @@ fn number(ui: &mut Ui, key: &Key, value: &mut String, (low, high): (u32, u32), s
             return;
         }
     }
-    // While it is dragged nothing is opened anew: that is for the number where it is let go.
+    // While a number is dragged no technique is opened: one is opened for the number at which it is released.
     let id = ui.id().with(key.name);
     if let Some(dragged) = ui.data(|data| data.get_temp(id)) {
         number = dragged;
@@ -313,7 +315,7 @@ mod tests {
     use super::*;
     use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2, vec2};
 
-    /// A panel without a window, and a hand on it.
+    /// A panel without a window, and a simulated hand that uses it.
     struct Hand {
         context: egui::Context,
         state: State,
@@ -328,12 +330,12 @@ mod tests {
                 state.set(key, value).expect(key);
             }
             let mut hand = Self { context: egui::Context::default(), state, chart: Chart::default(), pressed: None };
-            // Once for the sizes of all, once more for their places.
+            // The first frames find the sizes of all widgets, and then their places.
             (0..3).for_each(|_| drop(hand.frame(Vec::new())));
             hand
         }
 
-        /// A frame with these inputs: the texts in it, and where each is.
+        /// Draws a frame with these inputs. Returns the texts in it, and the place of each.
         fn frame(&mut self, events: Vec<Event>) -> Vec<(String, Rect)> {
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 1400.0));
             let input = RawInput { screen_rect: Some(screen), events, ..RawInput::default() };
@@ -352,7 +354,7 @@ mod tests {
             all
         }
 
-        /// Where the last text of that kind is.
+        /// The position of the last text that reads `text`.
         #[track_caller]
         fn find(&mut self, text: &str) -> Pos2 {
             let all = self.frame(Vec::new());
@@ -360,7 +362,8 @@ mod tests {
             found.unwrap_or_else(|| panic!("no {text} in {all:?}"))
         }
 
-        /// The middle of the rail of a slider of that name: left of its number, which is in one row with the name.
+        /// The middle of the rail of the slider with that name. It is left of the slider's number, which is in one row
+        /// with the name.
         #[track_caller]
         fn rail(&mut self, name: &str) -> Pos2 {
             let at = self.find(name);
@@ -381,7 +384,7 @@ mod tests {
             let at = self.find(text);
             self.button(at, true);
             self.button(at, false);
-            // What opens is there a frame later.
+            // A list that was opened is there one frame later.
             self.frame(Vec::new());
         }
 
@@ -398,7 +401,7 @@ mod tests {
         }
     }
 
-    /// One widget of each kind sets what it says, as a pointer uses it; nothing else changes.
+    /// A widget of each kind, used with a pointer, sets what it names, and nothing else changes.
     #[test]
     fn widgets_set_what_they_say() {
         let mut hand = Hand::new();
@@ -427,7 +430,7 @@ mod tests {
         let other = REGISTRY.iter().map(|entry| entry.name).find(is_listed).expect("a list");
         hand.click(other);
         assert_eq!(hand.spec(0), other);
-        // A number that is dragged: set where it is let go.
+        // A number that is dragged: it is set where it is released.
         hand.state.set("a", "psm:size=300").expect("known");
         let size = hand.find("300");
         hand.drag(size, 30.0);

@@ -1,4 +1,4 @@
-//! From pictures in linear light to the bytes that the window shows, which are those of `gobo render`.
+//! Turns pictures in linear light into the bytes that the window shows, which are the bytes that `gobo render` writes.
 
 use super::state::Show;
 use crate::Result;
@@ -19,10 +19,10 @@ push_struct! {
     }
 }
 
-/// Where a picture comes from. Twins: the bits of glsl/view/present.comp.
+/// The source of a picture. Twins: the bits of glsl/view/present.comp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// Its image.
+    /// The picture's image.
     Image = 0,
     /// Values that the host wrote.
     Values = 1,
@@ -34,19 +34,20 @@ pub enum Source {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
     pub show: Show,
-    /// The first column of B.
+    /// The first column that shows B.
     pub wipe: u32,
     pub gain: u32,
-    /// Where A and B come from.
+    /// The sources of A and B.
     pub sources: [Source; 2],
     pub blue_first: bool,
 }
 
-/// Makes the bytes of one pair of pictures.
+/// Makes the window's bytes from one pair of pictures.
 pub struct Present {
     kernel: Kernel<PresentPush>,
     size: [u32; 2],
-    /// Three floats per pixel of the reference, or one of a slice, or bytes that the host painted.
+    /// Values of the reference (three floats per pixel) or of a slice (one float per pixel), or bytes that the host
+    /// painted.
     values: Buffer,
     shown: Buffer,
 }
@@ -69,12 +70,12 @@ impl Present {
         Ok(Self { kernel, size, values, shown })
     }
 
-    /// Values from the host or a slice.
+    /// The values from the host or of a slice.
     pub fn values(&self) -> &Buffer {
         &self.values
     }
 
-    /// Four bytes per pixel, rows from the top.
+    /// The window's bytes: four per pixel, rows from the top.
     pub fn shown(&self) -> &Buffer {
         &self.shown
     }
@@ -96,12 +97,13 @@ impl Present {
     }
 }
 
-/// A byte of a file of `render`.
+/// The byte that `gobo render` writes for a value.
 fn byte(value: f32) -> u8 {
     Picture { width: 1, height: 1, pixels: vec![[value; 3]] }.to_srgb8()[0]
 }
 
-/// For each byte the least number that has it: by halving, since numbers of 0 and more are ordered as their bits are.
+/// For each byte, the least number that is shown as this byte. It is found by halving, since numbers that are not
+/// negative are ordered as their bits are.
 fn levels() -> [f32; 256] {
     let least = |byte_wanted: usize| {
         let (mut below, mut reached) = (0, 1f32.to_bits());
@@ -129,7 +131,7 @@ mod tests {
         at as u8
     }
 
-    /// All numbers about each level, where rounding could tell them apart, and any others.
+    /// Numbers next to each level, where rounding could make a difference, and other numbers.
     #[test]
     fn levels_are_the_bytes_of_files() {
         let levels = levels();

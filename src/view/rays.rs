@@ -1,5 +1,6 @@
-//! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers of A and B. It is
-//! the plot of `gobo curve`, made on a thread of its own with a device of its own, so that the window waits for none of it.
+//! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers
+//! of A and B. It is the plot of `gobo curve`. A thread makes it, with a device of its own, so that the window never
+//! waits for it.
 
 use super::state::{Side, State};
 use crate::gpu::{Context, Options};
@@ -13,14 +14,14 @@ use glam::{DVec2, DVec3};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-/// What is asked once for many rays: a state of a scene, and the techniques that stand for it.
+/// What several rays have in common: a state of a scene, and the techniques that are built for it.
 #[derive(Clone, Debug, PartialEq)]
 struct Of {
     version: u64,
     specs: Vec<String>,
 }
 
-/// A ray.
+/// A ray: the pixel that it is seen at, and what it has in common with others.
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
     of: Of,
@@ -30,7 +31,7 @@ struct Key {
 
 struct Asked {
     key: Key,
-    /// Its camera is the other.
+    /// The scene, whose camera is not the one in use; that is `camera`.
     scene: Arc<Scene>,
     camera: Camera,
     specs: Vec<Spec>,
@@ -39,14 +40,14 @@ struct Asked {
 /// The ray under a pixel, and its curves.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// Its texel in the light's map.
+    /// The ray's texel in the light's map.
     pub texel: [u32; 2],
-    /// The face of a point light's cube.
+    /// The face of a point light's cube that the ray is in.
     pub face: Option<&'static str>,
-    /// The place that is seen, as a depth in the light's range.
+    /// The depth, in the light's range, of the point that is seen.
     pub depth: f64,
     pub ray: LightRay,
-    /// The technique of each of its lines, or the reference.
+    /// The name of each of the ray's lines: a technique or the reference.
     pub names: Vec<String>,
     scene: String,
 }
@@ -60,19 +61,19 @@ impl Found {
         report::curve(&self.ray.title(&self.scene, self.texel), &self.ray, &self.names)
     }
 
-    /// The truth at the place that is seen, and each technique's answer.
+    /// The truth at the point that is seen, and each technique's answer there.
     pub fn there(&self) -> (f64, Vec<f64>) {
         let at = self.ray.truth.partition_point(|(depth, _)| *depth < self.depth).min(self.ray.truth.len() - 1);
         (self.ray.truth[at].1, self.ray.lines.iter().map(|line| line.points[at].1).collect())
     }
 }
 
-/// Words between the window and the thread.
+/// Messages between the window and the thread.
 #[derive(Default)]
 struct Post {
     asked: Option<Asked>,
     answer: Option<(Key, std::result::Result<Arc<Found>, String>)>,
-    /// The thread is at one.
+    /// Whether the thread is working on a ray.
     is_busy: bool,
     is_over: bool,
 }
@@ -89,7 +90,7 @@ pub struct Rays {
     thread: Option<JoinHandle<()>>,
     options: Options,
     asked: Option<Key>,
-    /// The thread knows of it.
+    /// Whether the last question was handed to the thread.
     is_posted: bool,
 }
 
@@ -97,14 +98,14 @@ impl Drop for Rays {
     fn drop(&mut self) {
         self.shared.lock().is_over = true;
         self.shared.wakes.notify_all();
-        // Its device is closed before the program ends.
+        // The thread is waited for, so that its device is closed before the program ends.
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
 }
 
-/// The specs whose lines are in one plot: those of A and B with maps of one size.
+/// The specs whose lines are in one plot: those of A and B, if their maps have the same size.
 pub fn specs(state: &State) -> Vec<&Spec> {
     let all = state.sides.iter().filter_map(|side| if let Side::Technique(spec) = side { Some(spec) } else { None });
     let mut all: Vec<&Spec> = all.collect();
@@ -115,13 +116,13 @@ pub fn specs(state: &State) -> Vec<&Spec> {
 }
 
 impl Rays {
-    /// Nothing is asked yet; `options` are those of the device that will answer.
+    /// No ray is asked for yet. `options` are for the device of the thread.
     pub fn new(options: Options) -> Self {
         Self { shared: Arc::default(), thread: None, options, asked: None, is_posted: false }
     }
 
-    /// Asks for the ray under the pointer, where that is another than before. `version` says which state `scene` is, which is only asked
-    /// for once the thread has nothing else to do: call it again each frame.
+    /// Asks for the ray under the pointer, where it differs from the last one. `version` says which state `scene` has.
+    /// `scene` is called only once the thread has nothing else to do, so call this function again in each frame.
     pub fn ask(
         &mut self,
         state: &State,
@@ -152,7 +153,7 @@ impl Rays {
         }
     }
 
-    /// The result is no longer wanted.
+    /// Drops the last question.
     pub fn rest(&mut self) {
         (self.asked, self.is_posted) = (None, false);
         let mut post = self.shared.lock();
@@ -184,7 +185,8 @@ impl Shared {
         self.post.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next that is asked, once it is; none where the window closes or, `within` a state, that is another one.
+    /// Waits for the next question. None where the window closes or, for a thread that is `within` a state, where the
+    /// next question is about another state.
     fn next(&self, within: Option<&Of>) -> Option<Asked> {
         let mut post = self.lock();
         loop {
@@ -202,7 +204,7 @@ impl Shared {
         }
     }
 
-    /// On a thread of its own, to the end.
+    /// Answers questions until the window closes.
     fn serve(&self, options: &Options) {
         let mut context = None;
         while let Some(first) = self.next(None) {
@@ -215,7 +217,7 @@ impl Shared {
         }
     }
 
-    /// All rays of one state.
+    /// Answers all questions about one state.
     fn serve_state(&self, context: &Context, first: Asked) {
         let of = first.key.of.clone();
         let scene = Scene { camera: first.camera, ..Scene::clone(&first.scene) };
@@ -241,7 +243,7 @@ impl Shared {
     }
 }
 
-/// The light ray through the place that is seen at the pixel's middle.
+/// The light ray through the point that is seen at the pixel's middle.
 fn found(context: &Context, casters: &Casters, standing: &Standing, key: &Key) -> Result<Found> {
     let scene = casters.scene();
     let place = casters.seen(&key.camera, DVec2::from(key.pixel.map(f64::from)) + 0.5);
@@ -251,7 +253,7 @@ fn found(context: &Context, casters: &Casters, standing: &Standing, key: &Key) -
     let map = scene.lights[0].map_at(place.as_vec3().into());
     let view = standing.opened[0].technique.maps().get(map).map(|map| map.volume);
     let (at, z) = view.map_or_else(Default::default, |view| view.project(place));
-    // A place beside the map is refused as such.
+    // A point outside the map gets a texel outside the map, which is refused with a message.
     let texel = at.to_array().map(|at| if at >= 0.0 { at as u32 } else { u32::MAX });
     let ray = LightRay::new(context, casters, &standing.opened, map, texel)?;
     let face = (scene.lights[0].map_count() > 1).then(|| FACES[map].0);

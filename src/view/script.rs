@@ -1,4 +1,4 @@
-//! Scripts in place of keys and mouse: one line after the other, each once the condition that it waits for holds.
+//! Scripts that replace keys and mouse. Lines run in order, each once the condition that it waits for holds.
 
 use crate::{Error, Result};
 use std::collections::VecDeque;
@@ -7,51 +7,51 @@ use std::time::Duration;
 use winit::event::MouseButton;
 use winit::keyboard::{Key, NamedKey};
 
-/// What a hand does with a mouse, in pixels of the window.
+/// An action with the mouse, in pixels of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
-    /// The pointer is there.
+    /// The pointer moves to this pixel.
     Move([f64; 2]),
     /// A button goes down, or up.
     Button(bool, MouseButton),
-    /// The wheel turns by so many lines, up above 0.
+    /// The wheel turns by so many lines; more than 0 is up.
     Wheel(f64),
     /// The control key goes down, or up.
     Control(bool),
 }
 
-/// A line.
+/// A line of a script.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
-    /// As [`super::State::set`].
+    /// Sets a part of the state, as [`super::State::set`] does.
     Set(String, String),
-    /// A key by its name.
+    /// Presses a key, by its name.
     Key(String),
-    /// Goes round, radians to the right and up.
+    /// Moves the camera around its target, radians to the right and up.
     Orbit(f64, f64),
-    /// Waits so long.
+    /// Waits for this time.
     Wait(Duration),
-    /// Draws so many frames.
+    /// Draws this many frames.
     Frames(u64),
-    /// A PNG of the window's picture, once that is whole.
+    /// Writes a PNG of the window's picture, once that is complete.
     Screenshot(PathBuf),
-    /// The window, once it is whole, as the next picture of a GIF, which shows it so many milliseconds.
+    /// Adds the window, once it is complete, to a GIF as its next picture, shown for so many milliseconds.
     Gif(PathBuf, u32),
-    /// An SVG of the curve under the pointer, once that is made.
+    /// Writes an SVG of the curve under the pointer, once that is computed.
     Curve(PathBuf),
-    /// The picture is of so many pixels; 0 × 0 as if the window were minimized.
+    /// Gives the picture this many pixels; 0 × 0 is as if the window were minimized.
     Resize([u32; 2]),
-    /// A file is dropped onto the window.
+    /// Drops a file onto the window.
     Drop(String),
-    /// The mouse is used.
+    /// Uses the mouse.
     Input(Input),
-    /// Prints the frames so far, and the bytes of device memory that are held.
+    /// Prints the pace of the frames so far, and the bytes of device memory that are allocated.
     Report,
     /// Closes the window.
     Quit,
 }
 
-/// Lines that are still to come, with their numbers.
+/// The lines that are still to be run.
 pub struct Script(VecDeque<Step>);
 
 impl Script {
@@ -70,13 +70,13 @@ impl Script {
         Ok(Self(steps.collect::<Result<_>>()?))
     }
 
-    /// The next line.
+    /// Takes the next line out.
     pub fn next(&mut self) -> Option<Step> {
         self.0.pop_front()
     }
 }
 
-/// Parses a line; the error lists what it may be.
+/// Parses a line. The error lists the lines that are allowed.
 fn step(line: &str) -> std::result::Result<Step, String> {
     let (word, rest) = line.split_once(' ').map_or((line, ""), |(word, rest)| (word, rest.trim()));
     let numbers = || rest.split_whitespace().map(str::parse).collect::<std::result::Result<Vec<f64>, _>>().ok();
@@ -114,7 +114,7 @@ fn step(line: &str) -> std::result::Result<Step, String> {
     step.ok_or_else(|| format!("write one of: {known}"))
 }
 
-/// A key as a script has it.
+/// The name of a key in scripts.
 pub fn key_name(key: &Key) -> String {
     match key {
         Key::Named(NamedKey::Space) => "space".into(),

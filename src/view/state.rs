@@ -7,7 +7,7 @@ use crate::technique::keys::check;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// The technique, or the reference, that lights a picture.
+/// What lights a picture: a technique or the reference.
 #[derive(Clone, Debug)]
 pub enum Side {
     /// A technique.
@@ -17,7 +17,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// A spec, or `reference`.
+    /// Reads a spec, or `reference`.
     ///
     /// # Errors
     /// [`Error::Input`] where it is neither, or a sweep.
@@ -32,7 +32,7 @@ impl Side {
         }
     }
 
-    /// As options have it.
+    /// The text that [`Side::read`] reads.
     pub fn text(&self) -> String {
         match self {
             Self::Technique(spec) => spec.short(),
@@ -48,18 +48,18 @@ pub enum Show {
     B = 1,
     /// A left of a line, B right of it.
     Wipe = 2,
-    /// How far they are apart, in steps of 255.
+    /// The difference between A and B, in steps of 1/255.
     Difference = 3,
     /// A's answers at one depth of a light's range.
     Slice = 4,
     /// How many steps A's look-ups take.
     Steps = 5,
-    /// A, and over some casters the triangles that lighting=vertex makes of them. The shader takes it for A.
+    /// A, with the triangles that lighting=vertex makes drawn over some casters. For the shader this is the same as A.
     Wireframe = 6,
 }
 
 impl Show {
-    /// Their words, in the order of their keys, F1 to F7.
+    /// All values with their words, in the order of their keys, F1 to F7.
     pub const ALL: [(&str, Self); 7] = [
         ("a", Self::A),
         ("b", Self::B),
@@ -70,12 +70,12 @@ impl Show {
         ("wireframe", Self::Wireframe),
     ];
 
-    /// Whether pictures of A and B are seen.
+    /// Whether it shows pictures of A or B.
     pub fn is_picture(self) -> bool {
         !matches!(self, Self::Slice | Self::Steps)
     }
 
-    /// Whether A or B has a part in it.
+    /// Whether A and B have a part in it.
     pub fn draws(self) -> [bool; 2] {
         [self != Self::B, matches!(self, Self::B | Self::Wipe | Self::Difference)]
     }
@@ -85,30 +85,30 @@ impl Show {
 #[derive(Clone, Debug)]
 pub struct State {
     pub scene: String,
-    /// As `--time`.
+    /// As the option `--time`.
     pub time_s: f64,
-    /// As `--lights`.
+    /// As the option `--lights`.
     pub lights: Option<usize>,
     pub eye: Option<DVec3>,
     pub target: Option<DVec3>,
     pub direction: Option<DVec3>,
     pub extinction: f64,
-    /// As `--attractor`.
+    /// As the option `--attractor`.
     pub attractor: Option<DVec3>,
-    /// As `--gravity`.
+    /// As the option `--gravity`.
     pub gravity: f64,
-    /// A and B.
+    /// A, then B.
     pub sides: [Side; 2],
     pub show: Show,
-    /// Where the wipe stands, 0 left to 1 right.
+    /// The position of the wipe's line, from 0 at the left to 1 at the right.
     pub wipe: f64,
-    /// Differences are shown so many times as large.
+    /// The factor by which differences are enlarged.
     pub gain: u32,
     /// Whether pictures are shown as `render` shows them, else as `render --plain` does.
     pub full: bool,
-    /// As `--samples`.
+    /// As the option `--samples`.
     pub samples: u32,
-    /// As `--exposure`.
+    /// As the option `--exposure`.
     pub exposure: f32,
     /// The light of the slice.
     pub light: usize,
@@ -116,7 +116,7 @@ pub struct State {
     pub depth: f32,
     /// Whether the curve under the pointer is shown.
     pub curve: bool,
-    /// The pixel of the picture that it is of; none for the middle.
+    /// The pixel of the picture whose curve is shown; none for the middle.
     pub pointer: Option<[u32; 2]>,
     /// Whether time runs.
     pub runs: bool,
@@ -125,7 +125,7 @@ pub struct State {
 }
 
 impl State {
-    /// A scene as it is, lit by the usual technique.
+    /// The state that shows a scene as it is, lit by the usual technique.
     pub fn new(scene: &str, time_s: f64, lights: Option<usize>) -> Self {
         Self {
             scene: scene.into(),
@@ -153,18 +153,18 @@ impl State {
         }
     }
 
-    /// Changes of the scene.
+    /// The changes that the state makes to the scene.
     pub fn change(&self) -> SceneChange {
         SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
     }
 
-    /// How pictures are shown; none as they are measured, and for what is no picture.
+    /// How pictures are shown. None where they are shown as they are measured, and for views that are no pictures.
     pub fn look(&self) -> Option<Look> {
         let look = Look::new(self.samples, self.exposure).ok();
         look.filter(|_| self.full && self.show.is_picture())
     }
 
-    /// The scene as its name says, at the time.
+    /// Loads the scene that the state names, at its time.
     ///
     /// # Errors
     /// As [`Scene::load`], [`Scene::with_lights`] and [`Scene::pulled`].
@@ -180,19 +180,19 @@ impl State {
         scene.pulled(self.attractor, self.gravity, self.time_s)
     }
 
-    /// Attractor and gravity of simulated particles, where they are not as usual.
+    /// Attractor and gravity of simulated particles: the attractor is none, and gravity 1, unless they were set.
     pub fn pull(&self) -> (Option<DVec3>, f64) {
         (self.attractor, self.gravity)
     }
 
-    /// Another scene, seen and lit as its file says.
+    /// Changes to another scene, with the camera and the light that its file has.
     pub fn choose(&mut self, scene: &str) {
         (self.scene, self.lights, self.light) = (scene.into(), None, 0);
         (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
         (self.attractor, self.gravity) = (None, 1.0);
     }
 
-    /// The scene of `good`, as that has it, and no time that runs: this one's cannot be.
+    /// Returns to the scene of `good`, and stops time: the present scene cannot be shown.
     pub fn go_back_to(&mut self, good: &Self) {
         self.choose(&good.scene);
         (self.lights, self.light, self.time_s, self.runs) = (good.lights, good.light, good.time_s, false);
@@ -205,7 +205,7 @@ impl State {
     /// `direction`, `extinction`, `attractor`, `gravity`, `time`, `runs`, `panel`.
     ///
     /// # Errors
-    /// [`Error::Input`] where there is no such key, or the value is none of its.
+    /// [`Error::Input`] where there is no such key, or the key cannot have that value.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
         let wrong = |known: &str| Error::input(format!("{key} {value}"), "is not known", format!("give {known}"));
         let number = |low: f64, high: f64| {
@@ -276,7 +276,7 @@ impl State {
         Ok(())
     }
 
-    /// A command for this state: `more` are its own options.
+    /// A command for this state; `more` are the command's own options.
     fn line(&self, command: &str, more: &str) -> String {
         let mut line = format!("gobo {command} {}{more} --time {}", quoted(&self.scene), self.time_s);
         if let Some(lights) = self.lights {
@@ -299,14 +299,15 @@ impl State {
         line
     }
 
-    /// The command that plots the curve of a texel of light 0's map, as `specs` have it.
+    /// The command that plots the curve of a texel of light 0's map, for the techniques `specs`.
     pub fn curve_command(&self, [x, y]: [u32; 2], face: Option<&str>, specs: &[&Spec]) -> String {
         let face = face.map_or_else(String::new, |face| format!(" --face {face}"));
         let techniques: String = specs.iter().map(|spec| format!(" --technique {}", quoted(&spec.short()))).collect();
         self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
     }
 
-    /// The commands that make the window's pictures, one line each; `size` is the picture's. `faces`: the slice's light has six maps.
+    /// The commands that make the window's pictures, one line each. `size` is the picture's size. `faces` says whether
+    /// the slice's light has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let look = match self.look() {
             None => " --plain".into(),
@@ -347,7 +348,7 @@ fn set_key(side: &mut Side, key: &str, value: &str) -> Result<()> {
     Ok(())
 }
 
-/// For a shell.
+/// The text, quoted for a shell where it needs that.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,".contains(c);
     if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', r"'\''")) }

@@ -1,5 +1,6 @@
-//! The f64 reference beside the window: one worker fills it in from coarse to fine while nothing moves. A later request takes
-//! the place of an earlier one, so that a reference that takes long never keeps the window waiting, nor has more than one at work.
+//! The f64 reference in the window: while nothing moves, a worker makes it from coarse to fine. A later request
+//! replaces an earlier one. So the window never waits for a reference that takes long, and only one is being made at a
+//! time.
 
 use crate::gpu::slow_truth;
 use crate::reference::truth::{Casters, developed, picture_rows, shown_rows};
@@ -9,13 +10,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// By how much the first, coarse picture is smaller per side.
+/// How many times smaller per side the first, coarse picture is.
 const COARSE: u32 = 8;
 
-/// How long some rows take, about.
+/// The approximate time for which the worker makes rows before it shows them.
 const SHARE: Duration = Duration::from_millis(100);
 
-/// Which casters under which lights, by which camera, and how it is shown.
+/// A number for the casters and lights, the camera, and how the picture is shown.
 type Of = (u64, View, Option<Show>);
 
 /// A picture that is to be made.
@@ -24,21 +25,21 @@ struct Job {
     scene: Arc<Scene>,
 }
 
-/// Words between the window and the worker.
+/// Messages between the window and the worker.
 #[derive(Default)]
 struct Post {
-    /// The newest that is asked for, until the worker takes it.
+    /// The newest request, until the worker takes it.
     next: Option<Job>,
-    /// What the worker is at, or was last.
+    /// The picture that the worker is making, or made last.
     at: Option<Of>,
     is_busy: bool,
     picture: Option<Picture>,
     rows: u32,
-    /// Since the window last looked.
+    /// Whether there are new rows since the window last looked.
     is_new: bool,
-    /// All rows of `at` are there.
+    /// Whether all rows of `at` are done.
     is_over: bool,
-    /// The window closes.
+    /// Whether the window is closing.
     is_closed: bool,
 }
 
@@ -46,7 +47,7 @@ struct Post {
 struct Shared {
     post: Mutex<Post>,
     wakes: Condvar,
-    /// What the worker is at is not wanted any more.
+    /// Set where the picture that the worker is making is not wanted any more.
     stop: AtomicBool,
     counts: [AtomicU64; 3],
 }
@@ -65,7 +66,7 @@ pub struct Truth {
     shared: Arc<Shared>,
     has_worker: bool,
     wanted: Option<Of>,
-    /// What was wanted last was handed to the worker.
+    /// Whether the picture that is wanted was handed to the worker.
     is_asked: bool,
 }
 
@@ -73,14 +74,15 @@ impl Drop for Truth {
     fn drop(&mut self) {
         self.rest();
         self.shared.lock().is_closed = true;
-        // The worker ends by itself, after the row that it is at. Nobody waits for it.
+        // The worker ends by itself, after the rows that it is making. Nothing waits for it.
         self.shared.wakes.notify_all();
     }
 }
 
 impl Truth {
-    /// Has the picture of a scene made, as it is shown or measured, where it is not under way or done. `cast` says which casters under
-    /// which lights; `scene` has them, and is only asked for once the worker has nothing else to do: call it again each frame.
+    /// Asks for the picture of a scene, as it is shown or measured, where it is neither being made nor done. `cast` is
+    /// the number of the casters and lights. `scene` returns these, and is called only once the worker has nothing else
+    /// to do, so call this function again in each frame.
     pub fn see(&mut self, cast: u64, camera: &View, show: Option<Show>, scene: impl FnOnce() -> Option<Arc<Scene>>) {
         let of = (cast, *camera, show);
         if self.wanted != Some(of) {
@@ -112,7 +114,7 @@ impl Truth {
         }
     }
 
-    /// The result is not wanted.
+    /// Drops the last request.
     pub fn rest(&mut self) {
         (self.wanted, self.is_asked) = (None, false);
         let mut post = self.shared.lock();
@@ -123,20 +125,20 @@ impl Truth {
         }
     }
 
-    /// Whether it is complete.
+    /// Whether the picture is complete, and the window has it.
     pub fn is_whole(&self) -> bool {
         let post = self.shared.lock();
         self.is_asked && post.at == self.wanted && post.is_over && !post.is_new
     }
 
-    /// Rows that are there, and all of them.
+    /// How many rows are done, and how many there are.
     pub fn rows(&self) -> [u32; 2] {
         let post = self.shared.lock();
         let rows = if self.is_asked && post.at == self.wanted { post.rows } else { 0 };
         [rows, self.wanted.map_or(0, |(_, camera, _)| camera.height)]
     }
 
-    /// The picture as it is now, where it has changed since the last call, or in `any` case.
+    /// The present picture, where it has changed since the last call; with `any`, in any case.
     pub fn news(&self, any: bool) -> Option<Picture> {
         let mut post = self.shared.lock();
         if !self.is_asked || post.at != self.wanted {
@@ -146,7 +148,7 @@ impl Truth {
         post.picture.clone().filter(|_| is_new || any)
     }
 
-    /// What the worker has done.
+    /// How many pictures the worker has begun, finished and dropped.
     pub fn counts(&self) -> Counts {
         let [begun, finished, dropped] = [0, 1, 2].map(|i: usize| self.shared.counts[i].load(Ordering::Relaxed));
         Counts { begun, finished, dropped }
@@ -158,7 +160,7 @@ impl Shared {
         self.post.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next that is asked for, once it is; none where the window closes.
+    /// Waits for the next request; none where the window closes.
     fn next(&self) -> Option<Job> {
         let mut post = self.lock();
         loop {
@@ -177,9 +179,9 @@ impl Shared {
         }
     }
 
-    /// The worker, to its end. Casters stay sorted for as long as they are the same.
+    /// Works until the window closes. Casters stay sorted for as long as they are the same.
     fn work(&self) {
-        // One core is the window's.
+        // One core is left for the window.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = (cores - 1).max(1);
         let named = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("truth {i}"));
@@ -200,7 +202,7 @@ impl Shared {
         }
     }
 
-    /// Makes a picture, and returns whether it came to its end.
+    /// Makes a picture. Returns whether it was finished.
     fn make(&self, casters: &Casters, scene: &Scene, of: &Of) -> bool {
         let (_, camera, show) = of;
         let coarse = View { width: camera.width.div_ceil(COARSE), height: camera.height.div_ceil(COARSE), ..*camera };
@@ -226,7 +228,7 @@ impl Shared {
         })
     }
 
-    /// Has `make` make all rows, a few at a time; false where that was stopped.
+    /// Calls `make` for all rows, a few at a time. False where it was stopped before the end.
     fn rows(&self, height: u32, mut make: impl FnMut(Range<u32>)) -> bool {
         let (mut row, mut rows) = (0, 1);
         while row < height {
@@ -243,7 +245,7 @@ impl Shared {
         true
     }
 
-    /// What is told of a picture that is not wanted any more is lost.
+    /// Changes the post for the window, unless the picture is not wanted any more.
     fn tell(&self, what: impl FnOnce(&mut Post)) {
         let mut post = self.lock();
         if !self.stop.load(Ordering::Relaxed) {
@@ -253,7 +255,7 @@ impl Shared {
     }
 }
 
-/// Rows of the picture as it is shown, or measured.
+/// Rows of the picture: as it is shown where there is a `show`, else as it is measured.
 fn rows_of(casters: &Casters, scene: &Scene, camera: &View, show: Option<Show>, rows: Range<u32>) -> Vec<[f32; 3]> {
     let Some(show) = show else { return picture_rows(casters, scene, camera, rows) };
     let [width, height] = show.sampled([camera.width, camera.height]);
@@ -263,7 +265,7 @@ fn rows_of(casters: &Casters, scene: &Scene, camera: &View, show: Option<Show>, 
     developed(&Picture { width, height: rows.end - rows.start, pixels }, &show).pixels
 }
 
-/// A coarse picture as large as the camera's.
+/// A coarse picture, enlarged to the camera's size.
 fn enlarged(coarse: &Picture, camera: &View) -> Picture {
     let at = |i: u32| {
         let (x, y) = (i % camera.width * coarse.width / camera.width, i / camera.width * coarse.height / camera.height);
@@ -283,7 +285,7 @@ mod tests {
         (Arc::new(scene), camera)
     }
 
-    /// In the end it is the whole reference, and before it a picture of as many pixels.
+    /// At the end it is the whole reference; before, it is a picture with as many pixels.
     #[test]
     fn it_fills_in() {
         let (scene, camera) = plume();
@@ -308,8 +310,8 @@ mod tests {
         assert!(!truth.is_whole(), "another state is");
     }
 
-    /// Where many are asked for fast, those are made that there is time for, one after the other, and the last to its end; and a scene
-    /// is asked for once per picture that is begun.
+    /// Where requests come fast, pictures are made one after the other as far as there is time, and the last one is
+    /// finished. The scene is asked for once per picture that is begun.
     #[test]
     fn the_newest_takes_the_place_of_what_was_asked_before() {
         let (scene, camera) = plume();
@@ -331,7 +333,7 @@ mod tests {
             let _ = truth.news(false);
             std::thread::sleep(Duration::from_millis(1));
         }
-        // The last is counted right after it is told.
+        // The last picture is counted just after it is handed over.
         let at_rest = |of: Counts| of.begun == of.finished + of.dropped;
         (0..1000).take_while(|_| !at_rest(truth.counts())).for_each(|_| std::thread::sleep(Duration::from_millis(1)));
         let Counts { begun, finished, dropped } = truth.counts();

@@ -1,9 +1,10 @@
-//! The box about all casters, in floats as glsl/grid/bounds.comp finds it: while it is the same, a grid stays where it is.
+//! The box about all casters, in the floats that glsl/grid/bounds.comp computes: while the box is the same, a grid
+//! keeps its place.
 
 use crate::scene::{Caster, Mesh};
 use glam::{DVec3, Vec3};
 
-/// A box; low above high where nothing is in it.
+/// A box; low is above high where the box is empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     low: Vec3,
@@ -11,7 +12,7 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// About nothing.
+    /// The empty box.
     pub(super) const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
     /// A box that is given.
@@ -29,7 +30,7 @@ impl Bounds {
         std::array::from_fn(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { self.high[axis] } else { self.low[axis] }))
     }
 
-    /// About the corners of triangles.
+    /// The box about the corners of triangles.
     pub(super) fn of_meshes(meshes: &[Mesh]) -> Self {
         let mut bounds = Self::NONE;
         for mesh in meshes {
@@ -40,7 +41,7 @@ impl Bounds {
         bounds
     }
 
-    /// About smoke and hair.
+    /// The box about smoke and hair.
     pub(super) fn of_casters(casters: &[Caster]) -> Self {
         let mut bounds = Self::NONE;
         for caster in casters {
@@ -58,7 +59,7 @@ impl Bounds {
         self.high = self.high.max(centre + radius);
     }
 
-    /// About both.
+    /// The box about both.
     pub(super) fn with(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }

@@ -1,4 +1,5 @@
-//! The passes that make casters, triangles and lights of the caller's buffers. Twin: [`crate::reference::twin::gather`].
+//! The passes that make casters, triangles and lights from the caller's buffers. Twin:
+//! [`crate::reference::twin::gather`].
 
 use super::LightData;
 use super::source::{Corners, LightAt, NOWHERE, Source, SphereAt, SplatAt, StrandAt, held, words};
@@ -10,29 +11,30 @@ use crate::shaders::set;
 use crate::shaders::world as shaders;
 use bytemuck::{Pod, Zeroable};
 
-/// Threads of a workgroup.
+/// Threads per workgroup.
 const THREADS: u32 = 64;
 
-/// Kernels that are kept for buffers that come again, as a ring of them does.
+/// Kernels that are kept for buffers that come again, as the buffers of a ring do.
 const KEPT: usize = 8;
 
 /// Counts of one pass. Twin: GatherTotals in glsl/world/gather.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct GatherTotals {
-    /// So many, by the caller's count.
+    /// Elements by the caller's count.
     pub asked: u32,
-    /// Those that there is room for and that have no place or no size.
+    /// Elements that there is room for and that have no place or no size.
     pub refused: u32,
 }
 
 /// Counts of elements in the caller's buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// Particles, strands, triangles, splats and lights, by the caller's counts: where one is more than the capacity, so many too many.
+    /// Particles, strands, triangles, splats and lights, by the caller's counts. A count above the capacity says how
+    /// many there are too many.
     pub asked: [u32; 5],
-    /// Among those that there is room for, how many have a number that is not finite, no size, or no vertex: they cast
-    /// nothing; and lights whose numbers are not as [`LightAt`] says: they are dark.
+    /// Among the elements that there is room for, those that cast nothing, since they have a number that is not finite,
+    /// no size, or no vertex. Among lights, those that are dark, since their numbers are not as [`LightAt`] says.
     pub refused: [u32; 5],
 }
 
@@ -104,14 +106,14 @@ push_struct! {
     }
 }
 
-/// Kernels, each for the buffers of theirs that it reads.
+/// Kernels of one shader, one per combination of the caller's buffers that it reads.
 struct Kernels<P> {
     shader: &'static Shader,
     all: Vec<(Vec<Buffer>, Kernel<P>)>,
 }
 
 impl<P: Push> Kernels<P> {
-    /// Reads `theirs` by the set that `bind` makes.
+    /// The kernel that reads `theirs`. `bind` makes its set.
     fn of(
         &mut self,
         context: &Context,
@@ -136,11 +138,12 @@ impl<P: Push> Kernels<P> {
 pub(super) struct Slots {
     pub first: u32,
     pub count: u32,
-    /// Room; no higher count is taken.
+    /// Room for casters; a higher count is cut to it.
     pub capacity: u32,
 }
 
-/// What a pass counted, of one kind: passes of a submission need not wait for each other's.
+/// The counts of one kind of elements. Each kind has its own, so that passes of a submission need not wait for each
+/// other.
 struct Counted {
     /// [`GatherTotals`].
     counts: Buffer,
@@ -171,7 +174,7 @@ impl Counted {
 pub(super) struct Gather {
     /// Counts of particles, strands, triangles, splats and lights.
     counted: [Counted; 5],
-    /// For particles and for strands.
+    /// Kernels for particles and for strands.
     casters: [Kernels<CastersPush>; 2],
     triangles: Kernels<TrianglesPush>,
     splats: Kernels<SplatsPush>,
@@ -189,7 +192,7 @@ impl Gather {
         Ok(Self { counted, casters, triangles, splats, lights })
     }
 
-    /// What a frame came to.
+    /// Counts of frame `frame`, which is over.
     pub(super) fn read(&self, frame: u64) -> Result<Option<Gathered>> {
         let mut all = [None; 5];
         for (one, counted) in all.iter_mut().zip(&self.counted) {
@@ -200,7 +203,7 @@ impl Gather {
         Ok(all.iter().any(Option::is_some).then_some(gathered))
     }
 
-    /// Particles become casters.
+    /// Records the pass that makes casters from particles.
     pub(super) fn spheres(
         &mut self,
         context: &Context,
@@ -216,7 +219,7 @@ impl Gather {
         self.gather(context, commands, to, (source, bytes, what), push)
     }
 
-    /// Strands become casters.
+    /// Records the pass that makes casters from strands.
     pub(super) fn strands(
         &mut self,
         context: &Context,
@@ -259,7 +262,7 @@ impl Gather {
         Ok(())
     }
 
-    /// Splats become casters.
+    /// Records the pass that makes casters from splats.
     pub(super) fn splats(
         &mut self,
         context: &Context,
@@ -293,8 +296,8 @@ impl Gather {
         Ok(())
     }
 
-    /// Lights become ours: `slots` of them are written, as many of theirs as were told at most; where they stood otherwise, from
-    /// `stand_ins`.
+    /// Records the pass that makes lights from the caller's. `slots` lights are written, of which at most `told` come
+    /// from the caller. `stand_ins` are copied first, where the lights differ from the last call.
     pub(super) fn lights(
         &mut self,
         context: &Context,
@@ -333,7 +336,8 @@ impl Gather {
         Ok(())
     }
 
-    /// Triangles become ours, `capacity` of them; `place` is where they stand if none of them has a place.
+    /// Records the pass that makes `capacity` triangles from the caller's. All of them lie at `place` if none of them
+    /// has a place.
     pub(super) fn triangles(
         &mut self,
         context: &Context,

@@ -15,23 +15,23 @@ impl Parts {
     pub const STRANDS: Self = Self(4);
     /// Smoke and hair.
     pub const CASTERS: Self = Self::PARTICLES.and(Self::STRANDS);
-    /// Where the lights stand. Their colours are looked up and make nothing.
+    /// The lights' positions and directions. Their colours are read by look-ups, and nothing is built from them.
     pub const LIGHTS: Self = Self(8);
     /// The scene's camera.
     pub const CAMERA: Self = Self(16);
     /// The box about all that casts.
     pub const BOX: Self = Self(32);
-    /// Nothing of it.
+    /// No part.
     pub const NONE: Self = Self(0);
-    /// All of them.
+    /// All parts.
     pub const ALL: Self = Self(63);
 
-    /// These and those.
+    /// Both sets of parts.
     pub const fn and(self, those: Self) -> Self {
         Self(self.0 | those.0)
     }
 
-    /// These but for those.
+    /// These parts without those.
     const fn without(self, those: Self) -> Self {
         Self(self.0 & !those.0)
     }
@@ -44,22 +44,22 @@ impl Parts {
 /// How often each part of a world has changed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Generations {
-    /// Opaque triangles.
+    /// Changes of opaque triangles.
     pub meshes: u64,
-    /// Spheres of smoke.
+    /// Changes of spheres of smoke.
     pub particles: u64,
-    /// Hair.
+    /// Changes of hair.
     pub strands: u64,
-    /// Where each light stands.
+    /// Per light, changes of its position or direction.
     pub lights: Vec<u64>,
-    /// The scene's camera.
+    /// Changes of the scene's camera.
     pub camera: u64,
-    /// The box about all that casts.
+    /// Changes of the box about all casters.
     pub bounds: u64,
 }
 
 impl Generations {
-    /// Whether none of `parts` has changed from these to those.
+    /// Whether none of `parts` differs between these counts and `those`.
     pub fn agree(&self, those: &Self, parts: Parts) -> bool {
         let same = [
             (Parts::MESHES, self.meshes == those.meshes),
@@ -73,7 +73,7 @@ impl Generations {
     }
 }
 
-/// Something that is made of parts of a world, and of which state of it.
+/// Something that is made from parts of a world, and the state of the world that it was last made from.
 #[derive(Clone, Debug)]
 pub struct Made {
     of: Parts,
@@ -86,12 +86,13 @@ impl Made {
         Self { of: parts, at: None }
     }
 
-    /// Whether it is made of the world as it is now.
+    /// Whether the thing is already made from the present world.
     pub fn stands(&self, world: &World) -> bool {
         self.at.as_ref().is_some_and(|at| at.agree(world.generations(), self.of))
     }
 
-    /// Whether it has to be made of the world as it is now; the caller does so.
+    /// Returns whether the thing has to be made from the present world. If so, counts it as made from now on: the
+    /// caller must make it.
     pub fn make(&mut self, world: &World) -> bool {
         let make = !self.stands(world);
         if make {
@@ -100,8 +101,8 @@ impl Made {
         make
     }
 
-    /// The same of something of which each light has its own: per light, whether that has to be made. Where more has changed than
-    /// lights, all of it.
+    /// As [`Made::make`], for something that has a part per light: returns, per light, whether its part has to be made.
+    /// Where more than lights has changed, all parts have to be.
     pub fn make_lights(&mut self, world: &World) -> Vec<bool> {
         let now = world.generations();
         let make = self.lights_to_make(now);
@@ -118,7 +119,7 @@ impl Made {
         }
     }
 
-    /// Whatever it was made of, it is made again.
+    /// Makes the next call of [`Made::make`] return true, whatever has changed.
     pub fn forget(&mut self) {
         self.at = None;
     }
@@ -128,7 +129,7 @@ impl Made {
 mod tests {
     use super::*;
 
-    /// A part that something is not made of may change.
+    /// A part that something is not made from may change.
     #[test]
     fn only_what_it_is_made_of_counts() {
         let before = Generations { lights: vec![0; 3], ..Generations::default() };
@@ -151,7 +152,8 @@ mod tests {
         assert!(!before.agree(&changed[2].1, Parts::CASTERS) && before.agree(&changed[0].1, Parts::CASTERS));
     }
 
-    /// Where one light moved it is that one's, where something else has changed or there are others it is all of them.
+    /// Where one light has moved, only its part is made. Where something else has changed, or the number of lights has,
+    /// all parts are made.
     #[test]
     fn a_light_that_moved_is_made_alone() {
         let before = Generations { lights: vec![4, 0, 7], ..Generations::default() };

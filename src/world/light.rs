@@ -11,19 +11,20 @@ pub struct LightData {
     pub position: [f32; 3],
     /// 0 directional, 1 spot, 2 point, 3 virtual.
     pub kind: u32,
-    /// The way a directional light travels, the axis of a spot light, the normal of a virtual one; 0 for a point light.
+    /// The direction in which a directional light travels, the axis of a spot light, the normal of a virtual one; 0 for
+    /// a point light.
     pub direction: [f32; 3],
     /// Cosine of half the cone of a spot light, 0 for a virtual light, −2 for the others.
     pub cos_cone: f32,
     /// Linear RGB.
     pub radiance: [f32; 3],
-    /// 1 / radius², 0 for a light that does not end; for a virtual light 1 / nearest².
+    /// 1 / radius², 0 for a light of infinite reach; for a virtual light 1 / nearest².
     pub falloff: f32,
     /// Its first map among the maps of all lights.
     pub first_map: u32,
     /// 6 for a point or a virtual light, else 1.
     pub map_count: u32,
-    /// 1 where meshes cast.
+    /// 1 where meshes cast shadows.
     pub has_opaque: u32,
 }
 
@@ -33,7 +34,7 @@ impl LightData {
         Self::of(&scene.lights, scene.has_triangles())
     }
 
-    /// Lights, where meshes cast or not.
+    /// Data of `lights`; `has_opaque` says whether meshes cast shadows.
     pub fn of(lights: &[Light], has_opaque: bool) -> Vec<Self> {
         let mut first_map = 0;
         let data = |light: &Light| {

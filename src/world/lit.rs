@@ -1,4 +1,4 @@
-//! The lights of a world of the caller's: from the host, or from a buffer of the caller's.
+//! The lights of a world that the caller fills: from the host, or from a buffer of the caller's.
 
 use super::source::{Count, LightAt, LightType, Source};
 use super::staged::raise_lights;
@@ -9,13 +9,15 @@ use crate::{Error, Result};
 use glam::DVec3;
 
 impl World {
-    /// Its lights are now those: records their copy where any is another, and says which of them stand otherwise. Techniques are
-    /// opened for as many as there have been. Where there are fewer now, those that went stay where they stood and are dark; where
-    /// there are more than ever, techniques that keep something of each light refuse to be recorded and are opened anew.
+    /// Replaces the lights by `lights`. Records their copy where any has changed, and raises the generations of those
+    /// that have moved. Techniques are opened for the most lights that there have been. Where there are fewer now, the
+    /// lights that are gone keep their place and are dark. Where there are more than ever, techniques that store
+    /// something per light refuse to be recorded and must be opened anew.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are more than there is room for, a number of one is out of range, or one has not as many maps as
-    /// the one before it in its place: six of a point light, one of any other.
+    /// [`Error::Input`] where there are more lights than there is room for, a number is out of range, or a light has
+    /// another number of maps than the light before it in its place: a point or a virtual light has six, any other has
+    /// one.
     pub fn lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
         let all = self.places(lights)?;
         if let Some(i) = lights.iter().position(|light| !is_light(light)) {
@@ -31,17 +33,19 @@ impl World {
         Ok(())
     }
 
-    /// Its lights are now those of that buffer, of such types in its order: records the pass that gathers them, and says that all of
-    /// them have moved. The host learns nothing of them but their types, which decide how many maps there are. Lights with a number that
-    /// is not as [`LightAt`] says are dark, and are counted ([`World::gathered`]); so are those behind a count that is less than the
-    /// types, and those that there were before and there are no more.
+    /// Replaces the lights by those in a buffer of the caller's, whose types are `types`, in the buffer's order.
+    /// Records the pass that gathers them, and counts all of them as moved. The host knows only their types, which
+    /// decide how many maps there are. Lights with a number that is not as [`LightAt`] says are dark, and are counted
+    /// ([`World::gathered`]). Also dark are lights behind a count that is less than the number of types, and earlier
+    /// lights that are gone.
     ///
-    /// Views are aimed on the device then, in single floats: axes of directional and of spot lights differ by up to 2.1e-6 from those of
-    /// the same lights of the host's, the width of a spot's by more the narrower it is (0.08 % at 1°), and point lights by nothing.
+    /// Views are then aimed on the device, in single floats. Axes of directional and of spot lights differ by up to
+    /// 2.1e-6 from those of the same lights given by the host. The width of a spot light's view differs by more the
+    /// narrower it is (0.08 % at 1°); point lights do not differ.
     ///
     /// # Errors
-    /// [`Error::Input`] as [`World::lights`], where the host knows that there are more than it told types of, or the layout lies outside
-    /// the buffer; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] as [`World::lights`], where the host's count exceeds the number of types, or where the layout
+    /// lies outside the buffer; [`Error::Gpu`] where memory runs out.
     pub fn lights_of_buffer(
         &mut self,
         commands: &mut Commands,
@@ -65,7 +69,8 @@ impl World {
         Ok(())
     }
 
-    /// Lights in the places of those that there are; where these are more, the others are dark.
+    /// `lights`, in the places of the present lights. Where there are more present lights, these are kept behind and
+    /// dark.
     fn places(&mut self, lights: &[Light]) -> Result<Vec<Light>> {
         let room = self.theirs()?.capacity.lights as usize;
         let other_maps = |(is, was): (&Light, &Light)| is.map_count() != was.map_count();
@@ -83,7 +88,7 @@ impl World {
         Error::input(self.name.clone(), cause, "make a new world, and open its techniques anew")
     }
 
-    /// From now on there are these, all of which have `moved`, or those that stand otherwise.
+    /// Sets the present lights to `all`. With `moved` all of them count as moved, else those whose place has changed.
     fn stand(&mut self, all: Vec<Light>, moved: bool, known: bool) {
         raise_lights(&mut self.generations, &all, &self.lit, moved);
         self.generations.lights.resize(all.len(), 0);
@@ -91,7 +96,7 @@ impl World {
     }
 }
 
-/// Whether its numbers are as [`Light`] says.
+/// Whether the light's numbers are in the ranges that [`Light`] says.
 fn is_light(light: &Light) -> bool {
     let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-3;
     let stands = light.position().is_none_or(DVec3::is_finite);

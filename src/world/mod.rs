@@ -1,5 +1,6 @@
-//! Casters and lights on the device, as they are now: casters, triangles, lights, and generations that say which part has changed. A
-//! [`Scene`] of the host fills it ([`World::new`]), or buffers of the caller's do ([`World::of`]).
+//! Casters and lights on the device in their present state: casters, triangles, lights, and generations that say which
+//! part has changed. A [`Scene`] of the host fills a world ([`World::new`]), or the caller's buffers do
+//! ([`World::of`]).
 
 mod bounds;
 mod gather;
@@ -52,23 +53,23 @@ pub struct World {
     pub triangles: Buffer,
     triangle_capacity: u32,
     triangle_count: u32,
-    /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 where a ray along its normal leaves a closed thing, −1 where it
-    /// enters one, 0 where it belongs to none or it is not known.
+    /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 where a ray along its normal leaves a closed mesh, −1
+    /// where it enters one, 0 where the mesh is not closed or that is not known.
     pub sides: Buffer,
-    /// Whether there may be strands: without, kernels are compiled for spheres alone.
+    /// Whether there may be strands. Without strands, kernels are compiled for spheres alone.
     strands: bool,
-    /// The same of Gaussians and cells.
+    /// Whether there may be Gaussians or cells of volumes, likewise.
     packed: bool,
     /// [`LightData`].
     pub lights: Buffer,
-    /// The same as the host has them.
+    /// The lights as the host knows them.
     lit: Vec<Light>,
-    /// Whether `lit` holds the real lights: else stand-ins of the same types.
+    /// Whether `lit` holds the real lights; else it holds stand-ins of the same types.
     knows_lights: bool,
     camera: Option<Camera>,
     /// See [`Aim::anchors`].
     anchors: [DVec3; 2],
-    /// The bounds of the meshes, and of smoke and hair as the host knows them.
+    /// The bounds of the meshes, then of smoke and hair, as far as the host knows them.
     bounds: Option<[Bounds; 2]>,
     filled: Filled,
 }
@@ -82,22 +83,23 @@ enum Filled {
 /// A scene of the host's.
 struct Staged {
     scene: Scene,
-    /// The device's casters are others than the host's scene has.
+    /// Whether the casters on the device differ from those in the host's scene.
     written: bool,
-    /// A copy failed: the device's data belong to neither scene.
+    /// Whether a copy failed. Then the device's data are partly of the old scene and partly of the new one.
     mixed: bool,
 }
 
 impl World {
-    /// Its name in errors: its scene's.
+    /// The world's name in errors: the name of its scene.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The scene that fills it, as it is now; its particles, where the device simulates them, as they were last read back.
+    /// The present scene that fills the world. Where the device simulates its particles, these are as they were last
+    /// read back.
     ///
     /// # Errors
-    /// [`Error::Refused`] where buffers of the caller's fill it, and the host knows no scene.
+    /// [`Error::Refused`] where the caller's buffers fill the world, and the host knows no scene.
     pub fn scene(&self) -> Result<&Scene> {
         match &self.filled {
             Filled::Scene(staged) => Ok(&staged.scene),
@@ -105,38 +107,38 @@ impl World {
         }
     }
 
-    /// The scene's [`Scene::extinction_ratio`]; [`Scene::GREY`] where buffers of the caller's fill it.
+    /// The scene's [`Scene::extinction_ratio`]; [`Scene::GREY`] where the caller's buffers fill the world.
     pub fn extinction_ratio(&self) -> [f32; 3] {
         self.scene().map_or(Scene::GREY, |scene| scene.extinction_ratio)
     }
 
-    /// Each rises whenever its part has changed.
+    /// Counters, one per part of the world, that rise whenever the part has changed.
     pub fn generations(&self) -> &Generations {
         &self.generations
     }
 
-    /// Casters that kernels go through: those that there are now, and behind a count that only the device knows some that cast
-    /// nothing.
+    /// Casters that kernels go through: all present ones. Where only the device knows their count, casters that cast
+    /// nothing are behind these.
     pub fn caster_count(&self) -> u32 {
         self.particle_count + self.strand_count + self.gaussian_count + self.cell_count
     }
 
-    /// Whether there are casters of a radius that may cross a view that sees none of their ends.
+    /// Whether there are strands: casters whose radius may reach into a view although both ends lie outside it.
     pub fn shows_strands(&self) -> bool {
         self.strand_count > 0
     }
 
-    /// Whether there may be strands: whether the scene began with some.
+    /// Whether there may be strands, which is so where the scene began with some.
     pub fn has_strands(&self) -> bool {
         self.strands
     }
 
-    /// Whether there may be Gaussians or cells of volumes: whether the scene began with some.
+    /// Whether there may be Gaussians or cells of volumes, which is so where the scene began with some.
     pub fn has_packed(&self) -> bool {
         self.packed
     }
 
-    /// Casters that there is room for: as many as the scene has at any time, or began with.
+    /// Casters that there is room for: as many as the scene ever has, or began with.
     pub fn caster_capacity(&self) -> u32 {
         self.caster_capacity
     }
@@ -151,7 +153,7 @@ impl World {
         self.triangle_capacity
     }
 
-    /// The number of casters; in a world of the caller's buffers, the capacity.
+    /// How many casters there are, by kind; in a world of the caller's buffers, how many there may be.
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
             Filled::Scene(staged) => staged.scene.kinds(),
@@ -159,7 +161,8 @@ impl World {
         }
     }
 
-    /// The lights, as the host has them: where the device alone knows them ([`World::lights_of_buffer`]), dark ones of the same types.
+    /// The lights as the host knows them. Where only the device knows them ([`World::lights_of_buffer`]), these are
+    /// dark lights of the same types.
     pub fn all_lights(&self) -> &[Light] {
         &self.lit
     }
@@ -169,7 +172,7 @@ impl World {
         self.knows_lights
     }
 
-    /// Lights.
+    /// How many lights there are.
     pub fn light_count(&self) -> u32 {
         self.lit.len() as u32
     }
@@ -179,10 +182,10 @@ impl World {
         self.lit.iter().map(Light::map_count).sum()
     }
 
-    /// That its lights have as many maps as something was opened for.
+    /// Checks that the lights have `count` maps, as something that was opened for them expects.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are lights that it was not opened for.
+    /// [`Error::Input`] where the lights have another number of maps.
     pub fn has_maps(&self, count: usize) -> Result<()> {
         if self.map_count() == count {
             return Ok(());
@@ -195,12 +198,12 @@ impl World {
         ))
     }
 
-    /// Whether any light is looked up through the faces of a cube.
+    /// Whether any light has the six maps of a cube's faces.
     pub fn has_faces(&self) -> bool {
         self.lit.iter().any(|light| light.map_count() > 1)
     }
 
-    /// What views of its lights are aimed by, where the host knows the lights.
+    /// What the views of the lights are aimed by, where the host knows the lights.
     pub fn aim(&self) -> Aim<'_> {
         Aim { lights: &self.lit, anchors: self.anchors, has_triangles: self.triangle_capacity > 0 }
     }
@@ -215,7 +218,7 @@ impl World {
         self.scene().ok().map(|scene| scene.meshes.as_slice())
     }
 
-    /// Points in whose hull all meshes lie: their vertices, or the corners of the box that the caller gave.
+    /// Points whose convex hull holds all meshes: their vertices, or the corners of the box that the caller gave.
     ///
     /// # Errors
     /// [`Error::Refused`] where the host knows neither.
@@ -229,11 +232,11 @@ impl World {
         }
     }
 
-    /// The box about all that casts, low and high corner, as far as the host knows it: no smaller than it is.
+    /// A box about all casters, low and high corner, as far as the host knows one. It may be larger than needed.
     pub fn known_box(&self) -> Option<[DVec3; 2]> {
         self.bounds.map(|[meshes, casters]| meshes.with(casters).ends())
     }
 }
 
-// The device has them as the host does.
+// Casters have the same layout on the device and on the host.
 const _: () = assert!(size_of::<Caster>() == 32);

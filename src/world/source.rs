@@ -5,40 +5,40 @@ use crate::scene::{Light, LightKind};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Things of one layout in a buffer of the caller's ([`Buffer::adopt`]), one behind the other.
+/// Elements of one layout in a buffer of the caller's ([`Buffer::adopt`]), at equal distances.
 #[derive(Clone)]
 pub struct Source {
-    /// Whose; it may hold anything before, between and behind them.
+    /// The caller's buffer. It may hold anything before, between and behind the elements.
     pub buffer: Buffer,
-    /// Where the first is, bytes, a multiple of 4.
+    /// The byte at which the first element begins, a multiple of 4.
     pub offset: u64,
-    /// From one to the next, bytes, a multiple of 4.
+    /// Bytes from one element to the next, a multiple of 4.
     pub stride: u32,
-    /// How many.
+    /// How many elements there are.
     pub count: Count,
 }
 
-/// How many there are.
+/// How many elements there are, and whether the host or the device knows the number.
 #[derive(Clone)]
 pub enum Count {
     /// The host knows.
     Host(u32),
-    /// The device knows: a number of 32 bits at that byte, a multiple of 4. What is past the capacity is left out
-    /// ([`super::Gathered`]).
+    /// The device knows: a 32-bit number in a buffer, at a byte that is a multiple of 4. Elements past the capacity are
+    /// left out ([`super::Gathered`]).
     Device {
-        /// Whose.
+        /// The buffer with the number.
         buffer: Buffer,
-        /// Bytes.
+        /// The byte at which the number is.
         offset: u64,
     },
 }
 
-/// A float of each thing, or of all.
+/// A float that each element has, or that is the same for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Number {
-    /// At that byte of each, a multiple of 4.
+    /// At this byte of each element, a multiple of 4.
     At(u32),
-    /// The same for all.
+    /// This value for all elements.
     Is(f32),
 }
 
@@ -54,10 +54,10 @@ pub struct SphereAt {
 }
 
 impl SphereAt {
-    /// As [`crate::scene::Particle`] has it, 20 bytes.
+    /// The layout of [`crate::scene::Particle`], 20 bytes.
     pub const PARTICLE: Self = Self { position: 0, radius: Number::At(12), extinction: Number::At(16) };
 
-    /// As [`crate::scene::Caster`] has it, 32 bytes.
+    /// The layout of [`crate::scene::Caster`], 32 bytes.
     pub const CASTER: Self = Self { position: 0, radius: Number::At(12), extinction: Number::At(28) };
 }
 
@@ -66,7 +66,7 @@ impl SphereAt {
 pub struct StrandAt {
     /// Three floats, world units.
     pub start: u32,
-    /// Three floats, world units, not where it starts.
+    /// Three floats, world units; must differ from the start.
     pub end: u32,
     /// Half the ribbon's width, world units, > 0.
     pub radius: Number,
@@ -83,29 +83,29 @@ pub struct SplatAt {
     pub deviations: u32,
     /// Four floats: its axes, a quaternion x, y, z, w of any length but 0.
     pub rotation: u32,
-    /// What it takes of a ray along its shortest axis through its middle, in [0, 1].
+    /// The share of light that it takes from a ray through its middle along its shortest axis, in [0, 1].
     pub opacity: Number,
 }
 
-/// Offsets of a light's fields, bytes from its start, multiples of 4. All of them lie in the buffer, also those that the light's type does
-/// not use.
+/// Offsets of a light's fields, bytes from its start, multiples of 4. All fields must lie in the buffer, also those
+/// that the light's type does not use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightAt {
-    /// Three floats, world units: where it is; not of a directional light.
+    /// Three floats, world units: the light's position; unused for a directional light.
     pub position: u32,
-    /// Three floats, unit length up to a thousandth: the way a directional light travels, the axis of a spot light, the normal of a
-    /// virtual one; not of a point light.
+    /// Three floats, unit length up to a thousandth: the direction in which a directional light travels, the axis of a
+    /// spot light, the normal of a virtual light; unused for a point light.
     pub direction: u32,
     /// Three floats, linear RGB, ≥ 0: see [`Light::radiance`].
     pub radiance: u32,
-    /// World units, at least 1e-18. For a spot or a point light: where it ends, may be infinite. For a virtual light: the distance below
-    /// which it gets no brighter. Unused for a directional light.
+    /// World units, at least 1e-18. For a spot or a point light: the distance at which it ends, which may be infinite.
+    /// For a virtual light: the distance below which it gets no brighter. Unused for a directional light.
     pub radius: Number,
-    /// Cosine of half the full opening angle of a spot light, < 1, and at least that of half 170°.
+    /// Cosine of half the full opening angle of a spot light: less than 1, and at least the cosine of half of 170°.
     pub cos_cone: Number,
 }
 
-/// What a light is, which decides how many maps it has: six of a point or a virtual light, one of any other.
+/// A light's type, which decides how many maps the light has: six for a point or a virtual light, one for any other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightType {
     /// As [`LightKind::Directional`].
@@ -119,7 +119,7 @@ pub enum LightType {
 }
 
 impl LightType {
-    /// A dark light of that type: it stands on the host for one whose values only the device knows.
+    /// A dark light of that type. On the host it stands for a light whose values only the device knows.
     pub(super) fn stand_in(self) -> Light {
         let (position, direction) = (DVec3::ZERO, DVec3::NEG_Z);
         let kind = match self {
@@ -132,41 +132,42 @@ impl LightType {
     }
 }
 
-/// Triangles of the caller's.
+/// Triangles in buffers of the caller's.
 #[derive(Clone)]
 pub struct Corners {
-    /// Vertices, each with three floats, world units, at its start.
+    /// Vertices, each of which begins with three floats, world units.
     pub vertices: Buffer,
-    /// Where the first vertex is, bytes, a multiple of 4.
+    /// The byte at which the first vertex begins, a multiple of 4.
     pub offset: u64,
-    /// From one vertex to the next, bytes, a multiple of 4.
+    /// Bytes from one vertex to the next, a multiple of 4.
     pub stride: u32,
-    /// Numbers of vertices, of 32 bits, three per triangle, from that byte on, a multiple of 4; none where vertices stand in threes.
+    /// 32-bit indices of vertices, three per triangle, in a buffer from this byte on, a multiple of 4. None where each
+    /// three vertices in a row are a triangle.
     pub indices: Option<(Buffer, u64)>,
     /// How many triangles.
     pub count: Count,
-    /// Diffuse reflectance of all.
+    /// Diffuse reflectance of all triangles.
     pub albedo: [f32; 3],
 }
 
-/// No word of a buffer. Twin: NOWHERE in glsl/world/gather.glsl.
+/// The number of no word in a buffer. Twin: NOWHERE in glsl/world/gather.glsl.
 pub(super) const NOWHERE: u32 = u32::MAX;
 
 fn error(what: &str, cause: String) -> Error {
     Error::input(what, cause, "give what the buffer holds, or make the world with a larger capacity")
 }
 
-/// Words of so many bytes.
+/// The number of 32-bit words in `bytes`.
 ///
 /// # Errors
-/// [`Error::Input`] where they are no whole words.
+/// [`Error::Input`] where `bytes` is no multiple of 4.
 pub(super) fn words(what: &str, bytes: u64) -> Result<u32> {
     let whole = u32::try_from(bytes / 4).ok().filter(|_| bytes.is_multiple_of(4));
     whole.ok_or_else(|| error(what, format!("an offset or a stride of {bytes} bytes, and there are words of 4")))
 }
 
 impl Number {
-    /// Its word and its value, as shaders are pushed them.
+    /// The number's word and value, as push constants.
     pub(super) fn pushed(self, what: &str) -> Result<(u32, f32)> {
         match self {
             Self::At(bytes) => Ok((words(what, bytes.into())?, 0.0)),
@@ -174,7 +175,7 @@ impl Number {
         }
     }
 
-    /// Bytes of a thing up to its end.
+    /// The byte behind the number in an element.
     pub(super) fn end(self) -> u32 {
         match self {
             Self::At(bytes) => bytes.saturating_add(4),
@@ -183,7 +184,7 @@ impl Number {
     }
 }
 
-/// How many things of `bytes`, so far apart, a buffer holds from an offset on.
+/// How many elements of `bytes`, `stride` apart, a buffer holds from `offset` on.
 pub(super) fn held(buffer: &Buffer, offset: u64, stride: u32, bytes: u32) -> u32 {
     match buffer.bytes().checked_sub(offset.saturating_add(bytes.into())) {
         None => 0,
@@ -192,19 +193,19 @@ pub(super) fn held(buffer: &Buffer, offset: u64, stride: u32, bytes: u32) -> u32
     }
 }
 
-/// What gathers goes by.
+/// The count by which a gathering pass goes.
 pub(super) struct Counted {
-    /// No more than that count.
+    /// The most elements to take.
     pub most: u32,
-    /// Word of the count; [`NOWHERE`] where the host knows it.
+    /// The word that holds the count; [`NOWHERE`] where the host knows the count.
     pub at: u32,
 }
 
 impl Count {
-    /// No more than `capacity`, and than the buffer holds.
+    /// The count, cut to `capacity` and to what the buffer holds.
     ///
     /// # Errors
-    /// [`Error::Input`] where the host knows that there are more, or the count lies outside its buffer.
+    /// [`Error::Input`] where the host's count exceeds `capacity`, or the device's count lies outside its buffer.
     pub(super) fn counted(&self, what: &str, capacity: u32, held: u32) -> Result<Counted> {
         match self {
             Self::Host(count) if *count > capacity => {
@@ -219,7 +220,7 @@ impl Count {
         }
     }
 
-    /// The buffer that it stands in; `other` where the host knows it.
+    /// The buffer that holds the count; `other` where the host knows the count.
     pub(super) fn buffer<'a>(&'a self, other: &'a Buffer) -> &'a Buffer {
         match self {
             Self::Host(_) => other,

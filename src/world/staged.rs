@@ -1,4 +1,4 @@
-//! A world made from a scene of the host's: uploaded, moved, and read back where the device moves it.
+//! A world made from a scene of the host's: uploaded, moved, and read back where the device simulates it.
 
 use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
@@ -12,8 +12,8 @@ use std::time::Instant;
 pub struct Moved {
     /// Device time of the pass `world.move`, where the device has timestamps.
     pub pass: Option<PassTime>,
-    /// The host's time from the new scene to its copy on the device, nanoseconds: writing, submitting and waiting. What made
-    /// the scene is not in it.
+    /// The host's time from the new scene to its copy on the device, nanoseconds: writing, submitting and waiting,
+    /// without making the scene.
     pub host_ns: f64,
 }
 
@@ -54,8 +54,8 @@ impl World {
         })
     }
 
-    /// Moves the scene to `time_s` seconds after its emitters began. A scene that does not move by itself stays as it is, generations and
-    /// all.
+    /// Moves the scene to `time_s` seconds after its emitters began. A scene that does not move by itself is not
+    /// changed, and its generations do not rise.
     ///
     /// # Errors
     /// As [`Scene::at`] and [`World::replace`].
@@ -68,8 +68,8 @@ impl World {
         self.replace(&scene.at(time_s)?)
     }
 
-    /// Lets passes write the casters, as many as there are, on the device: a world that is simulated there. The host's scene stays as it
-    /// was until [`World::read_back`]. Returns the time of each pass.
+    /// Lets passes write the casters on the device, where the world is simulated there. Their number stays the same.
+    /// The host's scene stays as it was until [`World::read_back`]. Returns the time of each pass.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, [`Error::Refused`] as [`World::scene`].
@@ -78,7 +78,7 @@ impl World {
         self.context.submit(record)
     }
 
-    /// Says that passes which are recorded now write the casters, as in [`World::write_casters`].
+    /// Notes that passes which are recorded now write the casters, as in [`World::write_casters`].
     ///
     /// # Errors
     /// [`Error::Refused`] as [`World::scene`].
@@ -90,7 +90,7 @@ impl World {
         Ok(())
     }
 
-    /// Makes the particles of the host's scene those that are on the device.
+    /// Copies the particles on the device into the host's scene.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read, [`Error::Refused`] as [`World::scene`].
@@ -104,8 +104,8 @@ impl World {
         Ok(())
     }
 
-    /// The same for the present content of [`World::casters`], in frames in flight: nothing waits. It is what they are now where no pass has
-    /// written them since, else what they were.
+    /// As [`World::read_back`], from `casters`, a copy of [`World::casters`] that was read back with frames in flight,
+    /// so that nothing waits. `now` says whether the copy is up to date, since no pass has written the casters since.
     ///
     /// # Errors
     /// [`Error::Refused`] as [`World::scene`].
@@ -132,7 +132,8 @@ impl World {
         Ok(())
     }
 
-    /// Another camera and other lights, as many, over all that casts as it is now, recorded: nothing else is compared or copied.
+    /// Sets another camera and other lights, of the same number, and records their copy. Casters stay as they are, and
+    /// are neither compared nor copied.
     ///
     /// # Errors
     /// As [`World::replace`].
@@ -167,18 +168,18 @@ impl World {
         }
     }
 
-    /// As the host knows them: it does, where a scene fills the world.
+    /// The bounds on the host, which knows them where a scene fills the world.
     fn known_bounds(&self) -> [Bounds; 2] {
         self.bounds.unwrap_or([Bounds::NONE; 2])
     }
 
-    /// Puts another state of the same scene in its place: particles, strands, meshes, lights and the camera may have moved and
-    /// changed. What has not is not copied, and its generation stays.
+    /// Replaces the scene by another state of the same scene: particles, strands, meshes, lights and the camera may
+    /// have moved and changed. Unchanged parts are not copied, and their generations do not rise.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are more casters than there is room for, strands where it began with none, or lights or
-    /// meshes of another number, or a point light for another, for which everything has to be opened anew; [`Error::Gpu`] where a
-    /// copy fails; [`Error::Refused`] as [`World::scene`].
+    /// [`Error::Input`] where everything has to be opened anew: there are more casters than there is room for, there
+    /// are strands and the first scene had none, the number of triangles or of lights has changed, or a light has
+    /// another number of maps. [`Error::Gpu`] where a copy fails; [`Error::Refused`] as [`World::scene`].
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
         let start = Instant::now();
         let context = self.context.clone();
@@ -189,7 +190,7 @@ impl World {
         Ok(moved.unwrap_or_else(|| Moved { pass: None, host_ns: start.elapsed().as_nanos() as f64 }))
     }
 
-    /// The same, recorded: later commands see it.
+    /// As [`World::replace`], but records the copies: later commands see the new state.
     ///
     /// # Errors
     /// As [`World::replace`].
@@ -197,7 +198,7 @@ impl World {
         self.change(scene, |copies| copies.record(commands)).map(|_| ())
     }
 
-    /// Puts another state in the scene's place; `copy` brings changed parts to the device, if there are any.
+    /// Replaces the scene by another state. `copy` brings the changed parts to the device, if there are any.
     fn change<T>(&mut self, scene: &Scene, copy: impl FnOnce(&Copies) -> Result<T>) -> Result<Option<T>> {
         self.check(scene)?;
         let has_strands = self.strands;
@@ -210,7 +211,7 @@ impl World {
             if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { known[0] },
             if changed.particles || changed.strands { Bounds::of_casters(&casters) } else { known[1] },
         ];
-        // First: where a copy fails, the device's data belong to neither scene.
+        // This comes before the copies: where a copy fails, the device's data belong to neither scene.
         self.raise(scene, &changed, mixed);
         self.generations.bounds += u64::from(mixed || written || whole(bounds) != whole(known));
         self.staged()?.mixed = true;
@@ -229,7 +230,7 @@ impl World {
         Ok(copied)
     }
 
-    /// An error where a scene is no other state of this one.
+    /// Fails where `scene` is not another state of this world's scene.
     fn check(&self, scene: &Scene) -> Result<()> {
         let casters = scene.particles.len() + scene.strands.len() + scene.gaussians.len() + scene.cell_count();
         let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
@@ -286,15 +287,15 @@ impl Copies<'_> {
     }
 }
 
-/// Parts of a scene that are other than they were.
+/// Which parts of a scene have changed.
 struct Changed {
     meshes: bool,
     particles: bool,
-    /// Or the splats, or the volumes.
+    /// Strands, splats or volumes.
     strands: bool,
-    /// Or their colours.
+    /// The lights, even where only their colours have changed.
     lights: bool,
-    /// Those of the device's that are others.
+    /// The casters on the device that have changed.
     casters: Range<usize>,
 }
 
@@ -305,7 +306,7 @@ impl Changed {
         let particles =
             bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
         let others = scene.strands != was.strands || scene.gaussians != was.gaussians || scene.volumes != was.volumes;
-        // Behind particles that are as many, all others stand where they stood.
+        // While the number of particles stays the same, the casters behind them keep their places.
         let behind = scene.particles.len();
         let count = behind + scene.strands.len() + scene.gaussians.len() + scene.cell_count();
         let casters = match (particles, others) {
@@ -334,14 +335,14 @@ fn whole([meshes, casters]: [Bounds; 2]) -> Bounds {
     meshes.with(casters)
 }
 
-/// Raises the generations of lights that have moved. Their colours do not count.
+/// Raises the generations of lights that have moved. A change of colour alone does not count.
 pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Light], all: bool) {
     for ((is, was), generation) in lights.iter().zip(before).zip(&mut now.lights) {
         *generation += u64::from(all || (is.kind, is.radius) != (was.kind, was.radius));
     }
 }
 
-/// One per triangle, in the order of [`triangles`].
+/// The sign ([`Side::sign`]) of each triangle, in the order of [`triangles`].
 fn signs(scene: &Scene) -> Vec<i32> {
     scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(Side::sign)).collect()
 }

@@ -1,4 +1,4 @@
-//! A world made on the device from buffers of the caller's.
+//! A world made on the device from the caller's buffers.
 
 use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
@@ -37,7 +37,7 @@ impl Capacity {
         }
     }
 
-    /// Whether casters of one kind stand behind the room for another's.
+    /// Whether casters of one kind come behind the room of another kind.
     fn is_mixed(self) -> bool {
         [self.particles, self.strands, self.splats, self.cells].iter().filter(|room| **room > 0).count() > 1
     }
@@ -48,22 +48,23 @@ pub(super) struct Theirs {
     pub capacity: Capacity,
     pub gather: Gather,
     volumes: Vec<Volume>,
-    /// Casters that were not written have radius 0.
+    /// Whether casters that were not yet written have been given radius 0.
     cleared: bool,
 }
 
-/// The way out where a call is of the other kind of world.
+/// The error for a call that only a world of the caller's buffers takes.
 fn of_a_scene(name: &str) -> Error {
     let cause = "a scene fills this world, and no buffer of the caller's";
     Error::input(name, cause, "make the world with World::of, or move the scene with World::replace")
 }
 
 impl World {
-    /// A world with so much room, in which nothing casts and nothing shines yet: [`World::lights`] or [`World::lights_of_buffer`]
-    /// come before any technique is opened for it, casters before its passes are recorded.
+    /// A world with room for `capacity`, in which nothing casts and nothing shines yet. Call [`World::lights`] or
+    /// [`World::lights_of_buffer`] before a technique is opened for it, and give the casters before its passes are
+    /// recorded.
     ///
-    /// What casts is copied on the device, in passes `world.gather`, from the caller's layout to ours: 32 bytes per caster and 48 per
-    /// triangle, written once.
+    /// Casters and triangles are copied on the device, in passes `world.gather`, from the caller's layout to this
+    /// crate's: 32 bytes per caster and 48 per triangle, written once.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -115,20 +116,21 @@ impl World {
         }
     }
 
-    /// Its particles are now those of that buffer: records the pass that gathers them, and says that they have moved. Particles with
-    /// a number that is not finite, or without a size, cast nothing, and are counted ([`World::gathered`]).
+    /// Replaces the particles by those in the caller's buffer: records the pass that gathers them, and counts them as
+    /// moved. Particles with a number that is not finite, or without a size, cast nothing, and are counted
+    /// ([`World::gathered`]).
     ///
-    /// Where the device alone knows their count, kernels go through as many casters as there is room for; those behind the count
-    /// are left at the first look.
+    /// Where only the device knows the number of particles, kernels go through as many casters as there is room for;
+    /// they skip those behind the count at once.
     ///
     /// # Errors
-    /// [`Error::Input`] where the host knows that there are more than there is room for, or the layout lies outside the buffer;
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where the host's count exceeds the room, or the layout lies outside the buffer; [`Error::Gpu`]
+    /// where memory runs out.
     pub fn particles(&mut self, commands: &mut Commands, source: &Source, at: SphereAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles: capacity, strands, splats, cells, .. } = theirs.capacity;
-        // Those stand behind all that there is room for.
+        // The other casters come behind the room for all particles.
         let count = shown(&source.count, capacity, strands + splats + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: 0, count, capacity };
@@ -139,7 +141,7 @@ impl World {
         Ok(())
     }
 
-    /// Its strands are now those of that buffer, as in [`World::particles`].
+    /// Replaces the strands by those in the caller's buffer, as in [`World::particles`].
     ///
     /// # Errors
     /// As [`World::particles`].
@@ -157,8 +159,9 @@ impl World {
         Ok(())
     }
 
-    /// Its splats are now those of that buffer, as in [`World::particles`]; those without axes or with an opacity out of range cast
-    /// nothing too. They are packed in f32: a scene's, which are packed in f64, may differ by a last bit of a direction or a deviation.
+    /// Replaces the splats by those in the caller's buffer, as in [`World::particles`]. Splats without axes or with an
+    /// opacity out of range cast nothing either. They are packed in f32. A scene's splats are packed in f64, so
+    /// directions and deviations may differ in the last bit.
     ///
     /// # Errors
     /// As [`World::particles`].
@@ -176,13 +179,13 @@ impl World {
         Ok(())
     }
 
-    /// Its volumes are now those of the host: records the copy of their cells, in a pass `world.volumes`, where any is another, and says
-    /// that they have moved. Volumes that are the same cost nothing, no pass either; clones of one share its field, and are seen to
-    /// be the same without a look at it. An empty slice takes all away.
+    /// Replaces the volumes by the host's `volumes`. Where any has changed, records the copy of their cells, in a pass
+    /// `world.volumes`, and counts them as moved. Unchanged volumes cost nothing, and no pass. Clones of a volume share
+    /// its field, so their equality is seen without comparing the field. An empty slice removes all volumes.
     ///
     /// # Errors
-    /// [`Error::Input`] where they have more cells than there is room for, or a scene fills the world; [`Error::Gpu`] where memory
-    /// runs out.
+    /// [`Error::Input`] where they have more cells than there is room for, or where a scene fills the world;
+    /// [`Error::Gpu`] where memory runs out.
     pub fn volumes(&mut self, commands: &mut Commands, volumes: &[Volume]) -> Result<()> {
         let casters = self.casters.clone();
         let theirs = self.theirs()?;
@@ -208,10 +211,10 @@ impl World {
         Ok(())
     }
 
-    /// Its triangles are now those: records the pass that gathers them, and says that they have moved. Whether one
-    /// closes something is not known. Triangles with a corner that is not finite, or with no such vertex, cast nothing, and are
-    /// counted. Kernels go through as many as there is room for: those behind the count have no area, and stand at a corner of one
-    /// that has.
+    /// Replaces the triangles by those in the caller's buffers: records the pass that gathers them, and counts them as
+    /// moved. Whether they close a mesh is not known. Triangles with a corner that is not finite, or with an index of
+    /// no vertex, cast nothing, and are counted. Kernels go through as many triangles as there is room for. Those
+    /// behind the count have no area, and lie at a corner of a triangle that has.
     ///
     /// # Errors
     /// As [`World::particles`].
@@ -230,18 +233,19 @@ impl World {
         Ok(())
     }
 
-    /// The camera. A technique that adapts to it reads it from here.
+    /// Sets the camera. A technique that adapts to the camera reads it from the world.
     pub fn set_camera(&mut self, camera: Camera) {
         self.generations.camera += u64::from(self.camera != Some(camera));
         self.camera = Some(camera);
     }
 
-    /// A box in which all casters stay, low and high corner, for a world of the caller's buffers: techniques that need one on the host
-    /// refuse without (`voxelized`, `ray-query`). Directional lights' views measure from its middle, and from the world's origin without a
-    /// box: where that is far away they are coarser. Give it before techniques are opened.
+    /// Sets a box in which all casters stay, low and high corner, for a world of the caller's buffers. Techniques that
+    /// need a box on the host (`voxelized`, `ray-query`) refuse to open without one. The views of directional lights
+    /// measure from the middle of the box, and without a box from the world's origin: the farther that is from the
+    /// casters, the coarser the views. Set the box before techniques are opened.
     ///
     /// # Errors
-    /// [`Error::Input`] where it is no box, or a scene fills the world.
+    /// [`Error::Input`] where low exceeds high or a number is not finite, or where a scene fills the world.
     pub fn set_box(&mut self, low: [f32; 3], high: [f32; 3]) -> Result<()> {
         self.theirs()?;
         let is_box = low.iter().zip(&high).all(|(low, high)| low <= high && (high - low).is_finite());
@@ -256,11 +260,11 @@ impl World {
         Ok(())
     }
 
-    /// What frame `frame`, which is over, found in the caller's buffers; none where nothing was gathered in it, or a later one that
-    /// is recorded already takes its place.
+    /// Counts of the elements that frame `frame`, which is over, gathered from the caller's buffers. None where that
+    /// frame gathered nothing, or where a later recorded frame already uses the same copy.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where it cannot be read, [`Error::Input`] where a scene fills the world.
+    /// [`Error::Gpu`] where the counts cannot be read, [`Error::Input`] where a scene fills the world.
     pub fn gathered(&self, frame: u64) -> Result<Option<Gathered>> {
         match &self.filled {
             Filled::Theirs(theirs) => theirs.gather.read(frame),
@@ -270,7 +274,7 @@ impl World {
 }
 
 impl Theirs {
-    /// Before the first casters: those of other kinds cast nothing.
+    /// Clears all casters before the first are written, so that casters of kinds that were not given yet cast nothing.
     fn clear(&mut self, commands: &mut Commands, casters: &Buffer) {
         if !self.cleared && self.capacity.is_mixed() {
             commands.pass("world.gather", |pass| pass.fill(casters, 0));
@@ -279,8 +283,8 @@ impl Theirs {
     }
 }
 
-/// Casters of a kind that kernels go through: as many as there are, or as there is room for where the device alone knows, or where others
-/// stand behind them.
+/// Casters of a kind that kernels go through: as many as there are; or as many as there is room for, where only the
+/// device knows the count or where casters of another kind come behind.
 fn shown(count: &Count, capacity: u32, others_behind: bool) -> u32 {
     match count {
         Count::Host(count) if !others_behind => (*count).min(capacity),

@@ -9,21 +9,21 @@ use crate::shaders::set;
 /// Bytes of a draw's command: vertices, instances, first vertex, first instance.
 pub const COMMAND_BYTES: u64 = 16;
 
-/// Casters of a block. Twin: 32 BLOCK_WORDS in glsl/maps/bins/marks.glsl.
+/// Casters per block. Twin: 32 BLOCK_WORDS in glsl/maps/bins/marks.glsl.
 const BLOCK_CASTERS: u32 = 32 * 64;
 
 push_struct! {
     /// Twin: CompactPush in glsl/maps/bins/marks.glsl.
     struct CompactPush {
         caster_count: u32,
-        /// Casters between the orders of two maps.
+        /// Casters that each map has room for: map m's drawing order begins at `m · capacity`.
         capacity: u32,
     }
 }
 
 /// The passes and their buffers.
 pub struct Compact {
-    /// Casters, those of a map from map · capacity on.
+    /// Casters that meet a tile: map m's from `m · capacity` on.
     pub drawn: Buffer,
     /// A VkDrawIndirectCommand per map.
     pub draws: Buffer,
@@ -37,8 +37,9 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// For `map_count` maps of at most `capacity` casters: `met` says of each whether it meets a tile, the casters of a
-    /// map right behind those of the one before; `order` is the drawing orders, each from map · capacity on.
+    /// For `map_count` maps of at most `capacity` casters. `met` holds, per caster, whether it meets a tile, with the
+    /// casters of one map right behind those of the map before. `order` holds the drawing orders: map m's begins at
+    /// `m · capacity`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -65,7 +66,7 @@ impl Compact {
         })
     }
 
-    /// Gathers the casters, of which there are `caster_count` now.
+    /// Gathers the casters; the world now has `caster_count` of them.
     pub fn record(&self, commands: &mut Commands, caster_count: u32) {
         let push = CompactPush { caster_count, capacity: self.capacity };
         let [x, y] = groups(u64::from(caster_count.div_ceil(BLOCK_CASTERS)));

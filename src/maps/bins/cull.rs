@@ -1,4 +1,4 @@
-//! Finds the casters that are in some tile that light reaches; others are neither binned nor drawn.
+//! Finds the casters that are in some tile that light reaches. Other casters are neither binned nor drawn.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Context, Kernel, Memory, Pass};
@@ -8,14 +8,15 @@ use crate::world::World;
 
 /// Buffers of culling.
 pub(in crate::maps) struct Cull {
-    /// The build in which a caster of a map was last in some tile: map after map, as many words as there are casters.
+    /// Per caster of a map, the mark of the build in which it was last in some tile: map after map, one word per
+    /// caster.
     pub(in crate::maps) met: Buffer,
-    /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    /// Per tile, the z in the map's volume view behind which no light gets: map after map, rows of tiles.
     pub(in crate::maps) horizon: Buffer,
     /// Whether casters behind the horizon are left out.
     pub(in crate::maps) hides: bool,
-    /// The mark of casters that are in some tile: another number in each build; older marks are cleared before it is 1
-    /// again.
+    /// The mark of casters that are in some tile, different in each build. Before it is 1 again, older marks are
+    /// cleared.
     pub(in crate::maps) mark: u32,
 }
 
@@ -30,19 +31,20 @@ impl Cull {
         })
     }
 
-    /// The mark of the next build; always 1 where no entries are kept, as the passes that read marks expect.
+    /// Chooses the mark of the next build. Where no entries are kept it is always 1, as the passes that read marks
+    /// expect.
     pub(in crate::maps) fn begin(&mut self, keeps_entries: bool) {
         self.mark = if keeps_entries { self.mark.checked_add(1).unwrap_or(1) } else { 1 };
     }
 
-    /// Clears the marks where older ones could be taken for this build's.
+    /// Clears the marks where an older mark could be mistaken for this build's.
     pub(in crate::maps) fn clear(&self, pass: &mut Pass) {
         if self.mark == 1 {
             pass.fill(&self.met, 0);
         }
     }
 
-    /// Finds how far light gets in each tile. No pass where that does not matter.
+    /// Finds how far light gets in each tile. Records no pass where that does not matter.
     pub(in crate::maps) fn horizon(
         &self,
         commands: &mut Commands,
@@ -56,7 +58,7 @@ impl Cull {
         }
     }
 
-    /// Casters of all maps that are in some tile.
+    /// How many casters of all maps are in some tile.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the marks cannot be read back.

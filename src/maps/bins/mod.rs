@@ -1,5 +1,5 @@
-//! Casters binned to tiles of all lights' maps: count, place, scatter. Shared by the techniques that walk tiles, and by
-//! those that only want to know which casters meet some tile and which tiles have casters.
+//! Bins the casters to tiles of all lights' maps: count, place, scatter. Shared by the techniques that walk tiles, and
+//! by those that only ask which casters meet some tile and which tiles have casters.
 
 pub(super) mod compact;
 pub(super) mod cull;
@@ -24,10 +24,10 @@ use std::collections::BTreeMap;
 /// Texels per side of a tile. Twin: TILE_TEXELS in glsl/maps/bins/tiles.glsl.
 pub const TILE_TEXELS: u32 = 8;
 
-/// Workgroups of listed parts, across. Twin: BIN_GROUPS_X in glsl/maps/bins/totals.glsl.
+/// Workgroups per row of the dispatch over listed parts. Twin: BIN_GROUPS_X in glsl/maps/bins/totals.glsl.
 const GROUPS_X: u64 = 64;
 
-/// Room behind the list, which workgroups past its end read: a row of them.
+/// Room behind the list of parts for a row of workgroups, since those past the list's end read it too.
 const PARTS_BEHIND: u64 = GROUPS_X;
 
 /// Rows of workgroups that every device takes.
@@ -36,11 +36,11 @@ const MAX_ROWS: u64 = 65535;
 /// Entries per caster that the buffer starts with. It grows as a scene needs.
 const FIRST_ENTRIES: u64 = 8;
 
-/// Bytes of entries of which each tile has the same number, at most: with more they are counted before, which takes the time of a
-/// pass over all casters, and the least memory.
+/// The most bytes of entries with which every tile gets the same room. Above that, entries are counted first, which
+/// takes the time of a pass over all casters, and the least memory.
 const MOST_ROOM_BYTES: u64 = 16 << 20;
 
-/// Such a number is a multiple of this.
+/// The room of a tile is a multiple of this.
 const ROOM_STEP: u32 = 32;
 
 /// Bytes of an entry: its sort key or its greatest optical depth, and its caster.
@@ -50,11 +50,11 @@ push_struct! {
     /// Twin: BinPush in glsl/maps/bins/tiles.glsl.
     pub(super) struct BinPush {
         caster_count: u32,
-        /// How many entries there is room for.
+        /// Entries that the buffer has room for.
         capacity: u32,
-        /// Not 0: entries of each tile.
+        /// Entries that each tile has room for; 0 where they are counted.
         room: u32,
-        /// Marks casters that are in some tile.
+        /// The mark of casters that are in some tile.
         mark: u32,
         map_count: u32,
     }
@@ -64,13 +64,13 @@ push_struct! {
 pub struct Bins {
     map_count: u32,
     tiles: [u32; 2],
-    /// Casters of each tile: map after map, rows of tiles; with detail of each word of its table.
+    /// How many casters each tile has: map after map, rows of tiles. With detail: per word of the table of blocks.
     pub counts: Buffer,
     cull: Cull,
     lists: Lists,
-    /// Where tiles are as fine as they need.
+    /// Present where each tile is as fine as it needs to be.
     detail: Option<Detail>,
-    /// Casters of a workgroup of the passes over them.
+    /// Casters per workgroup of the passes over casters.
     casters_a_group: u32,
     caster_count: u32,
     set: Bindings,
@@ -84,9 +84,9 @@ pub struct Bins {
 struct Lists {
     context: Context,
     map_count: u32,
-    /// Tiles of a map, or with detail the blocks that they may have.
+    /// Tiles per map; with detail, the blocks that a map may have.
     bins_a_map: u32,
-    /// Tiles, or with detail the most blocks.
+    /// Tiles of all maps; with detail, the most blocks.
     rooms: u64,
     /// The listed parts of tiles.
     parts: Buffer,
@@ -94,19 +94,19 @@ struct Lists {
     cursors: Buffer,
     /// [`BinTotals`].
     totals: Buffer,
-    /// Its copies for the host.
+    /// Copies of the totals for the host.
     totalled: ReadBack,
     entries: Buffer,
     capacity: u32,
-    /// Entries of each tile; 0: they are counted.
+    /// Entries that each tile has room for; 0 where they are counted.
     room: u32,
-    /// Whether tiles may have the same room each.
+    /// Whether all tiles may get the same room.
     may_have_room: bool,
-    /// Where they have, parts are not listed.
+    /// Whether parts are left unlisted where all tiles have the same room.
     unlisted: bool,
     keeps_entries: bool,
     lists_parts: bool,
-    /// Those of the fullest tiles first, by one workgroup.
+    /// Whether parts of the fullest tiles are listed first, by one workgroup.
     fullest_first: bool,
     /// Workgroups per tile or block with casters.
     parts_a_block: u32,
@@ -114,7 +114,7 @@ struct Lists {
     last: Option<BinTotals>,
 }
 
-/// Entries that this device takes.
+/// The most entries that this device takes.
 fn limit(context: &Context) -> u64 {
     u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES
 }
@@ -223,23 +223,24 @@ impl Bins {
         })
     }
 
-    /// For passes that run without listed parts where each tile has the same room: see [`Bins::room`].
+    /// Bins for passes that need no listed parts where all tiles have the same room: see [`Bins::room`].
     pub fn unlisted(mut self) -> Self {
         self.lists.unlisted = true;
         self
     }
 
-    /// Entries of each tile where all have the same room; 0 where they are counted and parts of tiles are listed.
+    /// Entries that each tile has room for, where all tiles have the same room; 0 where entries are counted and parts
+    /// of tiles are listed.
     pub fn room(&self) -> u32 {
         self.lists.room
     }
 
-    /// Tiles of a map, or with detail the blocks that they may have.
+    /// Tiles per map; with detail, the blocks that a map may have.
     pub fn bins_a_map(&self) -> u32 {
         self.lists.bins_a_map
     }
 
-    /// How fine tiles are, where they are as fine as they need.
+    /// How fine each tile is; none where all tiles are equally fine.
     pub fn detail(&self) -> Option<&Detail> {
         self.detail.as_ref()
     }
@@ -249,18 +250,18 @@ impl Bins {
         &self.set
     }
 
-    /// Whether each caster of each map meets a tile, 1 or 0, where no entries are kept: map after map, as many words as there are
-    /// casters now.
+    /// Per caster of each map, 1 where it meets a tile and 0 where not, if no entries are kept: map after map, one word
+    /// per present caster.
     pub fn met(&self) -> &Buffer {
         &self.cull.met
     }
 
-    /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    /// Per tile, the z in the map's volume view behind which no light gets: map after map, rows of tiles.
     pub fn horizon(&self) -> &Buffer {
         &self.cull.horizon
     }
 
-    /// Fills the bins of all maps; the opaque maps stand already.
+    /// Fills the bins of all maps. The opaque maps must be drawn before.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.caster_count = world.caster_count();
         self.cull.begin(self.lists.keeps_entries);
@@ -314,7 +315,7 @@ impl Bins {
         [x, y, self.map_count]
     }
 
-    /// Counts the casters of each tile; those in no tile are culled here.
+    /// Counts the casters of each tile, and culls those that are in no tile.
     fn count(&self, commands: &mut Commands) {
         self.per_caster(commands, "bins.count", &self.count);
     }
@@ -336,8 +337,8 @@ impl Bins {
         pass.dispatch_indirect(kernel, push, &self.lists.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
     }
 
-    /// Looks at the totals of the build of frame `frame`, which is over. Where the entries did not fit, makes room and says that
-    /// the build must run again.
+    /// Reads the totals of the build of frame `frame`, which is over. Where the entries did not fit, makes room and
+    /// returns that the build must run again.
     ///
     /// # Errors
     /// As [`Bins::make_room`].
@@ -345,13 +346,14 @@ impl Bins {
         let Some(totals) = self.lists.totalled.read::<BinTotals>(frame, 1)? else { return Ok(false) };
         let grew = self.make_room(totals.first().copied().unwrap_or_default())?;
         if grew {
-            // Frames that are recorded already were given less room.
+            // Frames that are already recorded had less room: their totals do not say what fits now.
             self.lists.totalled.forget();
         }
         Ok(grew)
     }
 
-    /// Makes room for the entries of a build that counted `totals`, the same for each tile if it can; whether it must run again.
+    /// Makes room for the entries of a build that counted `totals`, where possible with the same room for each tile.
+    /// Returns whether the build must run again.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device has no room for them. [`Error::Refused`] where the
@@ -364,8 +366,8 @@ impl Bins {
         Ok(grew)
     }
 
-    /// Counts of the last build over all maps, by name, none before the first; a caster is culled once for each map that does
-    /// not see it.
+    /// Counts of the last build over all maps, by name; none before the first build. A caster counts as culled once for
+    /// each map that does not see it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
@@ -409,7 +411,8 @@ impl Bins {
         Ok(counts.chunks_exact(tiles).flat_map(map).collect())
     }
 
-    /// All but the counts, which look-ups may need; with detail those too, since look-ups need its slots.
+    /// Bytes of all buffers but the counts, which look-ups may need. With detail the counts are included: look-ups need
+    /// the slots instead.
     pub fn bytes_transient(&self) -> u64 {
         let detail = self.detail.as_ref().map_or(0, |d| d.bytes_transient() + self.counts.bytes());
         self.lists.bytes() + self.cull.bytes() + detail
@@ -417,7 +420,7 @@ impl Bins {
 }
 
 impl Lists {
-    /// As [`Bins::make_room`], but for the set.
+    /// As [`Bins::make_room`], but does not put the new buffer into the set.
     fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
         self.last = Some(totals);
         if totals.cut_short != 0 {
@@ -427,7 +430,7 @@ impl Lists {
         if !self.keeps_entries || (self.room != 0 && totals.fullest <= self.room) {
             return Ok(false);
         }
-        // From the second build on nothing is counted.
+        // While all tiles have the same room, entries are not counted first.
         let had_room = self.room != 0;
         if self.take_room(&totals)? {
             return Ok(true);
@@ -435,16 +438,16 @@ impl Lists {
         if entries <= self.capacity.into() {
             return Ok(had_room);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only the need itself if that is too
-        // much. A need past the limit is an error here.
+        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame; where
+        // that exceeds the limit, as much as the limit allows. A need past the limit is an error here.
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;
         Ok(true)
     }
 
-    /// Entries that each tile should have room for after a build that counted `totals`, a quarter more than the fullest has, so
-    /// that a scene in motion does not grow every frame; 0 where that is too much.
+    /// The room that each tile should have after a build that counted `totals`: a quarter more than the fullest tile
+    /// has, so that a scene in motion does not grow every frame. 0 where that takes too much memory.
     fn room_for(&self, totals: &BinTotals) -> u32 {
         let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
         let room = most.next_multiple_of(ROOM_STEP.into());
@@ -453,7 +456,7 @@ impl Lists {
         if self.may_have_room && fits { room as u32 } else { 0 }
     }
 
-    /// Gives each tile the same room, after a build that counted `totals`; false where that is too much.
+    /// Gives each tile the same room, after a build that counted `totals`; false where that takes too much memory.
     fn take_room(&mut self, totals: &BinTotals) -> Result<bool> {
         self.room = self.room_for(totals);
         let wanted = u64::from(self.room) * self.rooms;
@@ -468,8 +471,8 @@ impl Lists {
         Ok(true)
     }
 
-    /// Entries and tiles with casters of the last build, from `totals`; tiles that are not listed are not in the totals, and are counted by
-    /// `counts`.
+    /// Entries, and tiles with casters, of the last build. Where parts are not listed, `totals` lacks both, and they
+    /// come from `counts`.
     fn found(&self, totals: &BinTotals, counts: &Buffer) -> Result<[u64; 2]> {
         if self.room == 0 {
             return Ok([totals.all_entries(), totals.tiles_used.into()]);

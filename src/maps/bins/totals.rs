@@ -1,4 +1,4 @@
-//! What binning counts, and the parts of tiles that it lists.
+//! The totals that binning counts, and the parts of tiles that it lists.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -8,21 +8,21 @@ use bytemuck::{Pod, Zeroable};
 pub struct BinTotals {
     /// Entries of all tiles, modulo 2³².
     pub entries: u32,
-    /// How often they have passed that.
+    /// How often `entries` has wrapped.
     pub entries_high: u32,
     /// Tiles with casters.
     pub tiles_used: u32,
     /// Parts of tiles that are built.
     pub parts: u32,
-    /// VkDispatchIndirectCommand of a workgroup a listed part.
+    /// x of a VkDispatchIndirectCommand with a workgroup per listed part.
     pub groups_x: u32,
-    /// Likewise.
+    /// y of that command.
     pub groups_y: u32,
-    /// Likewise.
+    /// z of that command.
     pub groups_z: u32,
-    /// Not 0: the driver ended loops over a tile's casters before their time.
+    /// Not 0 where the driver ended loops over a tile's casters early.
     pub cut_short: u32,
-    /// Most casters of a tile.
+    /// Casters of the tile that has the most.
     pub fullest: u32,
 }
 
@@ -39,10 +39,10 @@ impl BinTotals {
 pub struct TilePart {
     /// The tile's place in its map, row after row.
     pub tile: u32,
-    /// Which of the maps · 256 + which part of the tile.
+    /// The map · 256 + the number of the part within the tile.
     pub map_part: u32,
-    /// The first of the tile's entries.
+    /// The index of the part's first entry.
     pub first: u32,
-    /// How many of them there are, as far as there is room.
+    /// The number of the part's entries, as far as there is room.
     pub count: u32,
 }

@@ -1,13 +1,13 @@
 //! Uses of bins by techniques.
 
-/// The entries of tiles.
+/// What is kept per caster of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entries {
-    /// Nothing: only which casters and tiles meet is wanted.
+    /// Nothing: the technique only asks which casters and tiles meet.
     None,
-    /// Each with the depth that it is sorted by.
+    /// The caster, with the depth to sort by.
     Sorted,
-    /// Each with the optical depth that it takes of any ray at most, for adding them up in any order.
+    /// The caster, with the most optical depth that it adds to any ray: for sums in any order.
     Summed,
 }
 
@@ -16,14 +16,15 @@ pub enum Entries {
 pub struct Use {
     /// The data kept about each tile's casters.
     pub entries: Entries,
-    /// Casters that stand in the dark behind meshes may be left out.
+    /// Whether casters in the dark behind meshes may be left out.
     pub skip: bool,
     /// Texels around a tile from which look-ups read it.
     pub reach: u32,
     /// Workgroups per tile in [`crate::maps::Bins::per_part`]: for a tile with casters, and for one without.
     pub parts: [u32; 2],
-    /// Whether a texel stands for all of its square, and not only for the ray through its centre.
+    /// Whether a texel stands for all of its square, instead of only for the ray through its centre.
     pub area: bool,
-    /// The most blocks, where each tile is to be as fine as it needs: bins are then blocks.
+    /// The most blocks, where each tile is as fine as it needs to be: the bins are then blocks. None: all tiles are
+    /// equally fine.
     pub blocks: Option<u32>,
 }

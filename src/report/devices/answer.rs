@@ -5,7 +5,7 @@ use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Status, Times, Verdi
 use crate::report::answer::{answer, measure};
 use crate::report::wording::{one_line, outcome, significant, status_word};
 
-/// The sentence that answers.
+/// The answer in one sentence.
 pub fn devices_answer(beside: &Beside) -> String {
     one_line(&format!("{}; {}.", fastest(beside), errors(beside, &beside.agreement())))
 }
@@ -25,7 +25,7 @@ fn rows(count: usize) -> String {
 /// Two devices over all rows that both have.
 struct Pair {
     rows: usize,
-    /// How many times as long the one takes as the other, in the middle.
+    /// How many times as long one device takes as the other: the median over the rows.
     median: f64,
     /// How many rows cannot be told from noise.
     same: usize,
@@ -53,7 +53,7 @@ fn fastest(beside: &Beside) -> String {
     let pairs = |of: usize| -> Vec<(usize, Pair)> {
         (0..count).filter(|&to| to != of).filter_map(|to| Some((to, pair(beside, to, of)?))).collect()
     };
-    // The device with the least share of the others' times.
+    // The fastest device: the one whose times are the smallest share of the others' times.
     let score = |of: usize| {
         let pairs = pairs(of);
         let sum: f64 = pairs.iter().map(|(_, pair)| pair.median.ln()).sum();
@@ -117,7 +117,7 @@ fn errors(beside: &Beside, agreement: &Agreement) -> String {
     )
 }
 
-/// `12 %`, or how many times as much where that says more.
+/// `12 %`, or how many times as much where that is clearer.
 pub(super) fn share(share: f64) -> String {
     match share {
         s if !s.is_finite() => "from 0".into(),
@@ -126,7 +126,7 @@ pub(super) fn share(share: f64) -> String {
     }
 }
 
-/// For each scene, which technique is best balanced on each device, of the rows that all devices with that scene have.
+/// For each scene, the best balanced technique on each device, among the rows that all devices with that scene have.
 pub(super) fn best(beside: &Beside, names: &Names) -> Vec<String> {
     let mut scenes: Vec<&str> = Vec::new();
     for line in &beside.lines {
@@ -184,14 +184,14 @@ fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
 
 /// What interlock buys on a device.
 pub(super) struct Bought {
-    /// In few words, which several devices may have in common: before their names and behind.
+    /// The short form, which several devices may share: the words before the devices' names, and the words behind.
     short: (String, String),
     device: String,
-    /// With numbers.
+    /// The long form: a sentence with numbers.
     pub(super) long: String,
 }
 
-/// On each device that has rows of it.
+/// What interlock buys on each device that has rows of it.
 pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
     let of = |column: usize| {
         let built: Vec<&Built> = all.iter().flatten().filter(|built| built.column == column).collect();
@@ -230,7 +230,7 @@ pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
     (0..beside.columns.len()).filter_map(of).collect()
 }
 
-/// In a line, devices together of which the same is to be said.
+/// One line, in which devices with the same result are named together.
 pub(super) fn interlock_short(all: &[Bought]) -> Option<String> {
     let mut groups: Vec<(&(String, String), Vec<String>)> = Vec::new();
     for Bought { short, device, .. } in all {

@@ -1,5 +1,6 @@
-//! The plot: for each scene and spec a track, in it a lane per device: the mark at the time's median, the line its band. It is laid out
-//! by the browser, so that it is as wide as the window and its letters as large as all others.
+//! The plot: a track for each scene and spec, in it a lane per device. In a lane the mark is at the median of the
+//! times, and the line is their band. The browser lays the plot out, so that it is as wide as the window and its
+//! letters have the size of all other letters.
 
 use super::Names;
 use crate::measure::Beside;
@@ -8,7 +9,7 @@ use crate::report::series::{range_with_air, ticks};
 use crate::report::wording::{one_line, significant};
 use std::fmt::Write;
 
-/// Behind this part of the track a number stands before its mark.
+/// A mark farther along the track than this, in percent, has its number in front of it.
 const BEHIND: f64 = 72.0;
 
 /// HTML; empty where no line has a time.
@@ -58,7 +59,7 @@ pub(super) fn dots(beside: &Beside, names: &Names, lines: &[usize]) -> String {
     html += r#"<div class="name"></div><div class="track axis">"#;
     let mut last = f64::NEG_INFINITY;
     for (tick, _) in ticks((low, high)).into_iter().filter(|(_, labelled)| *labelled) {
-        // No two numbers nearer than their width on a telephone.
+        // Two numbers are never nearer than their width on a telephone.
         if along(tick) > last + 11.0 {
             last = along(tick);
             write!(html, r#"<span style="left:{last:.2}%">{}</span>"#, significant_tick(tick)).ok();

@@ -20,7 +20,7 @@ use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// The names of lines: the keys in which shared lines differ, without those that they have in common.
+/// The names of lines: the keys in which shared lines differ, without the keys that are the same in all.
 struct Names<'a> {
     beside: &'a Beside,
     specs: Specs,
@@ -32,7 +32,7 @@ impl<'a> Names<'a> {
         Self { beside, specs: Specs::of(&rows) }
     }
 
-    /// Groups of the rest, by the keys in which they differ.
+    /// Names of all lines, also of those that only one column has.
     fn of_all(beside: &'a Beside) -> Self {
         let rows: Vec<Row> = beside.lines.iter().map(|line| beside.any(line).clone()).collect();
         Self { beside, specs: Specs::of(&rows) }
@@ -42,7 +42,8 @@ impl<'a> Names<'a> {
         self.specs.compact(self.beside.any(&self.beside.lines[line]))
     }
 
-    /// The path that was asked for, which is a part of the spec here: on each device another path may run.
+    /// The line's name with the path that was asked for, which is a part of the spec here: on each device another path
+    /// may run.
     fn with_path(&self, line: usize) -> String {
         let name = self.compact(line);
         let row = self.beside.any(&self.beside.lines[line]);
@@ -60,11 +61,11 @@ struct Cell {
     /// Milliseconds, or why there are none.
     text: String,
     band: String,
-    /// Over the first column: `×1.20`, and whether that is a difference.
+    /// The time over that of the first column, such as `×1.20`, and whether that is a difference.
     ratio: String,
     /// `faster`, `slower`, `same`, `unknown` or nothing.
     class: &'static str,
-    /// Whether it is words and no number.
+    /// Whether the text is a reason instead of a number.
     why: bool,
     /// The path that ran, where the spec leaves it open, and reasons not to trust the time.
     notes: Vec<String>,
@@ -85,7 +86,7 @@ fn cell(beside: &Beside, line: &Line, column: usize) -> Cell {
     cell
 }
 
-/// A path's build, over that by interlock.
+/// The build of a path, over the build by interlock.
 fn interlock_cell(beside: &Beside, built: &Built, path: usize) -> Cell {
     let Some(row) = beside.built_row(built, path) else { return Cell { text: NOTHING.into(), ..Cell::default() } };
     let mut cell = timed(row, row.build_ns);
@@ -119,7 +120,7 @@ fn ratio_text(ratio: Option<(f64, Verdict)>) -> (String, &'static str) {
     }
 }
 
-/// All that the template gets, which escapes it but for the plots.
+/// All data of the template, which escapes everything but the plots.
 #[derive(Serialize)]
 struct Page {
     gobo: &'static str,
@@ -127,12 +128,12 @@ struct Page {
     best: Vec<String>,
     what: &'static str,
     columns: Vec<PageColumn>,
-    /// For the style sheet of the other page: of devices here.
+    /// The devices, in the place of the techniques for which report.html has its style sheet.
     choice: Choice,
     colours: Vec<String>,
     scenes: Vec<PageScene>,
     shared: Option<String>,
-    /// What interlock buys, in a line, and with numbers.
+    /// What interlock buys: in a line, and with numbers.
     interlock_short: Option<String>,
     interlock: Vec<String>,
     paths: [&'static str; BUILD_PATHS.len()],
@@ -181,7 +182,7 @@ struct PageScene {
 struct PageLine {
     place: usize,
     scene: String,
-    /// Cut where a line may break.
+    /// The spec, cut where a line may break.
     spec: Vec<String>,
     full: String,
     cells: Vec<Cell>,
@@ -238,7 +239,7 @@ fn scenes(beside: &Beside, names: &Names) -> Vec<PageScene> {
     scenes.into_iter().map(scene).collect()
 }
 
-/// Where columns have a scene of that name and it is not the same, or where one of them does not say.
+/// Notes on a scene that differs between columns under one name, or of which a column does not say which scene it was.
 fn prints(beside: &Beside, scene: &str) -> Vec<String> {
     let key = format!("scene {scene}");
     let print = |column: usize| beside.columns[column].results.conditions.get(&key);
@@ -365,7 +366,7 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
 
 type Features = (Vec<(String, Vec<String>)>, Vec<(String, String)>);
 
-/// Those that are not the same on all devices, with each device's; and the rest.
+/// The features that differ between devices, with each device's value; and the other features.
 fn features(beside: &Beside) -> Features {
     let plain = |value: &serde_json::Value| match value {
         serde_json::Value::String(text) => text.clone(),

@@ -26,8 +26,8 @@ fn header(cells: Vec<String>) -> String {
     row(cells) + &row(rule)
 }
 
-/// The sentences; then one table per scene, with rows that two devices or more have; what interlock buys; errors that
-/// differ.
+/// Markdown: the answer in sentences, then one table per scene with rows that two devices or more have, what interlock
+/// buys, and errors that differ.
 pub fn devices_markdown(beside: &Beside) -> String {
     let names = Names::of(beside);
     let mut text = format!("{}\n", answer::devices_answer(beside));
@@ -173,7 +173,8 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
     String::from_utf8(bytes).map_err(|cause| fail(&cause))
 }
 
-/// The same for programs: the sentences, and the lines of [`devices_csv`] under its columns' names. What a line does not have is absent.
+/// The same as JSON: the sentences, and the lines of [`devices_csv`] under its columns' names. A value that a line does
+/// not have is absent.
 ///
 /// # Errors
 /// As [`devices_csv`].

@@ -12,7 +12,7 @@ use winit::window::Window;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// A device that has it, such as MoltenVK's, is opened with it.
+/// A device that has this extension, such as MoltenVK's, must be opened with it.
 const PORTABILITY: &CStr = c"VK_KHR_portability_subset";
 
 /// Messages of the validation layer: warnings and errors. Clones share the list.
@@ -26,11 +26,11 @@ struct Instance {
     surfaces: khr::surface::Instance,
     surface: vk::SurfaceKHR,
     said: Said,
-    /// The surface is of it.
+    /// Kept, since the surface belongs to it.
     _window: Arc<Window>,
 }
 
-/// The device. Whatever is made from it goes before.
+/// The window's device. Everything that is made from it must be destroyed before it.
 pub struct Device {
     pub handle: ash::Device,
     pub physical: vk::PhysicalDevice,
@@ -70,7 +70,7 @@ impl Device {
         Ok(device)
     }
 
-    /// The allocator, for all that the window and Gobo make.
+    /// The allocator for everything that the window and Gobo make.
     pub fn allocator(&self) -> Option<Arc<Mutex<Allocator>>> {
         self.allocator.clone()
     }
@@ -91,7 +91,7 @@ impl Device {
         (&self.instance.surfaces, self.instance.surface)
     }
 
-    /// Waits until nothing runs; a lost device is at rest too.
+    /// Waits until nothing runs. Nothing runs on a lost device either.
     pub fn wait(&self) {
         // SAFETY: the device is open, and its queue is used by this thread alone.
         let _ = unsafe { self.handle.device_wait_idle() };
@@ -101,7 +101,7 @@ impl Device {
 impl Drop for Device {
     fn drop(&mut self) {
         self.wait();
-        // The allocator frees its blocks of memory; whatever was in them is gone.
+        // Drops the allocator, which frees its blocks of memory. Everything in them is gone already.
         self.allocator = None;
         // SAFETY: nothing runs, and all that was made from the device is gone (`Host::drop`).
         unsafe { self.handle.destroy_device(None) };
@@ -195,7 +195,7 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// The device of that index or name, or the first by kind, and its queue family that draws, computes and presents.
+/// The device of that index or name, or the first by kind, and a queue family of it that draws, computes and presents.
 fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, u32)> {
     // SAFETY: enumeration only.
     let all = unsafe { instance.handle.enumerate_physical_devices() }.map_err(failed("list", "devices"))?;

@@ -20,7 +20,7 @@ struct Slot {
 pub struct Frames {
     device: ash::Device,
     slots: Vec<Slot>,
-    /// For copies between frames.
+    /// The pool for copies between frames.
     pool: vk::CommandPool,
 }
 
@@ -33,7 +33,7 @@ impl Frames {
         let mut frames = Self { device: handle.clone(), slots: Vec::new(), pool: vk::CommandPool::null() };
         let fail = failed("make", "frames");
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(device.queue_family);
-        // Signalled: nothing has to be waited for before the first frame.
+        // Signalled from the start: nothing has to be waited for before the first frame.
         let fence = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
         // SAFETY: the family is the one that the device was opened with.
         frames.pool = unsafe { handle.create_command_pool(&pool, None) }.map_err(&fail)?;
@@ -60,24 +60,24 @@ impl Frames {
         &self.slots[(frame % u64::from(FRAMES_IN_FLIGHT)) as usize]
     }
 
-    /// For copies between frames.
+    /// The pool for copies between frames.
     pub fn pool(&self) -> vk::CommandPool {
         self.pool
     }
 
-    /// Signalled once the frame's image may be drawn to.
+    /// The semaphore that is signalled once the frame's image may be drawn to.
     pub fn acquired(&self, frame: u64) -> vk::Semaphore {
         self.slot(frame).acquired
     }
 
-    /// Waits until the device is done with the frame that last had the place of this one.
+    /// Waits until the device is done with the earlier frame that used the same slot.
     pub fn wait(&self, frame: u64) -> Result<()> {
         // SAFETY: the fence is of this device.
         let waited = unsafe { self.device.wait_for_fences(&[self.slot(frame).done], true, u64::MAX) };
         waited.map_err(failed("wait for", "a frame of the window"))
     }
 
-    /// Begins to record; the frame that had its place is over.
+    /// Begins to record the frame. The earlier frame that used the same slot must be over.
     pub fn begin(&self, frame: u64) -> Result<vk::CommandBuffer> {
         let (slot, fail) = (self.slot(frame), failed("record", "a frame of the window"));
         let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -89,7 +89,7 @@ impl Frames {
         Ok(slot.commands)
     }
 
-    /// Clears the window's image and copies the picture to its upper left, as far as it reaches.
+    /// Clears the window's image, and copies the picture to its upper left corner, as far as it fits.
     pub fn copy(
         &self,
         commands: vk::CommandBuffer,
@@ -119,7 +119,7 @@ impl Frames {
         }
     }
 
-    /// Draws over the window's image, copies all of it to `film`, and makes it ready to be shown.
+    /// Draws over the window's image, copies the image to `film`, and makes the image ready to be shown.
     pub fn over(
         &self,
         commands: vk::CommandBuffer,
@@ -205,7 +205,7 @@ impl Frames {
         unsafe { self.device.cmd_pipeline_barrier2(commands, &info) };
     }
 
-    /// Submits the frame. Where it draws to an image of the window, `drawn` is signalled then.
+    /// Submits the frame. Where the frame draws to an image of the window, `drawn` is signalled when it is done.
     pub fn submit(&self, queue: vk::Queue, frame: u64, drawn: Option<vk::Semaphore>) -> Result<()> {
         let (slot, fail) = (self.slot(frame), failed("submit", "a frame of the window"));
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
@@ -228,7 +228,7 @@ impl Frames {
     }
 }
 
-/// All of an image of the window.
+/// The whole of an image of the window.
 const RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,

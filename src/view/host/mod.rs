@@ -1,5 +1,6 @@
-//! The window's renderer: its own device, frames in flight and images to show. Gobo records into its command buffers, as into any
-//! engine's. All of the window's `unsafe` is in this folder; what it hands out is safe to call in any order.
+//! The window's renderer: its own device, frames in flight and images to show. Gobo records into the window's command
+//! buffers, as into those of any engine. All `unsafe` code of the window is in this folder; the functions that it
+//! offers are safe to call in any order.
 
 mod device;
 mod frames;
@@ -40,11 +41,11 @@ pub struct Ui {
 pub struct Frame {
     pub number: u64,
     commands: vk::CommandBuffer,
-    /// The size of the window's images; none where it has no area.
+    /// Index of the window's image; none where the window has no area.
     image: Option<usize>,
 }
 
-/// Fields are dropped in this order: what was made from the device before it.
+/// Fields are dropped in this order: everything made from the device comes before the device.
 pub struct Host {
     context: Context,
     ui: Option<Renderer<GpuAllocator>>,
@@ -54,9 +55,9 @@ pub struct Host {
     /// The window's size, pixels.
     size: [u32; 2],
     is_stale: bool,
-    /// What each frame in flight copies its picture from.
+    /// Per frame in flight, the buffer that the frame copies its picture from.
     copied: [Option<Buffer>; FRAMES_IN_FLIGHT as usize],
-    /// The next that is recorded.
+    /// The number of the next frame to be recorded.
     next: u64,
     device: Device,
 }
@@ -65,7 +66,8 @@ impl Host {
     /// Opens a device for the window, and Gobo on it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] and [`Error::Input`] where there is none, [`Error::Refused`] where it is below the floor.
+    /// [`Error::Gpu`] and [`Error::Input`] where there is no such device, [`Error::Refused`] where the device is below
+    /// the floor.
     pub fn open(
         window: &Arc<Window>,
         wanted: Option<&str>,
@@ -100,7 +102,7 @@ impl Host {
         Ok(host)
     }
 
-    /// Draws the panel.
+    /// The renderer that draws the panel.
     fn panel(&self) -> Result<Renderer<GpuAllocator>> {
         let allocator =
             self.device.allocator().ok_or_else(|| error("make", "the panel", "the device is being closed"))?;
@@ -114,7 +116,7 @@ impl Host {
             .map_err(|cause| error("make", "the panel", cause))
     }
 
-    /// Gobo on the device.
+    /// Gobo's context on the window's device.
     pub fn context(&self) -> &Context {
         &self.context
     }
@@ -124,23 +126,23 @@ impl Host {
         FRAMES_IN_FLIGHT.into()
     }
 
-    /// Bytes of the device's memory that are held.
+    /// Bytes of the device's memory that are allocated.
     pub fn allocated_bytes(&self) -> u64 {
         self.device.allocated_bytes()
     }
 
-    /// Whether bytes of pixels begin with blue.
+    /// Whether the first byte of a pixel is blue.
     pub fn is_blue_first(&self) -> bool {
         self.ui_format == vk::Format::B8G8R8A8_UNORM
     }
 
-    /// The window is as large as that from now on; 0 × 0 where it is minimized.
+    /// Sets the window's size from now on; 0 × 0 where the window is minimized.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.is_stale |= size != self.size;
         self.size = size;
     }
 
-    /// Begins the next frame: the one as many frames before it as are in flight is over by then.
+    /// Begins the next frame. The frame that is `frames_in_flight` before it is over then.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
@@ -148,7 +150,7 @@ impl Host {
         let number = self.next;
         self.frames.wait(number)?;
         let mut image = None;
-        // Twice: images of the new size may be stale too, where the window is being dragged.
+        // Two tries: images of the new size may be out of date too, where the window is being dragged.
         for _ in 0..2 {
             if self.is_stale {
                 self.remake()?;
@@ -166,12 +168,12 @@ impl Host {
         Ok(Frame { number, commands, image })
     }
 
-    /// The window's pixels as they are drawn to; none where it has no area.
+    /// The size of the window's images, pixels; 0 × 0 where the window has no area.
     pub fn window_size(&self) -> [u32; 2] {
         self.swapchain.as_ref().map_or([0; 2], |chain| chain.size)
     }
 
-    /// Bytes of them; none where they cannot be read.
+    /// Bytes of the window's pixels; 0 where they cannot be read.
     pub fn window_bytes(&self) -> u64 {
         let chain = self.swapchain.as_ref().filter(|chain| chain.is_readable);
         chain.map_or(0, |chain| 4 * u64::from(chain.size[0]) * u64::from(chain.size[1]))
@@ -192,10 +194,10 @@ impl Host {
         Ok(())
     }
 
-    /// Has `record` record passes into the frame.
+    /// Lets `record` record passes into the frame.
     ///
     /// # Errors
-    /// As [`Commands::on`], and those of `record`.
+    /// Those of [`Commands::on`] and of `record`.
     pub fn record<T>(&self, frame: &Frame, record: impl FnOnce(&mut Commands) -> Result<T>) -> Result<T> {
         // SAFETY: the command buffer is the frame's own, is being recorded outside a render, and is submitted once, in order;
         // `begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
@@ -203,9 +205,9 @@ impl Host {
         record(&mut commands)
     }
 
-    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, in the upper left of the window, and the panel over it. All of
-    /// the window is copied to `film`, which the host may read after [`Host::wait`]. Returns
-    /// how long it took to hand it over to the screen, which may wait for the device.
+    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, is in the upper left of the window, and the
+    /// panel is drawn over it. The whole window is copied to `film`, which the host may read after [`Host::wait`].
+    /// Returns how long presenting took, which may include a wait for the device.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
@@ -251,10 +253,10 @@ impl Host {
         Ok(handed_over)
     }
 
-    /// Copies what text needs that was not shown before. It waits for the device, and is rare.
+    /// Copies the textures of text that was not shown before. It waits for the device, which is rarely needed.
     fn textures(&mut self, ui: &mut Ui) -> Result<()> {
         let (Some(panel), false) = (&mut self.ui, ui.textures.set.is_empty()) else { return Ok(()) };
-        // Textures that earlier frames draw from are replaced.
+        // The wait is for earlier frames, which may draw from textures that are replaced now.
         self.device.wait();
         for (id, deltas) in ui.textures.set.drain() {
             for delta in deltas {
@@ -269,7 +271,7 @@ impl Host {
 impl Drop for Host {
     fn drop(&mut self) {
         self.device.wait();
-        // They free into the allocator, before that goes.
+        // Both free memory into the allocator, so they go before it.
         (self.ui, self.copied) = (None, Default::default());
     }
 }

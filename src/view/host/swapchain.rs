@@ -1,4 +1,4 @@
-//! The images that the window shows one after the other.
+//! The images that the window shows in turn.
 
 use super::device::Device;
 use super::failed;
@@ -12,23 +12,24 @@ pub struct Swapchain {
     pub handle: vk::SwapchainKHR,
     pub format: vk::Format,
     pub size: [u32; 2],
-    /// They can be copied from.
+    /// Whether the images can be copied from.
     pub is_readable: bool,
     pub images: Vec<vk::Image>,
     pub views: Vec<vk::ImageView>,
-    /// One per image: it is drawn.
+    /// One semaphore per image, signalled when the image is drawn.
     pub drawn: Vec<vk::Semaphore>,
 }
 
 /// The result of acquiring an image, or of presenting it.
 pub enum Turn<T> {
     Done(T),
-    /// The window is of another size: make the images anew.
+    /// The window has another size: the images must be made again.
     Stale,
 }
 
 impl Swapchain {
-    /// Images for a window of `size` pixels, in the place of `old` ones that nothing uses any more; none where the window has no area.
+    /// Images for a window of `size` pixels, which replace `old` ones that nothing uses any more. None where the window
+    /// has no area.
     pub fn new(device: &Device, size: [u32; 2], old: Option<Self>) -> Result<Option<Self>> {
         let (surfaces, surface) = device.surface();
         let fail = failed("make", "the window's images");
@@ -40,7 +41,7 @@ impl Swapchain {
                 surfaces.get_physical_device_surface_formats(device.physical, surface).map_err(&fail)?,
             )
         };
-        // Where it is all ones, the window is as large as its images.
+        // A width of all ones means that the window takes the size of its images.
         let own = can.current_extent.width != u32::MAX;
         let (least, most) = (can.min_image_extent, can.max_image_extent);
         let size = match own {
@@ -50,7 +51,7 @@ impl Swapchain {
         if size.contains(&0) {
             return Ok(None);
         }
-        // Bytes are written as they are seen, so that nothing of the device's encodes them again.
+        // Bytes are written as they are shown, so the device must not encode them again.
         let plain = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
         let is_plain = |format: &&vk::SurfaceFormatKHR| {
             plain.contains(&format.format) && format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
@@ -112,7 +113,7 @@ impl Swapchain {
         Ok(Some(chain))
     }
 
-    /// The next image to draw to; `acquired` is signalled once that may begin.
+    /// The next image to draw to; `acquired` is signalled once drawing to it may begin.
     pub fn acquire(&self, acquired: vk::Semaphore) -> Result<Turn<usize>> {
         // SAFETY: the semaphore is of this device, and nothing waits for it.
         match unsafe { self.loader.acquire_next_image(self.handle, u64::MAX, acquired, vk::Fence::null()) } {

@@ -1,4 +1,5 @@
-//! The stage: a scene, the techniques that light it, their pictures. Parts that have not changed are neither built nor drawn again.
+//! The stage: a scene, the techniques that light it, and their pictures. Parts that have not changed are neither built
+//! nor drawn again.
 
 mod moves;
 
@@ -19,59 +20,61 @@ use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counts of steps on their way to the host.
+/// Counts of look-ups' steps, on their way to the host.
 struct Counting {
     read: ReadBack,
     pixels: usize,
     frame: u64,
 }
 
-/// The meaning of the values of [`Present`].
+/// What the values in [`Present`] are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Values {
     Nothing,
     Reference,
-    /// That light has them, at that depth.
+    /// Visibility of this light at this depth.
     Slice(usize, f32),
     Steps,
 }
 
 /// The scene, A and B.
 pub struct Stage {
-    /// As its file says, at the time.
+    /// The scene as its file says, at the state's time.
     base: Scene,
     /// The part of the state that `base` was made from.
     of: (String, f64, Option<usize>),
-    /// Attractor and gravity of its particles.
+    /// Attractor and gravity of the scene's particles.
     pull: (Option<DVec3>, f64),
-    /// Its changes in the world.
+    /// The changes that the world has relative to `base`.
     change: SceneChange,
     world: World,
-    /// Another whenever the world changes: no two states of any scenes have the same.
+    /// A number that changes whenever the world does: no two states of any scenes have the same.
     version: u64,
-    /// The same of casters and lights alone.
+    /// The same for changes of casters and lights alone.
     cast: u64,
-    /// The casters and lights of that state, once somebody else wanted them; its camera may be another.
+    /// The state `cast`, and a scene with its casters and lights, once another thread has asked for it. The camera of
+    /// that scene may be another.
     kept: Option<(u64, Arc<Scene>)>,
-    /// The camera of that state, in pictures of that size.
+    /// The state `version`, the pictures' size, and the camera's view for both.
     camera: Option<(u64, [u32; 2], View)>,
-    /// Where smoke was that the host moves.
+    /// The last positions of smoke that the host moves.
     smoke: Smoke,
-    /// What moves particles on the device, once they moved.
+    /// Moves particles on the device; made when they first move.
     simulation: Option<Simulation>,
-    /// What brings them to the host, where the device has moved them: by which they are ordered and, once they stand, all else is.
+    /// Copies to the host the particles that the device has moved. Their drawing order comes from the copy and, once
+    /// they stand still, so does everything else.
     simulated: Option<Simulated>,
     sides: [Option<Lit>; 2],
     /// Specs that cannot be shown, and why.
     refused: [Option<(String, String)>; 2],
-    /// What of A cannot be shown but as a picture: how, of which spec, and why.
+    /// A view of A, other than a picture, that cannot be shown: which view, of which spec, and why.
     unanswered: Option<(Show, String, String)>,
     truth: Truth,
     present: Option<Present>,
     values: Values,
     counting: Option<Counting>,
     steps: Option<StepRange>,
-    /// The content of the window's bytes; none where it is out of date.
+    /// What the window's bytes show; none where they are out of date.
     shown: Option<Shown>,
     size: [u32; 2],
     context: Context,
@@ -112,17 +115,17 @@ impl Stage {
         })
     }
 
-    /// Whether it is of the scene that `state` names.
+    /// Whether the stage shows the scene that `state` names.
     pub fn is_of(&self, state: &State) -> bool {
         (&self.of.0, self.of.2) == (&state.scene, state.lights)
     }
 
-    /// The scene as its file says.
+    /// The scene as its file says, without the state's changes.
     pub fn base(&self) -> &Scene {
         &self.base
     }
 
-    /// Which state the world is in, and the camera that sees it.
+    /// The state of the world, as a number, and the camera that sees it.
     ///
     /// # Errors
     /// As [`World::scene`].
@@ -135,7 +138,7 @@ impl Stage {
         view.map(|view| (self.version, view))
     }
 
-    /// What the reference has done.
+    /// How many pictures the reference has begun, finished and dropped.
     pub fn truth_counts(&self) -> Counts {
         self.truth.counts()
     }
@@ -150,12 +153,12 @@ impl Stage {
         self.size
     }
 
-    /// Size of a picture's file: that of the square where a slice is shown.
+    /// The size of a picture's file: for a slice, the size of its square.
     pub fn pictured(&self, state: &State) -> [u32; 2] {
         if state.show == Show::Slice { [self.size[0].min(self.size[1]); 2] } else { self.size }
     }
 
-    /// Another size of the pictures.
+    /// Sets another size of the pictures.
     pub fn resize(&mut self, size: [u32; 2]) {
         let size = size.map(|side| side.max(1));
         if size != self.size {
@@ -164,7 +167,7 @@ impl Stage {
         }
     }
 
-    /// The pictures are others, of other images.
+    /// Drops everything that was made from the present pictures.
     fn forget(&mut self) {
         (self.present, self.values, self.counting, self.shown) = (None, Values::Nothing, None, None);
     }
@@ -175,12 +178,12 @@ impl Stage {
         self.refused.iter().flatten().map(|(_, cause)| cause.as_str()).chain(unanswered)
     }
 
-    /// The range of the steps that are painted.
+    /// The range of the steps that are shown as colours.
     pub fn steps(&self) -> Option<&StepRange> {
         self.steps.as_ref()
     }
 
-    /// Rows of the reference that are there, and all of them; none where it is not seen.
+    /// How many rows of the reference are done, and how many there are; none where the reference is not shown.
     pub fn truth(&self, state: &State) -> Option<[u32; 2]> {
         has_reference(state).then(|| self.truth.rows())
     }
@@ -190,7 +193,7 @@ impl Stage {
         self.sides[side].as_ref().and_then(|lit| lit.technique.facts().ok()).map(|facts| facts.path)
     }
 
-    /// The window's bytes.
+    /// The bytes that the window shows.
     pub fn bytes(&self) -> Option<&Buffer> {
         self.present.as_ref().map(Present::shown)
     }
@@ -200,7 +203,7 @@ impl Stage {
         self.is_drawn(state) && (!has_reference(state) || self.truth.is_whole())
     }
 
-    /// The same but for the reference, which gets on by itself.
+    /// As [`Stage::is_whole`], but without the reference, which makes progress without frames.
     pub fn is_drawn(&self, state: &State) -> bool {
         let side = |i: usize| match (&state.sides[i], &self.sides[i]) {
             _ if !state.show.draws()[i] || self.refused[i].is_some() => true,
@@ -220,10 +223,10 @@ impl Stage {
             && self.shown.is_some()
     }
 
-    /// Records the frame of `state`. Nothing of it waits.
+    /// Records the frame of `state`, without waiting for anything.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost or has no room; [`Error::Input`] where the scene cannot be so.
+    /// [`Error::Gpu`] where the device is lost or has no room; [`Error::Input`] where the scene cannot have this state.
     pub fn record(&mut self, host: &Host, commands: &mut Commands, state: &State) -> Result<()> {
         if let Some(over) = commands.frame().checked_sub(host.frames_in_flight()) {
             for lit in self.sides.iter_mut().flatten() {
@@ -257,7 +260,7 @@ impl Stage {
         self.show(commands, state, host.is_blue_first())
     }
 
-    /// Has the reference made for the present view.
+    /// Asks for the reference of the present view.
     fn see(&mut self, state: &State, camera: &View) {
         if !has_reference(state) {
             self.truth.rest();
@@ -271,7 +274,8 @@ impl Stage {
         self.truth = truth;
     }
 
-    /// Opens A or B where it is another than before. That it cannot be is a line, and no error.
+    /// Opens A or B where its spec or its look has changed. Where that fails, the failure is shown as a line, and is no
+    /// error.
     fn open(&mut self, i: usize, state: &State, camera: &View) -> Result<()> {
         let wanted = match &state.sides[i] {
             Side::Technique(spec) if state.show.draws()[i] => spec,
@@ -300,16 +304,16 @@ impl Stage {
         Ok(())
     }
 
-    /// A cannot be shown so.
+    /// Notes that A cannot be shown in this way.
     fn refuse(&mut self, show: Show, error: &Error) {
         let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
         self.unanswered = Some((show, spec, error.to_string()));
     }
 
-    /// Sees to it that A can be asked for what is shown of it, and not again for what it cannot be.
+    /// Prepares A for what is shown of it. Where A cannot show it, it is not tried again.
     fn ask_of_a(&mut self, state: &State) -> Result<()> {
         let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
-        // A slice may be of another light, and is asked for again.
+        // A slice may be of another light now, so it is tried again.
         self.unanswered.take_if(|(show, of, _)| *show != state.show || *of != spec || *show == Show::Slice);
         if self.unanswered.is_some() {
             return Ok(());
@@ -363,7 +367,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Takes new parts of the reference.
+    /// Copies new rows of the reference into the values.
     fn fill_in(&mut self, state: &State) -> Result<bool> {
         self.counting = None;
         let Some(present) = self.present.as_ref().filter(|_| has_reference(state)) else { return Ok(true) };
@@ -374,7 +378,7 @@ impl Stage {
         Ok(true)
     }
 
-    /// Asks A about a slice, once its maps stand. Returns whether the values have it.
+    /// Asks A for a slice, once A's maps are built. Returns whether the values hold the slice.
     fn slice(&mut self, commands: &mut Commands, light: usize, depth: f32) -> Result<bool> {
         if self.values == Values::Slice(light, depth) {
             return Ok(true);
@@ -403,7 +407,7 @@ impl Stage {
         Ok(true)
     }
 
-    /// Has A count its steps, once its build stands. Returns whether the values have them.
+    /// Makes A count its steps, once A is built. Returns whether the values hold the steps.
     fn count_steps(&mut self, commands: &mut Commands) -> Result<bool> {
         if self.values == Values::Steps || self.counting.is_some() {
             return Ok(self.values == Values::Steps);
@@ -430,7 +434,7 @@ impl Stage {
         Ok(false)
     }
 
-    /// Paints the steps that a frame counted, which is over.
+    /// Paints the steps that were counted in a frame, once that frame is over.
     fn paint_steps(&mut self, over: u64) -> Result<()> {
         let Some(counting) = self.counting.take_if(|counting| counting.frame <= over) else { return Ok(()) };
         let (Some(present), Some(counts)) =
@@ -453,13 +457,13 @@ fn next_version() -> u64 {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// Whether the reference is seen.
+/// Whether the reference is shown.
 fn has_reference(state: &State) -> bool {
     let has_pictures = state.show.is_picture() && state.show != Show::Wireframe;
     has_pictures && (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
 }
 
-/// Whether nothing can go on.
+/// Whether the error means that the device is lost.
 pub fn is_lost(error: &Error) -> bool {
     matches!(error, Error::Gpu { cause, .. } if cause.contains("DEVICE_LOST"))
 }

@@ -1,4 +1,5 @@
-//! How a stage comes to where a state has it: by the device where it can, else by the host, and no more of it than has changed.
+//! How a stage moves the world to a new state: on the device where it can, else on the host, and only the parts that
+//! have changed.
 
 use super::super::state::State;
 use super::{Stage, next_version};
@@ -11,15 +12,15 @@ use std::sync::Arc;
 /// Particles that the device has moved, on their way to the host.
 pub(super) struct Simulated {
     read: ReadBack,
-    /// The host does not know yet where they are.
+    /// Whether the host does not yet know the particles' last positions.
     pub(super) is_moving: bool,
-    /// Which frame moved them last.
+    /// The frame that moved them last.
     frame: u64,
 }
 
 impl Stage {
-    /// The world's scene for whoever takes longer than a frame: a camera, and casters and lights, of which there is one copy until they
-    /// change; none while the device alone knows where they are.
+    /// The world's scene for threads that take longer than a frame: a camera, and casters and lights, which are copied
+    /// once until they change. None while only the device knows the particles' positions.
     pub fn shared(&mut self) -> Option<(Camera, Arc<Scene>)> {
         let camera = self.world.scene().ok()?.camera;
         self.scene_of_now().map(|scene| (camera, scene))
@@ -35,7 +36,7 @@ impl Stage {
         Some(scene)
     }
 
-    /// Moves the world to where `state` has it. What does not move stays as it is, whatever the time.
+    /// Moves the world to the state `state`. Parts that do not move are left as they are, whatever the time.
     pub(super) fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let (change, was) = (state.change(), self.change);
         let pulls = self.pull != state.pull();
@@ -45,7 +46,7 @@ impl Stage {
             return Ok(());
         }
         let thickens = change.extinction != was.extinction;
-        // What the host makes thicker the device would round otherwise.
+        // Where the host changes the extinction, the device's particles would be rounded differently.
         let by_device =
             moves && change.extinction == 1.0 && !thickens && matches!(self.base.motion, Motion::Fountain(_));
         if by_device {
@@ -64,10 +65,10 @@ impl Stage {
         Ok(())
     }
 
-    /// Has the device move the particles, and bring them to the host.
+    /// Moves the particles on the device, and copies them to the host.
     fn simulate(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         check_time(&self.base.name, state.time_s)?;
-        // Before anything has moved.
+        // Errors in the changes are found before anything has moved.
         state.change().aimed(&self.base)?;
         let pulled =
             if self.pull == state.pull() { None } else { Some(self.base.pull(state.attractor, state.gravity)?) };
@@ -94,7 +95,8 @@ impl Stage {
         Ok(())
     }
 
-    /// Takes where particles were at a frame, which is over: they are ordered by that, and once they stand it is where they are.
+    /// Takes over the particles' positions of a frame that is over. They give the drawing order; where the particles
+    /// have not moved since, they are also the scene's.
     pub(super) fn take_particles(&mut self, over: u64) -> Result<()> {
         let Some(simulated) = self.simulated.as_mut().filter(|simulated| simulated.is_moving) else { return Ok(()) };
         let stands = simulated.frame <= over;
@@ -108,7 +110,8 @@ impl Stage {
         Ok(())
     }
 
-    /// Moves on the host what moves, and brings to the device what has changed. Where it cannot be all is as before.
+    /// Moves the moving parts on the host, and copies to the device what has changed. Where that fails, everything is
+    /// as it was before.
     fn replace(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let motion = match self.pull == state.pull() {
             true => self.base.motion.clone(),
@@ -131,7 +134,7 @@ impl Stage {
         match &moved {
             Err(_) => self.base.motion = motion,
             Ok(()) => {
-                // What the device moves next it moves from the beginning.
+                // The device's next simulation starts from the beginning.
                 self.simulation.iter_mut().for_each(Simulation::forget);
                 self.simulated.iter_mut().for_each(|simulated| simulated.is_moving = false);
             }

@@ -1,4 +1,4 @@
-//! Keys and mouse, of a person or of a script.
+//! Keys and mouse, from a person or from a script.
 
 use super::super::camera;
 use super::super::panel;
@@ -9,7 +9,7 @@ use winit::event::{DeviceId, ElementState, MouseButton, MouseScrollDelta, TouchP
 use winit::keyboard::ModifiersState;
 
 impl View {
-    /// Does what a key does.
+    /// Does the action of a key.
     pub(super) fn key(&mut self, key: &str, open: &mut Open) {
         let shown =
             key.strip_prefix('f').and_then(|n| n.parse::<usize>().ok()).and_then(|n| Show::ALL.get(n.wrapping_sub(1)));
@@ -38,7 +38,7 @@ impl View {
         self.pointer[0] < f64::from(panel::picture(&self.state, window, open.window.scale_factor())[0])
     }
 
-    /// What the mouse does to the camera.
+    /// Moves the camera, or the attractor, as the mouse moves.
     fn mouse(&mut self, [x, y]: [f64; 2], open: &Open) {
         let (right, down) = (x - self.pointer[0], y - self.pointer[1]);
         self.pointer = [x, y];
@@ -51,7 +51,7 @@ impl View {
         }
     }
 
-    /// What the window does on an event: of a person's, or of a script's.
+    /// Handles an event, from a person or from a script.
     pub(super) fn event(&mut self, event: &WindowEvent, open: &mut Open) {
         let taken = open.input.on_window_event(&open.window, event);
         self.wants |= taken.repaint;
@@ -73,7 +73,7 @@ impl View {
             WindowEvent::ModifiersChanged(modifiers) => self.control = modifiers.state().control_key(),
             WindowEvent::CursorMoved { position, .. } => {
                 self.mouse([position.x, position.y], open);
-                // A script has a pointer of its own.
+                // A script moves a pointer of its own.
                 if self.state.curve && self.script.is_none() && self.is_over_picture(open) {
                     self.state.pointer = Some([position.x, position.y].map(|at| at.max(0.0) as u32));
                     self.wants = true;
@@ -95,7 +95,7 @@ impl View {
     }
 }
 
-/// An input of a script as the window gets one of a person's.
+/// The window event for an input of a script.
 pub(super) fn event_of(input: Input) -> WindowEvent {
     let device_id = DeviceId::dummy();
     match input {

@@ -25,20 +25,20 @@ use winit::event::{MouseButton, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
-/// How often the window looks whether the reference has got on.
+/// The time between two checks for new rows of the reference.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Seconds of a frame under a script.
+/// Seconds per frame under a script.
 const FRAME_S: f64 = 1.0 / 30.0;
 
-/// How long a script waits for the window to take on its size.
+/// How long a script waits for the window to get its size.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// A device that is lost so often, each time within so many frames, is not opened again.
+/// After more losses than this in a row, each within so few frames of the last, the device is not opened again.
 const MOST_LOSSES: u32 = 3;
 const FEW_FRAMES: u64 = 30;
 
-/// What there is once a window stands. Fields are dropped in this order.
+/// Everything that exists while the window is open. Fields are dropped in this order.
 struct Open {
     stage: Option<Stage>,
     rays: Rays,
@@ -50,10 +50,10 @@ struct Open {
 pub struct View {
     options: Options,
     state: State,
-    /// The last that could be shown.
+    /// The last state that could be shown.
     good: State,
     script: Option<Script>,
-    /// The condition that the script waits for.
+    /// Until when the script waits.
     until: Option<Instant>,
     frames_left: u64,
     said: Said,
@@ -61,9 +61,9 @@ pub struct View {
     chart: Chart,
     lines: Vec<String>,
     files: Files,
-    /// Drawn since the window opened.
+    /// Frames that were drawn since the window opened.
     frames: u64,
-    /// How often the device was lost in a row, and at which frame the last time.
+    /// How many times the device was lost in a row, and at which frame it was lost last.
     losses: u32,
     lost_at: u64,
     host_ms: f64,
@@ -71,13 +71,13 @@ pub struct View {
     pace: Pace,
     last: Instant,
     began: Instant,
-    /// The window's size as a script has it: none where it is the window's own.
+    /// The window's size that a script has set; none where the window has its own size.
     forced: Option<[u32; 2]>,
     dragged: Option<MouseButton>,
-    /// The control key is down.
+    /// Whether the control key is down.
     control: bool,
     pointer: [f64; 2],
-    /// Something is to be drawn.
+    /// Whether something has to be drawn.
     wants: bool,
     is_over: bool,
     outcome: Result<()>,
@@ -114,7 +114,7 @@ impl View {
         }
     }
 
-    /// Closes the device, and says how it went.
+    /// Closes the device, and returns the outcome.
     pub fn close(mut self) -> Result<()> {
         self.open = None;
         self.outcome
@@ -131,7 +131,7 @@ impl View {
         self.open_on(window)
     }
 
-    /// Opens the device, for a window that stands.
+    /// Opens the device for a window that exists.
     fn open_on(&self, window: Arc<Window>) -> Result<Open> {
         let Options { device, validation, messages, .. } = &self.options;
         let host = Host::open(&window, device.as_deref(), *validation, &self.said, messages)?;
@@ -139,7 +139,7 @@ impl View {
         let limit = host.context().features().max_image_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(egui, egui::ViewportId::ROOT, &window, scale, None, Some(limit));
-        // The same device, opened once more.
+        // The same device, opened a second time for the rays.
         let wanted = Some(host.context().features().name.clone());
         let rays = Rays::new(gpu::Options { device: wanted, validation: *validation, messages: messages.clone() });
         Ok(Open { stage: None, rays, host, input, window })
@@ -157,7 +157,8 @@ impl View {
         }
     }
 
-    /// Opens the device anew where it was lost, and all on it: a line, and the window goes on, unless that helps no more.
+    /// Opens the device again after it was lost, and everything on it. The loss is shown as a line, and the window goes
+    /// on, unless the device is lost too often.
     fn go_on_without(&mut self, lost: Open, error: Error) -> Result<()> {
         self.losses = if self.frames - self.lost_at < FEW_FRAMES { self.losses + 1 } else { 1 };
         self.lost_at = self.frames;
@@ -166,7 +167,7 @@ impl View {
         }
         self.tell(format!("the device is opened anew: {error}"));
         let window = lost.window.clone();
-        // A window has one surface at a time.
+        // The old surface must go first: a window has one surface at a time.
         drop(lost);
         self.files.begin_anew();
         self.pace = Pace::default();
@@ -200,7 +201,7 @@ impl View {
             self.chart.add(&passes);
             self.pace.passes(over, &passes);
             match self.files.save(over, open.host.is_blue_first()) {
-                // A script's next line may need it.
+                // For a script this is an error, since its next line may need the file.
                 Err(error @ Error::Output { .. }) if self.script.is_none() => self.tell(error.to_string()),
                 outcome => outcome?,
             }
@@ -242,7 +243,8 @@ impl View {
         Ok(())
     }
 
-    /// Loads the scene that the state names, where it is another. One that cannot be is a line, and the one before stays.
+    /// Loads the scene that the state names, where it has changed. A scene that cannot be loaded gives a line, and the
+    /// scene before stays.
     fn load(&mut self, open: &mut Open, size: [u32; 2]) -> Result<()> {
         if open.stage.as_ref().is_some_and(|stage| stage.is_of(&self.state)) {
             return Ok(());
@@ -296,7 +298,7 @@ impl View {
         Ui { textures: output.textures_delta, primitives, pixels_per_point }
     }
 
-    /// Prints a line to the panel, and to standard error.
+    /// Shows a line in the panel, and prints it on standard error.
     fn tell(&mut self, line: String) {
         eprintln!("gobo view: {line}");
         self.lines.push(line);
@@ -305,7 +307,7 @@ impl View {
         }
     }
 
-    /// Copies the command, and prints it.
+    /// Copies the command to the clipboard, and prints it.
     fn copy(&self, open: &mut Open) {
         let size = open.stage.as_ref().map_or(self.options.size, Stage::size);
         let light = open.stage.as_ref().and_then(|stage| stage.base().lights.get(self.state.light));
@@ -319,7 +321,7 @@ impl View {
         open.input.egui_ctx().copy_text(text);
     }
 
-    /// Asks for the curve under the pointer where it is shown, and writes it where that is wanted.
+    /// Asks for the curve under the pointer where it is shown, and writes it where a file of it was asked for.
     fn ask(&mut self, stage: &mut Stage, rays: &mut Rays) -> Result<()> {
         if !self.state.curve {
             rays.rest();
@@ -330,7 +332,7 @@ impl View {
         self.files.save_plot(rays)
     }
 
-    /// Does the script's next lines, as far as nothing has to be waited for.
+    /// Runs the script's next lines, until one has to wait.
     fn script(&mut self) -> Result<()> {
         let Some(mut open) = self.open.take() else { return Ok(()) };
         let outcome = self.script_on(&mut open);
@@ -354,7 +356,7 @@ impl View {
             }
             let Some(step) = self.script.as_mut().and_then(Script::next) else { return Ok(()) };
             self.until = None;
-            // Nothing is drawn for waiting.
+            // A line that only waits needs no frame.
             self.wants |= !matches!(step, Step::Wait(_));
             match step {
                 Step::Set(key, value) => self.state.set(&key, &value)?,
@@ -403,7 +405,7 @@ impl View {
         }
     }
 
-    /// Ends with an error where there is one.
+    /// Where the outcome is an error, keeps it and closes the window.
     fn check(&mut self, events: &ActiveEventLoop, outcome: Result<()>) {
         if let Err(error) = outcome {
             (self.outcome, self.is_over) = (Err(error), true);
@@ -431,7 +433,7 @@ impl ApplicationHandler for View {
             self.check(events, outcome);
             return;
         }
-        // A script stands for keys and mouse.
+        // Under a script, the person's keys and mouse are ignored.
         let is_input = matches!(
             event,
             WindowEvent::CursorMoved { .. }
@@ -454,14 +456,14 @@ impl ApplicationHandler for View {
         }
         let Some(open) = &self.open else { return };
         if self.forced.is_some() && self.wants {
-            // A window without an area is not drawn, and frames go on.
+            // The system draws no window without an area, so the frame is drawn here, and scripts go on.
             self.wants = false;
             let outcome = self.frame();
             self.check(events, outcome);
             events.set_control_flow(ControlFlow::Poll);
             return;
         }
-        // The reference gets on by itself.
+        // The reference makes progress without the window, so the window has to look.
         let fills = open.stage.as_ref().is_some_and(|stage| !stage.is_whole(&self.state))
             || open.rays.is_waiting()
             || self.files.are_due();
