@@ -9,6 +9,7 @@
 #include "world/light.glsl"
 #include "visibility.glsl"
 #include "consume/colored.glsl"
+#include "consume/receiver.glsl"
 
 PICTURE_LIGHTS
 PICTURE_CAMERA
@@ -52,7 +53,9 @@ void main() {
     vec3 scattered = vec3(0.0);
     float transmittance = 1.0;
     for (uint i = 0u; i < steps; ++i) {
-        vec3 position = ray.origin + (float(i) + place) / float(steps) * end * ray.direction;
+        float z = (float(i) + place) / float(steps) * end;
+        vec3 position = ray.origin + z * ray.direction;
+        light_footprint(pixel_side(camera, z));
         // The share of uniform light that the step scatters: the integral of extinction · transmittance over the step.
         float behind = exp(-step_depth * float(i + 1u));
         scattered += (transmittance - behind) * light_in_fog(position);

@@ -51,7 +51,11 @@ void main() {
     vec2 size = vec2(camera.width, camera.height);
     vec2 pixel = (0.5 * corner + 0.5) * size;
     float farthest = texelFetch(distances, ivec2(clamp(pixel, vec2(0.0), size - 1.0)), 0).r;
-    light = caster_light(caster, caster_asked(view_ray(camera, pixel), caster, farthest));
+    vec3 asked = caster_asked(view_ray(camera, pixel), caster, farthest);
+    // A vertex stands for what is as near to it as to no other: so many pixels.
+    vec2 apart = 0.5 * (patch_corners.zw - patch_corners.xy) * size / vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
+    light_footprint(sqrt(apart.x * apart.y) * pixel_side(camera, dot(asked - camera.origin, camera.forward)));
+    light = caster_light(caster, asked);
     caster_index = patch_caster;
     gl_Position = vec4(corner, 0.5, 1.0);
 }

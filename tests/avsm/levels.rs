@@ -5,12 +5,12 @@ use crate::TOLERANCE;
 use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
 use crate::twin::{DEPTHS, build, depth, look_up};
 use glam::DVec3;
-use gobo::consume::{Asked, Lighting, Query, Renderer, Shading};
+use gobo::consume::{Asked, Lighting, Query, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::maps::level_size;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::avsm::levels::{cost, merged};
-use gobo::scene::{Camera, FARTHEST, Projection, Scene, Strand, View};
+use gobo::scene::{Camera, FARTHEST, Fog, Projection, Scene, Strand, View};
 use gobo::technique::{Avsm, NodeData, Technique};
 use gobo::world::World;
 
@@ -251,7 +251,7 @@ fn pixels_see_means() {
         // Above what the camera sees.
         let strand = |i: i32| {
             let x = 0.06 * i as f32;
-            Strand { start: [x, -6.0, 4.0], end: [x, 6.0, 4.0], radius: 0.015, opacity: 1.0 }
+            Strand { start: [x, -6.0, 4.0], end: [x, 6.0, 4.0], radius: 0.02, opacity: 1.0 }
         };
         scene.strands = (-100..100).map(strand).collect();
         scene.camera =
@@ -260,21 +260,47 @@ fn pixels_see_means() {
         let camera = View::camera(&scene.camera, &scene, size);
         let world = World::new(context, &scene).expect("room");
         let renderer = Renderer::new(context, &world, &camera).expect("a renderer");
-        for shading in [Shading::Forward, Shading::Deferred] {
-            let [points, pixels] = [1, 8].map(|levels| {
-                let text = format!("avsm:path=binned,size=512,levels={levels}");
-                let avsm = built_avsm(context, &scene, &text);
-                renderer.picture(&avsm.answer(), shading, Lighting::Fragment).expect("drawn").pixels
-            });
-            assert!(points != pixels, "{shading:?}: pixels give no width");
-            // Neighbours of a row see the same lattice: what is left between them is what points hit by chance.
-            let unrest = |pixels: &[[f32; 3]]| {
-                let of = |row: &[[f32; 3]]| row.windows(2).map(|pair| (pair[0][1] - pair[1][1]).abs()).sum::<f32>();
-                pixels.chunks_exact(size[0] as usize).map(of).sum::<f32>()
-            };
+        let avsm =
+            [1, 8].map(|levels| built_avsm(context, &scene, &format!("avsm:path=binned,size=512,levels={levels}")));
+        let picture =
+            |avsm: &Avsm, shading| renderer.picture(&avsm.answer(), shading, Lighting::Fragment).expect("drawn").pixels;
+        // Neighbours of a row see the same lattice: what is left between them is what points hit by chance.
+        let unrest = |pixels: &[[f32; 3]]| {
+            let of = |row: &[[f32; 3]]| row.windows(2).map(|pair| (pair[0][1] - pair[1][1]).abs()).sum::<f32>();
+            pixels.chunks_exact(size[0] as usize).map(of).sum::<f32>()
+        };
+        let calmer = |what: &str, [points, pixels]: [Vec<[f32; 3]>; 2]| {
             let [points, pixels] = [unrest(&points), unrest(&pixels)];
-            println!("{shading:?}: {pixels} of {points}");
-            assert!(pixels < 0.7 * points, "{shading:?}: {pixels} of {points}");
+            println!("{what}: {pixels} of {points}");
+            assert!(pixels < 0.7 * points, "{what}: {pixels} of {points}");
+        };
+        for shading in [Shading::Forward, Shading::Deferred, Shading::Interleaved, Shading::Reservoir] {
+            calmer(&format!("{shading:?}"), avsm.each_ref().map(|avsm| picture(avsm, shading)));
         }
+        // Air between the eye and the ground alone: what it scatters is what fog adds to the picture.
+        let in_air = avsm.each_ref().map(|avsm| {
+            let clear = picture(avsm, Shading::Forward);
+            renderer.fog(&avsm.answer(), &Fog::new(0.1, 8).expect("fog")).expect("drawn");
+            let foggy = renderer.read().expect("read").pixels;
+            foggy.iter().zip(&clear).map(|(foggy, clear)| [0, 1, 2].map(|i| foggy[i] - clear[i])).collect()
+        });
+        calmer("fog", in_air);
+        // Tiles answer lit or dark for each pixel, by what the deferred picture has of the light.
+        let deferred = picture(&avsm[1], Shading::Deferred);
+        let tiled = picture(&avsm[1], Shading::Tiled(Tiled::BARE));
+        let ends =
+            |less: fn(f32, f32) -> bool| tiled.iter().map(|p| p[1]).reduce(|a, b| if less(a, b) { a } else { b });
+        let [dark, lit] = [ends(|a, b| a < b), ends(|a, b| a > b)].map(|end| end.expect("pixels"));
+        let [mut both, mut wrong] = [[0; 2], [0; 2]];
+        for (deferred, tiled) in deferred.iter().zip(&tiled) {
+            let visibility = (deferred[1] - dark) / (lit - dark);
+            let is_lit = tiled[1] > 0.5 * (dark + lit);
+            if (visibility - 0.5).abs() > 0.01 {
+                both[usize::from(is_lit)] += 1;
+                wrong[usize::from(is_lit)] += usize::from(is_lit != (visibility > 0.5));
+            }
+        }
+        println!("tiled: {both:?} pixels dark and lit, {wrong:?} wrong");
+        assert!(wrong == [0; 2] && both[0] + both[1] > 400, "{both:?}, {wrong:?}");
     });
 }

@@ -32,7 +32,9 @@ void main() {
     // There is nothing to light in the sky.
     if (texelFetch(albedos, ivec2(pixel), 0).a != 0.0) {
         Ray ray = surface_ray(camera, vec2(pixel) + 0.5);
-        vec3 position = surface_position(ray, texelFetch(distances, ivec2(pixel), 0).r);
+        float z = texelFetch(distances, ivec2(pixel), 0).r;
+        vec3 position = surface_position(ray, z);
+        light_footprint(pixel_side(camera, z));
         vec4 normal = texelFetch(normals, ivec2(pixel), 0);
         uint count = lights.length(), parts = part_count(count);
         for (uint i = place & parts - 1u; i < count; i += parts) {

@@ -15,6 +15,7 @@ struct Seen {
     vec3 normal;
     bool is_closed;
     vec3 dither;
+    float side;  // how wide the pixel is there, world units
 };
 
 bool is_sky(uvec2 pixel) { return texelFetch(albedos, ivec2(pixel), 0).a == 0.0; }
@@ -22,8 +23,8 @@ bool is_sky(uvec2 pixel) { return texelFetch(albedos, ivec2(pixel), 0).a == 0.0;
 Seen seen(uvec2 pixel) {
     vec4 normal = texelFetch(normals, ivec2(pixel), 0);
     Ray ray = surface_ray(frames[0].camera, vec2(pixel) + 0.5);
-    vec3 position = surface_position(ray, texelFetch(distances, ivec2(pixel), 0).r);
-    return Seen(position, normal.xyz, normal.w != 0.0, dither(pixel));
+    float z = texelFetch(distances, ivec2(pixel), 0).r;
+    return Seen(surface_position(ray, z), normal.xyz, normal.w != 0.0, dither(pixel), pixel_side(frames[0].camera, z));
 }
 
 // A partial answer is compared with the pixel's dither threshold. The share of lit pixels among neighbours is then the light that comes
@@ -32,6 +33,7 @@ bool is_shadowed(Seen at, uint light) {
 #ifdef TECHNIQUE_DITHERS
     look_up_dither = at.dither;
 #endif
+    light_footprint(at.side);
     float visibility = surface_visibility(light, lights[light], at.position, at.normal, at.is_closed);
     return visibility < (DITHER == 0u ? 0.5 : at.dither.x);
 }

@@ -101,6 +101,8 @@ void main() {
     float z = texelFetch(distances, ivec2(pixel), 0).r;
     vec4 facing = texelFetch(normals, ivec2(pixel), 0);
     Seen here = Seen(surface_position(surface_ray(camera, vec2(pixel) + 0.5), z), facing.xyz, facing.w != 0.0);
+    // Of the earlier surface too, which is about as far away.
+    light_footprint(pixel_side(camera, z));
     uint seed = pixel_seed(index, frame), count = lights.length();
 
     uint light = 0u;
