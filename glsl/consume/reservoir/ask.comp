@@ -101,7 +101,7 @@ void main() {
     float z = texelFetch(distances, ivec2(pixel), 0).r;
     vec4 facing = texelFetch(normals, ivec2(pixel), 0);
     Seen here = Seen(surface_position(surface_ray(camera, vec2(pixel) + 0.5), z), facing.xyz, facing.w != 0.0);
-    // Of the earlier surface too, which is about as far away.
+    // The earlier surface is about as far away, so its look-ups have this footprint too.
     light_footprint(pixel_side(camera, z));
     uint seed = pixel_seed(index, frame), count = lights.length();
 
