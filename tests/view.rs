@@ -15,6 +15,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
+#[path = "view/beside.rs"]
+mod beside;
 #[path = "view/faults.rs"]
 mod faults;
 #[path = "view/input.rs"]

@@ -45,7 +45,8 @@ impl View {
         let (Some(button), Some(stage)) = (self.dragged, &open.stage) else { return };
         let (camera, share) = (&stage.base().camera, 1.0 / f64::from(stage.size()[1]));
         match button {
-            MouseButton::Left if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), [x, y]) => {}
+            MouseButton::Left
+                if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), stage.place([x, y])) => {}
             MouseButton::Left => camera::orbit(&mut self.state, camera, -right * share * 4.0, down * share * 4.0),
             _ => camera::fly(&mut self.state, camera, [-right * share, down * share, 0.0]),
         }
@@ -75,7 +76,9 @@ impl View {
                 self.mouse([position.x, position.y], open);
                 // A script has a pointer of its own.
                 if self.state.curve && self.script.is_none() && self.is_over_picture(open) {
-                    self.state.pointer = Some([position.x, position.y].map(|at| at.max(0.0) as u32));
+                    let at = [position.x, position.y].map(|at| at.max(0.0));
+                    self.state.pointer =
+                        Some(open.stage.as_ref().map_or(at, |stage| stage.place(at)).map(|at| at as u32));
                     self.wants = true;
                 }
                 self.wants |= self.dragged.is_some();

@@ -190,7 +190,7 @@ impl View {
         let ui = self.panel(open);
         open.host.resize(window);
         if let Some(stage) = open.stage.as_mut().filter(|_| !window.contains(&0)) {
-            stage.resize(size);
+            stage.resize(self.state.show, size);
         }
         let waited = Instant::now();
         let frame = open.host.begin()?;
@@ -218,7 +218,7 @@ impl View {
             self.files.read(&self.state, stage, &open.host, &frame)?;
             self.ask(stage, &mut open.rays)?;
         }
-        let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.size())));
+        let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.area())));
         let is_whole = open.stage.as_ref().is_some_and(|stage| stage.is_whole(&self.state));
         let number = frame.number;
         let film = self.files.wanted(&open.host, is_whole && !open.rays.is_waiting())?;
@@ -278,6 +278,7 @@ impl View {
         let output = context.run_ui(input, |ui| {
             if let Some(stage) = stage {
                 panel::rings(ui, state, stage, script);
+                panel::labels(ui, state, stage);
             }
             if state.panel {
                 pressed = panel::panel(ui, state, &told);
@@ -307,7 +308,7 @@ impl View {
 
     /// Copies the command, and prints it.
     fn copy(&self, open: &mut Open) {
-        let size = open.stage.as_ref().map_or(self.options.size, Stage::size);
+        let size = open.stage.as_ref().map_or(self.options.size, |stage| stage.size_of(&self.state));
         let light = open.stage.as_ref().and_then(|stage| stage.base().lights.get(self.state.light));
         let faces = light.is_some_and(|light| light.map_count() > 1);
         let mut lines = self.state.commands(size, faces);
