@@ -151,8 +151,6 @@ pub(super) fn shown(scene: &Scene, view: &View, depth: f32, size: u32, mut rgb8:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::truth::{Casters, Meshes};
-    use crate::scene::Ray;
     use crate::scene::tests::on_the_axis;
 
     /// One sphere on the axis is a disc in the middle of its light's view, as wide as its radius says.
@@ -172,33 +170,5 @@ mod tests {
         let orange = paper.rgb8.chunks_exact(3).filter(|p| **p == OUTLINE).count() as f64;
         let rim = 2.0 * std::f64::consts::PI / texel;
         assert!(orange > 0.7 * rim && orange < 1.5 * rim, "{orange} pixels of a rim of {rim}");
-    }
-
-    /// A mesh, from each side and from within, and a volume cover the pixels whose rays the f64 reference has meet them.
-    #[test]
-    fn what_is_covered_is_what_rays_meet() {
-        for (name, side) in [("lantern", 40), ("cornell", 40), ("hair", 48), ("cloud", 32)] {
-            let scene = Scene::load(name, 20.0).expect("built in");
-            let casters = Casters::new(&scene);
-            for (map, view) in View::volumes(&scene, side).iter().enumerate() {
-                let rays = (0..side * side).map(|i| view.ray(DVec2::new((i % side).into(), (i / side).into()) + 0.5));
-                let begins = if view.projection() == Projection::Parallel { -1e3 } else { 0.0 };
-                let hits = |mesh: &Mesh| {
-                    let meshes = Meshes::new(std::slice::from_ref(mesh));
-                    rays.clone().map(move |ray| meshes.hit(ray.at(begins), ray.direction).is_some()).collect::<Vec<_>>()
-                };
-                for mesh in &scene.meshes {
-                    assert!(covered_by(mesh, view) == hits(mesh), "{name}, map {map}: {}", mesh.name);
-                }
-                if scene.volumes.is_empty() {
-                    continue;
-                }
-                let dense =
-                    |ray: Ray| casters.true_curve(map, view, &ray).0.volumes.iter().any(|cells| !cells.is_empty());
-                let met: Vec<bool> = rays.map(dense).collect();
-                assert!(covered(&scene, view) == met, "{name}, map {map}");
-                assert!(met.contains(&true) && met.contains(&false));
-            }
-        }
     }
 }

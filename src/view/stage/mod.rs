@@ -304,9 +304,12 @@ impl Stage {
             }
         };
         let look = state.look();
-        let text = format!("{wanted} {look:?}");
         let is = |lit: &Lit| (lit.spec.to_string(), lit.look) == (wanted.to_string(), look);
-        if self.sides[i].as_ref().is_some_and(is) || self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
+        if self.sides[i].as_ref().is_some_and(is) {
+            return Ok(());
+        }
+        let text = format!("{wanted} {look:?}");
+        if self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
             return Ok(());
         }
         (self.sides[i], self.refused[i]) = (None, None);

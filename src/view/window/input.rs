@@ -34,8 +34,7 @@ impl View {
 
     /// Whether the pointer is not over the panel.
     fn is_over_picture(&self, open: &Open) -> bool {
-        let window: [u32; 2] = open.window.inner_size().into();
-        self.pointer[0] < f64::from(panel::picture(&self.state, window, open.window.scale_factor())[0])
+        self.pointer[0] < f64::from(panel::picture(&self.state, open.size, open.window.scale_factor())[0])
     }
 
     /// What the mouse does to the camera.
@@ -55,10 +54,15 @@ impl View {
     /// What the window does on an event: of a person's, or of a script's.
     pub(super) fn event(&mut self, event: &WindowEvent, open: &mut Open) {
         let taken = open.input.on_window_event(&open.window, event);
+        // What turns the picture alone the panel does not show.
+        let turns = matches!(event, WindowEvent::CursorMoved { .. }) && self.dragged.is_some();
+        self.touched |= !turns || self.state.attractor.is_some() || self.control;
         self.wants |= taken.repaint;
         match event {
             WindowEvent::CloseRequested => self.is_over = true,
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.wants = true,
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                (open.size, self.wants) = (open.window.inner_size().into(), true);
+            }
             WindowEvent::DroppedFile(path) => {
                 self.state.choose(&path.to_string_lossy());
                 self.wants = true;
