@@ -1,5 +1,6 @@
 #version 460
-// The window's picture in bytes: one of two pictures, both with a wipe between them, their difference, or values from the host or a slice.
+// The window's picture in bytes: one of two pictures, both with a wipe between them, their difference, both beside the truth, or values from
+// the host or a slice.
 // Inputs: two pictures in linear light, the least number of each of sRGB's 256 bytes, values of the host's or of a slice. Output: a byte
 // per channel, four per pixel, rows from the top. Twin: view::present::bytes. Invariant: the bytes are those that scene::Picture::to_srgb8
 // has, since both find the last level that a number reaches.
@@ -16,7 +17,12 @@ layout(set = 0, binding = 3, scalar) readonly buffer Values { float values[]; };
 layout(set = 0, binding = 4, scalar) writeonly buffer Shown { uint shown[]; };
 
 // Twins: view::present::Show.
-const uint FIRST = 0u, SECOND = 1u, WIPE = 2u, DIFFERENCE = 3u, SLICE = 4u, PAINTED = 5u;
+const uint FIRST = 0u, SECOND = 1u, WIPE = 2u, DIFFERENCE = 3u, SLICE = 4u, PAINTED = 5u, BESIDE = 7u;
+
+// Of a picture: the third, beside A and B.
+const uint TRUTH = 2u;
+// Twins: view::present::PANELS.
+const uint COLUMNS = 3u, ROWS = 2u;
 
 // In the place of an empty picture.
 const uvec3 NOBODY = uvec3(40u);
@@ -27,7 +33,7 @@ layout(push_constant, scalar) uniform PresentPush {
     uint show;
     uint wipe;    // the first column of the second picture
     uint gain;    // differences times so much
-    uint sources;        // bits 0 and 1 are for the first picture, 2 and 3 for the second: whether it comes from the values, and whether it is empty
+    uint sources;        // bits 0 and 1 for the first picture, 2 and 3 for the second, 4 and 5 for the truth: it comes from the values; it is empty
     uint blue_first;     // 1: bytes in the order blue, green, red
 };
 
@@ -43,17 +49,48 @@ uvec3 bytes(vec3 color) {
     return uvec3(level(color.r), level(color.g), level(color.b));
 }
 
-uvec3 picture(bool second, uvec2 pixel) {
-    uint source = second ? sources >> 2 : sources;
+// Pixels of a picture.
+uvec2 size() {
+    return show == BESIDE ? max(uvec2(width / COLUMNS, height / ROWS), 1u) : uvec2(width, height);
+}
+
+// Bits 0 and 1 of where a picture comes from.
+uint source_of(uint which) {
+    return sources >> 2u * which & 3u;
+}
+
+// A, B or the truth.
+uvec3 picture(uint which, uvec2 pixel) {
+    uint source = source_of(which);
     if ((source & 2u) != 0u) {
         return NOBODY;
     }
     if ((source & 1u) != 0u) {
-        uint at = 3u * (pixel.y * width + pixel.x);
+        uint at = 3u * (pixel.y * size().x + pixel.x);
         return bytes(vec3(values[at], values[at + 1u], values[at + 2u]));
     }
-    return bytes(second ? texelFetch(second_picture, ivec2(pixel), 0).rgb
-                        : texelFetch(first_picture, ivec2(pixel), 0).rgb);
+    return bytes(which == 1u ? texelFetch(second_picture, ivec2(pixel), 0).rgb
+                             : texelFetch(first_picture, ivec2(pixel), 0).rgb);
+}
+
+uvec3 difference(uint which, uint other, uvec2 pixel) {
+    if (((source_of(which) | source_of(other)) & 2u) != 0u) {
+        return NOBODY;
+    }
+    ivec3 apart = abs(ivec3(picture(which, pixel)) - ivec3(picture(other, pixel)));
+    return min(uvec3(apart) * gain, uvec3(255u));
+}
+
+// A, the truth and B in a row; below them how far A, and B, are from the truth, and between those how far they are apart.
+uvec3 beside(uvec2 pixel) {
+    uvec2 panel = pixel / size(), inside = pixel % size();
+    if (panel.x >= COLUMNS || panel.y >= ROWS) {
+        return NOBODY;
+    }
+    if (panel.y == 0u) {
+        return picture(panel.x == 0u ? 0u : panel.x == 1u ? TRUTH : 1u, inside);
+    }
+    return difference(panel.x == 2u ? 1u : 0u, panel.x == 1u ? 1u : TRUTH, inside);
 }
 
 void main() {
@@ -72,10 +109,11 @@ void main() {
         uint painted = floatBitsToUint(values[at]);
         is = uvec3(painted, painted >> 8, painted >> 16) & 255u;
     } else if (show == DIFFERENCE) {
-        ivec3 apart = abs(ivec3(picture(false, pixel)) - ivec3(picture(true, pixel)));
-        is = min(uvec3(apart) * gain, uvec3(255u));
+        is = difference(0u, 1u, pixel);
+    } else if (show == BESIDE) {
+        is = beside(pixel);
     } else {
-        is = picture(show == SECOND || show == WIPE && pixel.x >= wipe, pixel);
+        is = picture(show == SECOND || show == WIPE && pixel.x >= wipe ? 1u : 0u, pixel);
     }
     is = blue_first == 1u ? is.bgr : is.rgb;
     shown[at] = is.r | is.g << 8 | is.b << 16 | 255u << 24;

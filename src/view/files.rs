@@ -92,7 +92,7 @@ impl Files {
                 commands.read_back(bytes, &read);
                 Ok(())
             })?;
-            shot.read = Some((read, frame.number, stage.pictured(state), stage.size()[0]));
+            shot.read = Some((read, frame.number, stage.pictured(state), stage.area()[0]));
         }
         Ok(())
     }

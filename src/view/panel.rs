@@ -174,7 +174,7 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
     });
     match state.show {
         Show::Wipe => drop(ui.add(Slider::new(&mut state.wipe, 0.0..=1.0).text("wipe"))),
-        Show::Difference => drop(ui.add(Slider::new(&mut state.gain, 1..=64).text("difference ×"))),
+        Show::Difference | Show::Beside => drop(ui.add(Slider::new(&mut state.gain, 1..=64).text("difference ×"))),
         Show::Slice => {
             let lights = told.stage.map_or(1, |stage| stage.base().lights.len());
             if lights > 1 {
@@ -211,6 +211,35 @@ pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     if state.curve && script {
         let at = state.pointer.unwrap_or(size.map(|side| side / 2));
         ring(at.map(|at| f64::from(at) + 0.5), 5.0, egui::Color32::WHITE);
+    }
+}
+
+/// The names of the pictures that stand beside each other.
+pub fn labels(ui: &Ui, state: &State, stage: &Stage) {
+    if state.show != Show::Beside {
+        return;
+    }
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let [a, b] = [0, 1].map(|i| state.sides[i].text());
+    let reference = match stage.truth(state) {
+        Some([rows, all]) if rows < all => format!("reference: {rows} of {all} rows"),
+        _ => "reference".into(),
+    };
+    let gain = state.gain;
+    let texts = [
+        [format!("A: {a}"), reference, format!("B: {b}")],
+        [format!("error of A × {gain}"), format!("A and B apart × {gain}"), format!("error of B × {gain}")],
+    ];
+    let size = stage.size().map(|side| side as f32 / ui.ctx().pixels_per_point());
+    for (y, texts) in (0..).zip(texts) {
+        for (x, text) in (0..).zip(texts) {
+            let (colour, width) = (egui::Color32::WHITE, size[0] - 8.0);
+            let galley = painter.layout(text, egui::FontId::proportional(13.0), colour, width);
+            let at = egui::pos2(x as f32 * size[0] + 4.0, y as f32 * size[1] + 4.0);
+            let behind = egui::Rect::from_min_size(at, galley.size()).expand(2.0);
+            painter.rect_filled(behind, 2.0, egui::Color32::from_black_alpha(160));
+            painter.galley(at, galley, colour);
+        }
     }
 }
 

@@ -30,6 +30,9 @@ pub enum Source {
     Nobody = 2,
 }
 
+/// How many pictures stand side by side, and one below the other, where A and B stand beside the truth. Twins: COLUMNS and ROWS.
+pub const PANELS: [u32; 2] = [3, 2];
+
 /// The picture that is shown, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
@@ -37,8 +40,8 @@ pub struct Shown {
     /// The first column that shows B.
     pub wipe: u32,
     pub gain: u32,
-    /// The sources of A and B.
-    pub sources: [Source; 2],
+    /// Where A, B and the truth come from.
+    pub sources: [Source; 3],
     pub blue_first: bool,
 }
 
@@ -53,7 +56,7 @@ pub struct Present {
 }
 
 impl Present {
-    /// Presents pictures A and B of `size` pixels.
+    /// Presents pictures A and B, in bytes of `size` pixels: theirs, or those of all panels.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -89,7 +92,7 @@ impl Present {
             show: is.show as u32,
             wipe: is.wipe,
             gain: is.gain,
-            sources: is.sources[0] as u32 | (is.sources[1] as u32) << 2,
+            sources: (0..).zip(is.sources).map(|(i, source)| (source as u32) << (2 * i)).sum(),
             blue_first: is.blue_first.into(),
         };
         let groups = [width.div_ceil(8), height.div_ceil(8), 1];

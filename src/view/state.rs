@@ -56,11 +56,13 @@ pub enum Show {
     Steps = 5,
     /// A, with the triangles that lighting=vertex makes drawn over some casters. For the shader this is the same as A.
     Wireframe = 6,
+    /// A, the truth and B in a row, and below them how far they are apart.
+    Beside = 7,
 }
 
 impl Show {
-    /// All values with their words, in the order of their keys, F1 to F7.
-    pub const ALL: [(&str, Self); 7] = [
+    /// Their words, in the order of their keys, F1 to F8.
+    pub const ALL: [(&str, Self); 8] = [
         ("a", Self::A),
         ("b", Self::B),
         ("wipe", Self::Wipe),
@@ -68,6 +70,7 @@ impl Show {
         ("slice", Self::Slice),
         ("steps", Self::Steps),
         ("wireframe", Self::Wireframe),
+        ("beside", Self::Beside),
     ];
 
     /// Whether it shows pictures of A or B.
@@ -77,7 +80,7 @@ impl Show {
 
     /// Whether A and B have a part in it.
     pub fn draws(self) -> [bool; 2] {
-        [self != Self::B, matches!(self, Self::B | Self::Wipe | Self::Difference)]
+        [self != Self::B, matches!(self, Self::B | Self::Wipe | Self::Difference | Self::Beside)]
     }
 }
 
@@ -322,6 +325,7 @@ impl State {
             Show::A => vec![line(a, "render", pixels)],
             Show::B => vec![line(b, "render", pixels)],
             Show::Wipe | Show::Difference => [a, b].map(|side| line(side, "render", pixels.clone())).to_vec(),
+            Show::Beside => [a, &Side::Reference, b].map(|side| line(side, "render", pixels.clone())).to_vec(),
             Show::Slice => {
                 let face = if faces { " --face +x" } else { "" };
                 let light = if self.light > 0 { format!(" --light {}", self.light) } else { String::new() };

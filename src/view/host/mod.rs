@@ -4,9 +4,11 @@
 
 mod device;
 mod frames;
+mod heap;
 mod swapchain;
 
 pub use device::Said;
+pub use heap::heap_bytes;
 
 use self::device::Device;
 use self::frames::{FRAMES_IN_FLIGHT, Frames};
@@ -15,6 +17,7 @@ use crate::gpu::{Adopt, Buffer, Commands, Context, Messages};
 use crate::{Error, Result};
 use ash::vk;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, allocator::GpuAllocator};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::window::Window;
@@ -30,10 +33,11 @@ fn failed(operation: &'static str, name: &'static str) -> impl Fn(vk::Result) ->
     move |result| error(operation, name, format!("{result:?}"))
 }
 
-/// egui's meshes to draw.
+/// egui's meshes to draw. They are shared by all frames that draw the same.
+#[derive(Clone)]
 pub struct Ui {
     pub textures: egui::TexturesDelta,
-    pub primitives: Vec<egui::ClippedPrimitive>,
+    pub primitives: Rc<[egui::ClippedPrimitive]>,
     pub pixels_per_point: f32,
 }
 

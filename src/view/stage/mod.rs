@@ -6,7 +6,7 @@ mod moves;
 use self::moves::Simulated;
 use super::host::Host;
 use super::lit::Lit;
-use super::present::{Present, Shown, Source};
+use super::present::{PANELS, Present, Shown, Source};
 use super::state::{Show, Side, State};
 use super::truth::{Counts, Truth};
 use crate::consume::{Slice, StepsKernel};
@@ -76,16 +76,19 @@ pub struct Stage {
     steps: Option<StepRange>,
     /// What the window's bytes show; none where they are out of date.
     shown: Option<Shown>,
+    /// Pixels of a picture.
     size: [u32; 2],
+    /// Pixels of the window's bytes.
+    area: [u32; 2],
     context: Context,
 }
 
 impl Stage {
-    /// The scene that `state` names, to be drawn in pictures of `size` pixels.
+    /// The scene that `state` names, to be drawn in `area` pixels.
     ///
     /// # Errors
     /// As [`Scene::load`], [`SceneChange::of`] and [`World::new`].
-    pub fn new(context: &Context, state: &State, size: [u32; 2]) -> Result<Self> {
+    pub fn new(context: &Context, state: &State, area: [u32; 2]) -> Result<Self> {
         let base = state.load()?;
         let world = World::new(context, &state.change().of(&base)?)?;
         Ok(Self {
@@ -110,7 +113,8 @@ impl Stage {
             counting: None,
             steps: None,
             shown: None,
-            size: size.map(|side| side.max(1)),
+            size: picture_size(state.show, area),
+            area: area.map(|side| side.max(1)),
             context: context.clone(),
         })
     }
@@ -148,21 +152,36 @@ impl Stage {
         self.sides.iter().flatten().map(|lit| lit.builds).sum()
     }
 
-    /// Pixels of the picture.
+    /// Pixels of a picture.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// The size of a picture's file: for a slice, the size of its square.
-    pub fn pictured(&self, state: &State) -> [u32; 2] {
-        if state.show == Show::Slice { [self.size[0].min(self.size[1]); 2] } else { self.size }
+    /// What that is for a state that is still to be drawn.
+    pub fn size_of(&self, state: &State) -> [u32; 2] {
+        picture_size(state.show, self.area)
     }
 
-    /// Sets another size of the pictures.
-    pub fn resize(&mut self, size: [u32; 2]) {
-        let size = size.map(|side| side.max(1));
-        if size != self.size {
-            (self.size, self.sides) = (size, [None, None]);
+    /// Pixels of the window's bytes: more than a picture's where several stand beside each other.
+    pub fn area(&self) -> [u32; 2] {
+        self.area
+    }
+
+    /// A place in the window as one in the picture that stands there.
+    pub fn place(&self, at: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| if self.area[i] == self.size[i] { at[i] } else { at[i].rem_euclid(f64::from(self.size[i])) })
+    }
+
+    /// The size of a picture's file: for a slice, the size of its square.
+    pub fn pictured(&self, state: &State) -> [u32; 2] {
+        if state.show == Show::Slice { [self.area[0].min(self.area[1]); 2] } else { self.area }
+    }
+
+    /// So many pixels are to be drawn in, by one picture or by several.
+    pub fn resize(&mut self, show: Show, area: [u32; 2]) {
+        let (size, area) = (picture_size(show, area), area.map(|side| side.max(1)));
+        if (size, area) != (self.size, self.area) {
+            (self.size, self.area, self.sides) = (size, area, [None, None]);
             self.forget();
         }
     }
@@ -214,7 +233,7 @@ impl Stage {
         let is_answered = match state.show {
             Show::Slice => self.values == Values::Slice(state.light, state.depth),
             Show::Steps => self.values == Values::Steps,
-            Show::A | Show::B | Show::Wipe | Show::Difference | Show::Wireframe => true,
+            Show::A | Show::B | Show::Wipe | Show::Difference | Show::Wireframe | Show::Beside => true,
         };
         side(0)
             && side(1)
@@ -289,9 +308,12 @@ impl Stage {
             }
         };
         let look = state.look();
-        let text = format!("{wanted} {look:?}");
         let is = |lit: &Lit| (lit.spec.to_string(), lit.look) == (wanted.to_string(), look);
-        if self.sides[i].as_ref().is_some_and(is) || self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
+        if self.sides[i].as_ref().is_some_and(is) {
+            return Ok(());
+        }
+        let text = format!("{wanted} {look:?}");
+        if self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
             return Ok(());
         }
         (self.sides[i], self.refused[i]) = (None, None);
@@ -338,17 +360,18 @@ impl Stage {
         if self.present.is_none() {
             let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;
             let image = |i: usize| self.sides[i].as_ref().map_or(&none, Lit::image);
-            self.present = Some(Present::new(&self.context, image(0), image(1), self.size)?);
+            self.present = Some(Present::new(&self.context, image(0), image(1), self.area)?);
         }
         let is_answered = match state.show {
             Show::Slice | Show::Steps if self.unanswered.is_some() => false,
             Show::Slice => self.slice(commands, state.light, state.depth)?,
             Show::Steps => self.count_steps(commands)?,
             Show::Wireframe => self.unanswered.is_none(),
-            Show::A | Show::B | Show::Wipe | Show::Difference => self.fill_in(state)?,
+            Show::A | Show::B | Show::Wipe | Show::Difference | Show::Beside => self.fill_in(state)?,
         };
+        let truth = if self.values == Values::Reference { Source::Values } else { Source::Nobody };
         let source = |i: usize| match (&state.sides[i], &self.sides[i]) {
-            (Side::Reference, _) if self.values == Values::Reference => Source::Values,
+            (Side::Reference, _) => truth,
             (Side::Technique(_), Some(_)) => Source::Image,
             _ => Source::Nobody,
         };
@@ -357,7 +380,7 @@ impl Stage {
             show: if is_answered { state.show } else { Show::A },
             wipe: (state.wipe * f64::from(self.size[0])).round() as u32,
             gain: state.gain,
-            sources: if is_answered { [source(0), source(1)] } else { [Source::Nobody; 2] },
+            sources: if is_answered { [source(0), source(1), truth] } else { [Source::Nobody; 3] },
             blue_first,
         };
         if let Some(present) = self.present.as_ref().filter(|_| self.shown != Some(is)) {
@@ -457,10 +480,17 @@ fn next_version() -> u64 {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
+/// Pixels of each picture that is shown in so many.
+fn picture_size(show: Show, area: [u32; 2]) -> [u32; 2] {
+    let panels = if show == Show::Beside { PANELS } else { [1; 2] };
+    [0, 1].map(|i| (area[i] / panels[i]).max(1))
+}
+
 /// Whether the reference is shown.
 fn has_reference(state: &State) -> bool {
     let has_pictures = state.show.is_picture() && state.show != Show::Wireframe;
-    has_pictures && (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
+    state.show == Show::Beside
+        || has_pictures && (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
 }
 
 /// Whether the error means that the device is lost.

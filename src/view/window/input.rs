@@ -34,8 +34,7 @@ impl View {
 
     /// Whether the pointer is not over the panel.
     fn is_over_picture(&self, open: &Open) -> bool {
-        let window: [u32; 2] = open.window.inner_size().into();
-        self.pointer[0] < f64::from(panel::picture(&self.state, window, open.window.scale_factor())[0])
+        self.pointer[0] < f64::from(panel::picture(&self.state, open.size, open.window.scale_factor())[0])
     }
 
     /// Moves the camera, or the attractor, as the mouse moves.
@@ -45,7 +44,8 @@ impl View {
         let (Some(button), Some(stage)) = (self.dragged, &open.stage) else { return };
         let (camera, share) = (&stage.base().camera, 1.0 / f64::from(stage.size()[1]));
         match button {
-            MouseButton::Left if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), [x, y]) => {}
+            MouseButton::Left
+                if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), stage.place([x, y])) => {}
             MouseButton::Left => camera::orbit(&mut self.state, camera, -right * share * 4.0, down * share * 4.0),
             _ => camera::fly(&mut self.state, camera, [-right * share, down * share, 0.0]),
         }
@@ -54,10 +54,15 @@ impl View {
     /// Handles an event, from a person or from a script.
     pub(super) fn event(&mut self, event: &WindowEvent, open: &mut Open) {
         let taken = open.input.on_window_event(&open.window, event);
+        // What turns the picture alone the panel does not show.
+        let turns = matches!(event, WindowEvent::CursorMoved { .. }) && self.dragged.is_some();
+        self.touched |= !turns || self.state.attractor.is_some() || self.control;
         self.wants |= taken.repaint;
         match event {
             WindowEvent::CloseRequested => self.is_over = true,
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.wants = true,
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                (open.size, self.wants) = (open.window.inner_size().into(), true);
+            }
             WindowEvent::DroppedFile(path) => {
                 self.state.choose(&path.to_string_lossy());
                 self.wants = true;
@@ -75,7 +80,9 @@ impl View {
                 self.mouse([position.x, position.y], open);
                 // A script moves a pointer of its own.
                 if self.state.curve && self.script.is_none() && self.is_over_picture(open) {
-                    self.state.pointer = Some([position.x, position.y].map(|at| at.max(0.0) as u32));
+                    let at = [position.x, position.y].map(|at| at.max(0.0));
+                    self.state.pointer =
+                        Some(open.stage.as_ref().map_or(at, |stage| stage.place(at)).map(|at| at as u32));
                     self.wants = true;
                 }
                 self.wants |= self.dragged.is_some();

@@ -5,7 +5,7 @@ mod input;
 use self::input::event_of;
 use super::chart::Chart;
 use super::files::Files;
-use super::host::{Host, Said, Ui};
+use super::host::{Host, Said, Ui, heap_bytes};
 use super::pace::Pace;
 use super::panel::{self, Pressed, Told};
 use super::rays::{self, Rays};
@@ -28,6 +28,9 @@ use winit::window::{Window, WindowId};
 /// The time between two checks for new rows of the reference.
 const LOOK: Duration = Duration::from_millis(100);
 
+/// How old the panel may be while pictures go on by themselves: to lay it out takes longer than to record most frames.
+const REFRESH: Duration = Duration::from_millis(250);
+
 /// Seconds per frame under a script.
 const FRAME_S: f64 = 1.0 / 30.0;
 
@@ -45,6 +48,10 @@ struct Open {
     host: Host,
     input: egui_winit::State,
     window: Arc<Window>,
+    /// Its pixels: X11 is only asked for them once.
+    size: [u32; 2],
+    /// The panel as it was last laid out, and when.
+    panel: Option<(Ui, Instant)>,
 }
 
 pub struct View {
@@ -79,6 +86,10 @@ pub struct View {
     pointer: [f64; 2],
     /// Whether something has to be drawn.
     wants: bool,
+    /// The panel may have to show something else.
+    touched: bool,
+    /// It does not show the last frame's.
+    is_behind: bool,
     is_over: bool,
     outcome: Result<()>,
 }
@@ -109,6 +120,8 @@ impl View {
             control: false,
             pointer: [0.0; 2],
             wants: true,
+            touched: true,
+            is_behind: false,
             is_over: false,
             outcome: Ok(()),
         }
@@ -142,7 +155,8 @@ impl View {
         // The same device, opened a second time for the rays.
         let wanted = Some(host.context().features().name.clone());
         let rays = Rays::new(gpu::Options { device: wanted, validation: *validation, messages: messages.clone() });
-        Ok(Open { stage: None, rays, host, input, window })
+        let size = window.inner_size().into();
+        Ok(Open { stage: None, rays, host, input, window, size, panel: None })
     }
 
     /// Draws a frame.
@@ -185,13 +199,13 @@ impl View {
         if self.state.runs {
             self.state.time_s += seconds;
         }
-        let window: [u32; 2] = self.forced.unwrap_or_else(|| open.window.inner_size().into());
+        let window = self.forced.unwrap_or(open.size);
         let size = panel::picture(&self.state, window, open.window.scale_factor());
         self.load(open, size)?;
         let ui = self.panel(open);
         open.host.resize(window);
         if let Some(stage) = open.stage.as_mut().filter(|_| !window.contains(&0)) {
-            stage.resize(size);
+            stage.resize(self.state.show, size);
         }
         let waited = Instant::now();
         let frame = open.host.begin()?;
@@ -219,7 +233,7 @@ impl View {
             self.files.read(&self.state, stage, &open.host, &frame)?;
             self.ask(stage, &mut open.rays)?;
         }
-        let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.size())));
+        let picture = open.stage.as_ref().and_then(|stage| Some((stage.bytes()?, stage.area())));
         let is_whole = open.stage.as_ref().is_some_and(|stage| stage.is_whole(&self.state));
         let number = frame.number;
         let film = self.files.wanted(&open.host, is_whole && !open.rays.is_waiting())?;
@@ -251,7 +265,7 @@ impl View {
         }
         match Stage::new(open.host.context(), &self.state, size) {
             Ok(stage) => {
-                open.stage = Some(stage);
+                (open.stage, self.touched) = (Some(stage), true);
                 if !self.options.scenes.contains(&self.state.scene) {
                     self.options.scenes.push(self.state.scene.clone());
                 }
@@ -265,7 +279,15 @@ impl View {
         Ok(())
     }
 
+    /// What egui draws: as it was, where nothing of it was touched and that is not long ago.
     fn panel(&mut self, open: &mut Open) -> Ui {
+        let kept =
+            open.panel.as_ref().filter(|(_, at)| !self.touched && !self.files.are_due() && at.elapsed() < REFRESH);
+        self.is_behind = kept.is_some();
+        if let Some((ui, _)) = kept {
+            return ui.clone();
+        }
+        self.touched = false;
         let input = open.input.take_egui_input(&open.window);
         let (context, mut pressed) = (open.input.egui_ctx().clone(), None);
         let (state, stage, script) = (&mut self.state, open.stage.as_ref(), self.script.is_some());
@@ -280,6 +302,7 @@ impl View {
         let output = context.run_ui(input, |ui| {
             if let Some(stage) = stage {
                 panel::rings(ui, state, stage, script);
+                panel::labels(ui, state, stage);
             }
             if state.panel {
                 pressed = panel::panel(ui, state, &told);
@@ -287,19 +310,23 @@ impl View {
         });
         open.input.handle_platform_output(&open.window, output.platform_output);
         let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
-        self.wants |= delay.is_some_and(|delay| delay.is_zero());
+        self.touched |= delay.is_some_and(|delay| delay.is_zero());
+        self.wants |= self.touched;
         match pressed {
             Some(Pressed::Copy) => self.copy(open),
             Some(Pressed::Screenshot) => self.files.shoot(None),
             None => {}
         }
         let pixels_per_point = output.pixels_per_point;
-        let primitives = context.tessellate(output.shapes, pixels_per_point);
-        Ui { textures: output.textures_delta, primitives, pixels_per_point }
+        let primitives = context.tessellate(output.shapes, pixels_per_point).into();
+        let ui = Ui { textures: Default::default(), primitives, pixels_per_point };
+        open.panel = Some((ui.clone(), Instant::now()));
+        Ui { textures: output.textures_delta, ..ui }
     }
 
     /// Shows a line in the panel, and prints it on standard error.
     fn tell(&mut self, line: String) {
+        self.touched = true;
         eprintln!("gobo view: {line}");
         self.lines.push(line);
         if self.lines.len() > 3 {
@@ -309,7 +336,7 @@ impl View {
 
     /// Copies the command to the clipboard, and prints it.
     fn copy(&self, open: &mut Open) {
-        let size = open.stage.as_ref().map_or(self.options.size, Stage::size);
+        let size = open.stage.as_ref().map_or(self.options.size, |stage| stage.size_of(&self.state));
         let light = open.stage.as_ref().and_then(|stage| stage.base().lights.get(self.state.light));
         let faces = light.is_some_and(|light| light.map_count() > 1);
         let mut lines = self.state.commands(size, faces);
@@ -342,10 +369,9 @@ impl View {
 
     fn script_on(&mut self, open: &mut Open) -> Result<()> {
         loop {
-            let window: [u32; 2] = open.window.inner_size().into();
             let wants = self.options.size;
             let fits =
-                self.forced.is_some() || panel::picture(&self.state, window, open.window.scale_factor()) == wants;
+                self.forced.is_some() || panel::picture(&self.state, open.size, open.window.scale_factor()) == wants;
             if !fits && self.began.elapsed() < GRACE
                 || self.frames_left > 0
                 || self.files.are_due()
@@ -358,6 +384,8 @@ impl View {
             self.until = None;
             // A line that only waits needs no frame.
             self.wants |= !matches!(step, Step::Wait(_));
+            // The panel shows no camera and no count of frames.
+            self.touched |= !matches!(step, Step::Wait(_) | Step::Frames(_) | Step::Orbit(..) | Step::Report);
             match step {
                 Step::Set(key, value) => self.state.set(&key, &value)?,
                 Step::Key(key) => self.key(&key, open),
@@ -378,21 +406,24 @@ impl View {
                 Step::Resize(size) => {
                     (self.forced, self.options.size, self.began) = (None, size, Instant::now());
                     let panel = panel::pixels(&self.state, open.window.scale_factor());
-                    let _ = open.window.request_inner_size(PhysicalSize::new(size[0] + panel, size[1]));
+                    // Where it is so at once, no event says so.
+                    let is = open.window.request_inner_size(PhysicalSize::new(size[0] + panel, size[1]));
+                    open.size = is.map_or(open.size, Into::into);
                 }
                 Step::Drop(file) => self.state.choose(&file),
                 Step::Input(input) => self.event(&event_of(input), open),
                 Step::Report => {
                     let (frames, bytes) = (self.frames, open.host.allocated_bytes());
-                    let resident = host_bytes().map_or_else(String::new, |bytes| format!(", {bytes} bytes resident"));
+                    let known = [(host_bytes(), "resident"), (heap_bytes(), "of the heap in use")];
+                    let known =
+                        known.into_iter().filter_map(|(bytes, what)| Some(format!(", {} bytes {what}", bytes?)));
+                    let host: String = known.collect();
                     let stage = open.stage.as_ref();
                     let (builds, truth) = stage.map(|stage| (stage.builds(), stage.truth_counts())).unwrap_or_default();
                     let Counts { begun, finished, dropped } = truth;
                     let truth = format!("reference: {begun} begun, {finished} finished, {dropped} dropped");
                     let pace = std::mem::take(&mut self.pace).text();
-                    println!(
-                        "{frames} frames, {bytes} bytes of device memory{resident}, {builds} builds, {truth}{pace}"
-                    );
+                    println!("{frames} frames, {bytes} bytes of device memory{host}, {builds} builds, {truth}{pace}");
                 }
                 Step::Quit => {
                     self.is_over = true;
@@ -468,13 +499,15 @@ impl ApplicationHandler for View {
             || open.rays.is_waiting()
             || self.files.are_due();
         self.wants |= fills && self.last.elapsed() >= LOOK;
+        let behind = open.panel.as_ref().filter(|_| self.is_behind).map(|(_, at)| *at + REFRESH);
+        self.wants |= behind.is_some_and(|due| due <= Instant::now());
         if self.wants {
             open.window.request_redraw();
         }
         events.set_control_flow(match () {
             () if self.script.is_some() => ControlFlow::WaitUntil(Instant::now() + Duration::from_millis(5)),
             () if fills => ControlFlow::WaitUntil(Instant::now() + LOOK),
-            () => ControlFlow::Wait,
+            () => behind.map_or(ControlFlow::Wait, ControlFlow::WaitUntil),
         });
     }
 }

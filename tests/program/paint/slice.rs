@@ -6,8 +6,8 @@ use crate::{folder, ok, small_scene, text};
 use glam::DVec2;
 use gobo::gpu::Requirement;
 use gobo::maps::OpaqueMaps;
-use gobo::reference::truth::Casters;
-use gobo::scene::{FACES, Scene, View};
+use gobo::reference::truth::{Casters, Meshes};
+use gobo::scene::{FACES, Projection, Scene, View};
 use image::AnimationDecoder;
 
 /// IEC 61966-2-1, in eight bits.
@@ -92,6 +92,80 @@ fn slices_are_the_truth() {
                 }
             }
             assert!(darkest < 160.0, "{name}: no shadow is seen");
+        }
+    });
+}
+
+/// Whether the ray through each pixel meets something; none where one beside it, by a millionth of a pixel, does not agree.
+fn met(view: &View, meets: impl Fn(DVec2) -> bool) -> Vec<Option<bool>> {
+    let at = |i: u32| {
+        let middle = DVec2::new((i % SIZE).into(), (i / SIZE).into()) + 0.5;
+        let all =
+            [[1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]].map(|way| meets(middle + 1e-6 * DVec2::from(way)));
+        all.iter().all(|is| *is == all[0]).then_some(all[0])
+    };
+    assert_eq!([view.width, view.height], [SIZE; 2]);
+    (0..SIZE * SIZE).map(at).collect()
+}
+
+/// Whether each pixel is met and one beside it is not.
+fn rim(met: &[Option<bool>]) -> Vec<Option<bool>> {
+    let at = |i: u32| {
+        let (x, y) = (i % SIZE, i / SIZE);
+        let beside = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+        let inside = beside.into_iter().filter(|(x, y)| *x < SIZE && *y < SIZE);
+        let beside: Option<Vec<bool>> = inside.map(|(x, y)| met[(y * SIZE + x) as usize]).collect();
+        Some(met[i as usize]? && beside?.contains(&false))
+    };
+    (0..SIZE * SIZE).map(at).collect()
+}
+
+/// The outline of a volume is orange and that of each mesh blue, where the f64 reference's rays begin to meet them.
+#[test]
+fn outlines_are_where_rays_begin_to_meet_casters() {
+    gpu_test_needing("outlines_are_where_rays_begin_to_meet_casters", &[Requirement::FragmentStores], |_| {
+        const ORANGE: [u8; 3] = [213, 94, 0];
+        const BLUE: [u8; 3] = [0, 114, 178];
+        let folder = folder();
+        for (name, face) in some([("cloud", None), ("hair", None), ("lantern", Some("-z"))], 2) {
+            let scene = Scene::load(name, 20.0).expect("built in");
+            let map = face.map_or(0, |face| FACES.iter().position(|(name, _)| *name == face).expect("a face"));
+            let (view, casters) = (View::volumes(&scene, SIZE)[map], Casters::new(&scene));
+            let (size, out) = (SIZE.to_string(), folder.path().join("slice.png"));
+            let technique = format!("uncompressed:size={size}");
+            let mut slice = vec!["slice", name, "--technique", &technique, "--size", &size, "--depth", "0.5"];
+            slice.extend(face.into_iter().flat_map(|face| ["--face", face]));
+            ok(&[&slice[..], &["--out", text(&out)]].concat());
+            let painted = &rgb8(&out).1[..(SIZE * SIZE) as usize];
+            let begins = if view.projection() == Projection::Parallel { -1e3 } else { 0.0 };
+            let mut rims = Vec::new();
+            for mesh in &scene.meshes {
+                let meshes = Meshes::new(std::slice::from_ref(mesh));
+                let hits = |pixel: DVec2| {
+                    let ray = view.ray(pixel);
+                    meshes.hit(ray.at(begins), ray.direction).is_some()
+                };
+                rims.push(rim(&met(&view, hits)));
+            }
+            let dense =
+                |pixel| casters.true_curve(map, &view, &view.ray(pixel)).0.volumes.iter().any(|v| !v.is_empty());
+            let of_volumes = (!scene.volumes.is_empty()).then(|| rim(&met(&view, dense)));
+            let mut counts = [0; 2];
+            for (i, pixel) in painted.iter().enumerate() {
+                if let Some(is) = of_volumes.as_ref().and_then(|rim| rim[i]) {
+                    assert_eq!(*pixel == ORANGE, is, "{name}, pixel {i}: {pixel:?}");
+                    counts[0] += usize::from(is);
+                }
+                // Smoke and hair are outlined over meshes.
+                if *pixel == ORANGE || rims.iter().any(|rim| rim[i].is_none()) {
+                    continue;
+                }
+                let is = rims.iter().any(|rim| rim[i] == Some(true));
+                assert_eq!(*pixel == BLUE, is, "{name}, pixel {i}: {pixel:?}");
+                counts[1] += usize::from(is);
+            }
+            println!("{name}: {counts:?} pixels of outlines of volumes, of meshes");
+            assert!(counts[usize::from(scene.volumes.is_empty())] > 20, "{name}: {counts:?}");
         }
     });
 }
