@@ -3,6 +3,8 @@
 
 #![cfg(feature = "program")]
 
+#[path = "density_grid/splats.rs"]
+mod splats;
 mod support;
 
 use glam::DVec3;

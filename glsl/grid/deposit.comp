@@ -1,14 +1,14 @@
 #version 460
-// Adds smoke and hair to the voxels that they lie in. One thread per caster. Casters of many voxels are listed, and later variants take
-// them: one workgroup each (STEP 1), or all workgroups together (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media, their bits,
-// the lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum that overflows 32
-// bits does so in any order, and sets its voxel's bit.
+// Adds smoke, hair, splats and volumes to the voxels that they lie in. One thread per caster; those of many voxels are listed, and in the variants behind it
+// a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media, their bits, the
+// lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum that overflows 32 bits
+// does so in any order, and sets its voxel's bit.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 
-// The most voxels of a sphere's box, or points of a strand, that one thread takes, and that one workgroup takes. Any numbers
-// give the same bytes.
+// Voxels of a sphere's box, or parts of a strand or a splat, up to which a thread takes a caster, and up to which a workgroup does. Any
+// numbers give the same bytes.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 
@@ -31,6 +31,7 @@ void deposit(uvec3 voxel, uint amount) {
     }
 }
 
+#include "grid/bell.glsl"
 #include "grid/cell.glsl"
 #include "grid/mote.glsl"
 
@@ -42,7 +43,19 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
     precise float radius = caster.radius * grid.per_unit;
     bool strand = caster_is_strand(caster);
     if (caster_is_gaussian(caster)) {
-        return 0u;  // splats are not in this grid: techniques that look it up refuse them
+        Bell bell = bell_of(place, radius, caster.axis, caster.density * grid.voxel, grid.size);
+        uint all = bell_count(bell);
+        for (uint v = first; v < all && all <= most; v += step) {
+            uvec3 of = bell_place(bell, v);
+            vec3 at = vec3(0.0);
+            if (bell.thick) {
+                deposit(uvec3(bell.first) + of, bell_amount(bell, bell.first + ivec3(of)));
+            } else {
+                uint amount = bell_part(bell, of, at);
+                deposit(uvec3(clamp(at, vec3(0.0), vec3(grid.size - 1u))), amount);
+            }
+        }
+        return all;
     }
     if (caster_is_cell(caster)) {
         Slab slab = slab_of(place, radius, caster.axis, caster.density * grid.voxel, grid.size);

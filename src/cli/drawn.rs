@@ -2,10 +2,11 @@
 
 use super::one_spec;
 use super::render::Arguments;
+use super::states::States;
 use crate::consume::{Kernels, Lighting, Pictures, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, developed, fog, picture, shown_picture};
-use crate::scene::{Fog, Picture, Scene, View};
+use crate::scene::{Fog, Picture, View};
 use crate::technique::{Opened, Spec, answers_in_space, open};
 use crate::world::World;
 use crate::{Error, Result};
@@ -40,7 +41,7 @@ impl Drawn {
 /// Draws each state by the f64 reference.
 pub(super) fn by_reference(
     arguments: &Arguments,
-    states: &[Scene],
+    states: &States,
     plain: bool,
     each: &mut dyn FnMut(Drawn) -> Result<()>,
 ) -> Result<()> {
@@ -49,7 +50,8 @@ pub(super) fn by_reference(
         Some(air) => fog(casters, camera, &picture, air, |light, position| casters.arriving_colors(light, position)),
         None => picture,
     };
-    for scene in states {
+    for frame in 0..states.len() {
+        let scene = &states.at(frame)?;
         let casters = Casters::new(scene);
         let measured = || {
             let camera = View::camera(&scene.camera, scene, size);
@@ -74,27 +76,31 @@ pub(super) fn by_technique(
     arguments: &Arguments,
     context: &Context,
     spec: &Spec,
-    states: &[Scene],
+    states: &States,
     plain: bool,
     each: &mut dyn FnMut(Drawn) -> Result<()>,
 ) -> Result<Vec<String>> {
     let lighting = Lighting::of(&spec.settings());
     context.features().require(lighting.requires())?;
     let (show, air, size) = (arguments.show()?, arguments.air()?, arguments.size());
-    let mut world = World::new(context, &states[0])?;
+    let first = states.at(0)?;
+    let mut world = World::new(context, &first)?;
     let mut opened = open(context, &world, spec)?;
     if air.is_some() {
         answers_in_space(opened.technique.as_ref())?;
     }
     let draws = Draws { spacing: arguments.wireframe.then_some(lighting), air, still: states.len() == 1 };
     let shading = arguments.shading(spec);
-    let mut shown = Pictures::new(context, &world, &states[0], size, show)?;
+    let mut shown = Pictures::new(context, &world, &first, size, show)?;
     let mut measured = match plain || arguments.timed {
-        true => Some(Pictures::new(context, &world, &states[0], size, None)?),
+        true => Some(Pictures::new(context, &world, &first, size, None)?),
         false => None,
     };
     let mut path = "";
-    for (frame, scene) in states.iter().enumerate() {
+    let mut first = Some(first);
+    for frame in 0..states.len() {
+        // The frame before is gone when the next comes.
+        let scene = &first.take().map_or_else(|| states.at(frame), Ok)?;
         if frame > 0 {
             world.replace(scene)?;
         }

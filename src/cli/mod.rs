@@ -25,6 +25,7 @@ mod shell;
 mod silhouette;
 mod slice;
 mod soak;
+mod states;
 mod steps;
 mod stress;
 mod submit;

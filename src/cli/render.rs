@@ -2,6 +2,7 @@
 
 use super::drawn::{Drawn, by_reference, by_technique, lines_spacing};
 use super::sequence::Sequence;
+use super::states::States;
 use super::{
     ChangeArguments, DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load,
     one_spec, particles, place, say, steps,
@@ -186,11 +187,9 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         }
         return particles::run(arguments, &scene, &times_s, colours);
     }
-    let mut states = arguments.moving.states(scene, arguments.frames)?;
-    for state in &mut states {
-        *state = arguments.change.change().of(state)?;
-    }
-    arguments.vpls.check(&states)?;
+    let mut states = States::new(scene, &arguments.moving, arguments.frames, arguments.change.change())?;
+    // What is wrong of a frame is mostly so of the first, and said before a device is opened.
+    arguments.vpls.check([&states.at(0)?])?;
     arguments.air()?;
     if arguments.steps {
         let technique = arguments.alone("--steps")?;
@@ -212,9 +211,8 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
     // No device is needed where only the reference is asked for.
     let needs_device = arguments.vpls.is_given() || lit_by.iter().any(|lit_by| matches!(lit_by, LitBy::Technique(_)));
     let context = if needs_device { Some(arguments.device.open()?) } else { None };
-    if let Some(context) = &context {
-        arguments.vpls.light(context, &mut states)?;
-    }
+    states.lit = context.as_ref().map(|context| (&arguments.vpls, context));
+    let states = states;
     let draw = |lit_by: &LitBy, plain: bool, each: &mut dyn FnMut(Drawn) -> Result<()>| match (lit_by, &context) {
         (LitBy::Technique(spec), Some(context)) if arguments.steps => {
             steps::by_technique(arguments, context, spec, &states, each)
@@ -250,7 +248,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
     let said = said.concat();
     check_messages()?;
     let reference = lit_by.iter().position(is_reference);
-    let sequence = in_panels(arguments, &states, &all, reference)?;
+    let sequence = in_panels(arguments, states.len(), &all, reference)?;
     said_of(&sequence.names(), &said)
 }
 
@@ -263,18 +261,13 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
 }
 
 /// One picture per frame: a panel per technique, with the technique's figures below it.
-fn in_panels(
-    arguments: &Arguments,
-    states: &[Scene],
-    all: &[Vec<Drawn>],
-    reference: Option<usize>,
-) -> Result<Sequence> {
+fn in_panels(arguments: &Arguments, frames: usize, all: &[Vec<Drawn>], reference: Option<usize>) -> Result<Sequence> {
     let size = arguments.size();
-    let mut sequence = Sequence::new(&arguments.out, states.len() as u32);
+    let mut sequence = Sequence::new(&arguments.out, frames as u32);
     let columns = arguments.columns.unwrap_or_else(|| (1..).find(|c| c * c >= all.len() as u32).unwrap_or(1));
-    for frame in 0..states.len() {
-        let panel = |(i, frames): (usize, &Vec<Drawn>)| {
-            let drawn = &frames[frame];
+    for frame in 0..frames {
+        let panel = |(i, drawn): (usize, &Vec<Drawn>)| {
+            let drawn = &drawn[frame];
             let mut known = Vec::new();
             known.extend(drawn.frame_ms.map(|ms| format!("{ms:.2} ms")));
             if let (Some(plain), Some(r)) = (&drawn.plain, reference)

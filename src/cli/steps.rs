@@ -2,11 +2,12 @@
 
 use super::drawn::Drawn;
 use super::render::Arguments;
+use super::states::States;
 use crate::Result;
 use crate::consume::Renderer;
 use crate::gpu::Context;
 use crate::report::{StepRange, step_colour, with_scale};
-use crate::scene::{Scene, View};
+use crate::scene::View;
 use crate::technique::{Spec, open};
 use crate::world::World;
 
@@ -15,15 +16,18 @@ pub(super) fn by_technique(
     arguments: &Arguments,
     context: &Context,
     spec: &Spec,
-    states: &[Scene],
+    states: &States,
     each: &mut dyn FnMut(Drawn) -> Result<()>,
 ) -> Result<Vec<String>> {
     let size = arguments.size();
-    let mut world = World::new(context, &states[0])?;
+    let first = states.at(0)?;
+    let mut world = World::new(context, &first)?;
     let mut opened = open(context, &world, spec)?;
-    let mut renderer = Renderer::new(context, &world, &View::camera(&states[0].camera, &states[0], size))?;
+    let mut renderer = Renderer::new(context, &world, &View::camera(&first.camera, &first, size))?;
     let mut counts = Vec::new();
-    for (frame, scene) in states.iter().enumerate() {
+    let mut first = Some(first);
+    for frame in 0..states.len() {
+        let scene = &first.take().map_or_else(|| states.at(frame), Ok)?;
         if frame > 0 {
             world.replace(scene)?;
         }

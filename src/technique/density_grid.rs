@@ -80,7 +80,7 @@ settings! {
 pub const ENTRY: Entry = Entry {
     name: "density-grid",
     about: "marches to the light through the extinction of smoke and hair in voxels, one grid for all lights",
-    casts: Casts { splats: false, ..Casts::ALL },
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],

@@ -64,7 +64,7 @@ map_settings! {
 pub const ENTRY: Entry = Entry {
     name: "marched",
     about: "AVSM's curves from a march through one density grid of smoke and hair for all lights (Unreal Engine 5)",
-    casts: Casts { splats: false, ..Casts::ALL },
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],

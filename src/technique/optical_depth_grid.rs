@@ -70,7 +70,7 @@ impl Settings {
 pub const ENTRY: Entry = Entry {
     name: "optical-depth-grid",
     about: "the optical depth to each light in a grid of cells, one fetch per look-up, baked whole or in turn (Nubis³ 2023)",
-    casts: Casts { splats: false, ..Casts::ALL },
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],

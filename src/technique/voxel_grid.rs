@@ -104,7 +104,7 @@ settings! {
 pub const ENTRY: Entry = Entry {
     name: "voxel-grid",
     about: "a ray from the point to the light through a grid of voxels, one grid for all lights (Pestana 2015)",
-    casts: Casts { splats: false, ..Casts::ALL },
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],

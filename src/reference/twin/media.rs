@@ -1,6 +1,7 @@
 //! Smoke and hair in the voxels of a grid, and their optical depth along rays through it. Twin of glsl/grid/blob.glsl, deposit.comp,
 //! media.glsl and march.glsl, with the same numbers: neither fuses or reorders operations, and both divide only integers.
 
+use super::bell::Bell;
 use super::cell;
 use super::grid::{Bits, Place};
 use super::segment::MAX_OPTICAL_DEPTH;
@@ -177,7 +178,7 @@ impl Slab {
 }
 
 /// All voxels in the box from `first` to `last`.
-fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+pub(super) fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     let [x, y, z] = [0, 1, 2].map(|i| first[i]..=last[i]);
     z.flat_map(move |z| {
         let x = x.clone();
@@ -203,6 +204,8 @@ impl Media {
             let (at, radius) = (place.voxels(caster.position), caster.radius * place.per_unit);
             let extinction = caster.density * place.voxel;
             if caster.is_gaussian() {
+                let bell = Bell::new(&Caster { position: at, radius, ..*caster }, extinction, size);
+                bell.shares(size, |voxel, amount| media.add(voxel, amount));
                 continue;
             }
             if caster.is_cell() {

@@ -4,6 +4,7 @@
 pub mod area;
 pub mod avsm;
 pub mod beer_shadow_map;
+mod bell;
 pub mod bins;
 pub mod cell;
 pub mod colors;

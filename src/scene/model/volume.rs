@@ -89,6 +89,12 @@ impl Volume {
         &self.field
     }
 
+    /// Its densities, for a test that asks whether anything still has them.
+    #[cfg(test)]
+    pub(crate) fn held(&self) -> std::sync::Weak<Field> {
+        Arc::downgrade(&self.field)
+    }
+
     /// Where it stands.
     pub fn placed(&self) -> &Placed {
         &self.placed

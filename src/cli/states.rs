@@ -1,0 +1,76 @@
+//! The scene in each frame, made when it is asked for: of a sequence of files the frame that is drawn is in memory and the next, which a thread
+//! reads, and no others.
+
+use super::{MovingArgument, VplArgument};
+use crate::Result;
+use crate::gpu::Context;
+use crate::scene::{Scene, SceneChange};
+
+/// All frames.
+pub(super) struct States<'a> {
+    scene: Scene,
+    /// None: the scene as it is.
+    times_s: Vec<f64>,
+    change: SceneChange,
+    /// What makes virtual lights in the place of the scene's, once the device is open.
+    pub lit: Option<(&'a VplArgument, &'a Context)>,
+}
+
+impl States<'_> {
+    /// So many frames of a scene that moves, or one of another.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`]: it does not move, or a time is none that it has.
+    pub(super) fn new(scene: Scene, moving: &MovingArgument, frames: u32, change: SceneChange) -> Result<Self> {
+        let times_s = moving.times(&scene, frames)?;
+        Ok(Self { scene, times_s, change, lit: None })
+    }
+
+    /// How many there are, one at least.
+    pub(super) fn len(&self) -> usize {
+        self.times_s.len().max(1)
+    }
+
+    /// One of them. The next is read ahead, so they are asked for one after the other.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where its file cannot be read, or what changes it does not fit.
+    pub(super) fn at(&self, frame: usize) -> Result<Scene> {
+        let moved = self.times_s.get(frame).map(|time_s| self.scene.at(*time_s)).transpose()?;
+        let mut state = self.change.of(moved.as_ref().unwrap_or(&self.scene))?;
+        if let Some((vpls, context)) = self.lit {
+            vpls.light(context, std::slice::from_mut(&mut state))?;
+        }
+        Ok(state)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::Span;
+    use crate::scene::Field;
+    use std::sync::Weak;
+
+    /// A sequence of three files, twice and from the middle: however many frames there are, the one that was asked for last is alone in memory
+    /// of those that were given out.
+    #[test]
+    fn one_frame_is_alive() {
+        let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");
+        let scene = Scene::load(files, 0.5 / 24.0).expect("a sequence");
+        let before = scene.volumes[0].held();
+        let span = Span { from: 1.5 / 24.0, to: Some(7.5 / 24.0) };
+        let change = SceneChange { eye: None, target: None, direction: None, extinction: 1.0 };
+        let states = States::new(scene, &MovingArgument { moving: Some(span) }, 7, change).expect("it moves");
+        let mut given: Vec<Weak<Field>> = Vec::new();
+        for frame in 0..states.len() {
+            let state = states.at(frame).expect("read");
+            given.push(state.volumes[0].held());
+            let alive = given.iter().filter(|field| field.strong_count() > 0).count();
+            assert_eq!(alive, 1, "frame {frame}");
+            // Frames differ: none of them is another one that is kept.
+            assert!(!given.iter().rev().skip(1).any(|other| other.ptr_eq(&given[frame])), "frame {frame}");
+        }
+        assert!(states.len() == 7 && before.strong_count() > 0, "the scene keeps the frame that it was loaded in");
+    }
+}
