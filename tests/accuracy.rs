@@ -21,6 +21,8 @@ mod packed;
 mod picture;
 #[path = "accuracy/prepare.rs"]
 mod prepare;
+#[path = "accuracy/sixty.rs"]
+mod sixty;
 
 use glam::DVec3;
 use gobo::gpu::Context;

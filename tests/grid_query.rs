@@ -11,7 +11,7 @@ use gobo::reference::truth::{Casters, space_points};
 use gobo::reference::twin::gaussian::cast_depth;
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::lists::caster_lists;
-use gobo::reference::twin::ray_query::boxed;
+use gobo::reference::twin::ray_query::{boxed, hit_seed, hit_share};
 use gobo::scene::{Caster, Light, LightKind, Particle, Scene};
 use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
@@ -285,7 +285,7 @@ fn rays_meet_casters_too() {
     gpu_test_needing("rays_meet_casters_too", &[Requirement::RayQuery], |context| {
         for scene in cases() {
             let world = World::new(context, &scene).expect("room for the scene");
-            let technique = RayQuery::new(context, &world, &ray_query::Settings).expect("opens");
+            let technique = RayQuery::new(context, &world, &ray_query::Settings::default()).expect("opens");
             let mut opened = Opened::new(context, Box::new(technique), true);
             opened.build(&world).expect("built");
             for (caster, found) in scene.casters().iter().zip(opened.technique.boxes().expect("read")) {
@@ -293,6 +293,77 @@ fn rays_meet_casters_too() {
                 assert_eq!(expected, Some(found).filter(|[low, _]| !low[0].is_nan()), "{}: {caster:?}", scene.name);
             }
             holds(context, &scene, "ray-query");
+        }
+    });
+}
+
+/// What is random in a ray that ends by chance is each caster's number alone: the answer is the twin's, whatever the ray meets first.
+#[test]
+fn random_hits_equal_their_twin() {
+    gpu_test_needing("random_hits_equal_their_twin", &[Requirement::RayQuery], |context| {
+        let scene = scenes::random();
+        let one = |particle: &Particle| Scene { particles: vec![*particle], ..scene.clone() };
+        let each: Vec<_> = scene.particles.iter().map(one).collect();
+        let each: Vec<_> = each.iter().map(Casters::new).collect();
+        let points = space_points(&scene, 0, 1000);
+        let answers = ask(context, built(context, &scene, "ray-query:hits=random").as_ref(), 0, &points);
+        let (mut close, mut lit) = (0, 0);
+        for (point, answer) in points.iter().zip(answers) {
+            let (seed, at) = (hit_seed(0, *point), DVec3::from(point.map(f64::from)));
+            // By how much each caster is passed: below 0 the ray ends there.
+            let passed = (0..).zip(&each).map(|(i, caster)| {
+                let left = caster.visibility(0, at);
+                if left == 1.0 { 1.0 } else { left - f64::from(hit_share(seed, i)) }
+            });
+            let least = passed.fold(1.0, f64::min);
+            if least.abs() < 1e-4 {
+                close += 1;
+                continue;
+            }
+            assert_eq!(answer, if least > 0.0 { 1.0 } else { 0.0 }, "{point:?}: {least}");
+            lit += u32::from(answer == 1.0);
+        }
+        assert!(close < 20 && (100..900).contains(&lit), "{close} are close, {lit} of {} lit", points.len());
+    });
+}
+
+/// Each answer is 0 or 1, by itself, and 1 as often as light comes through: sums have the truth's mean and the variance of so many throws, and
+/// neighbours know nothing of each other. Meshes shadow as ever.
+#[test]
+fn random_hits_have_their_mean_and_variance() {
+    gpu_test_needing("random_hits_have_their_mean_and_variance", &[Requirement::RayQuery], |context| {
+        const COUNT: usize = 2000;
+        let mut random = scenes::Random::new(91);
+        for scene in some([scenes::opaque(), scenes::strands(), scenes::four_lights()], 2) {
+            let (truth, technique) = (Casters::new(&scene), built(context, &scene, "ray-query:hits=random"));
+            let (mut places, mut sum, mut squares) = (0, 0.0, 0.0);
+            for _ in 0..16 {
+                let centre = random.point(-0.6, 0.6);
+                let points: Vec<_> =
+                    (0..COUNT).map(|_| [0, 1, 2].map(|i| centre[i] + random.between(-1e-2, 1e-2))).collect();
+                let answers = ask(context, technique.as_ref(), 0, &points);
+                assert!(answers.iter().all(|a| *a == 0.0 || *a == 1.0), "{}: {answers:?}", scene.name);
+                let light = |p: &[f32; 3]| truth.visibility(0, DVec3::from(p.map(f64::from)));
+                let expected: Vec<_> = points.iter().map(light).collect();
+                let off: Vec<_> = answers.iter().zip(&expected).map(|(a, t)| f64::from(*a) - t).collect();
+                let variance = expected.iter().map(|t| t * (1.0 - t)).sum::<f64>();
+                if variance < 20.0 {
+                    assert!(off.iter().sum::<f64>().abs() < 20.0, "{}: {centre:?}", scene.name);
+                    continue;
+                }
+                let deviations = off.iter().sum::<f64>() / variance.sqrt();
+                assert!(deviations.abs() < 4.0, "{}: {deviations} standard deviations at {centre:?}", scene.name);
+                // Products of independent neighbours have a mean of 0 and a variance of the variances' product.
+                let product = |i: usize| expected[i] * (1.0 - expected[i]) * expected[i + 1] * (1.0 - expected[i + 1]);
+                let together = (0..COUNT - 1).map(|i| off[i] * off[i + 1]).sum::<f64>();
+                let together = together / (0..COUNT - 1).map(product).sum::<f64>().sqrt();
+                assert!(together.abs() < 4.0, "{}: neighbours are {together} deviations alike", scene.name);
+                (places, sum, squares) = (places + 1, sum + deviations, squares + deviations * deviations);
+            }
+            println!("{}: {places} places, {sum} and {squares} of squared deviations", scene.name);
+            let count = f64::from(places);
+            assert!(places > 4 && sum.abs() < 4.0 * count.sqrt(), "{}: {sum}", scene.name);
+            assert!((squares - count).abs() < 4.0 * (2.0 * count).sqrt(), "{}: {squares} of {places}", scene.name);
         }
     });
 }

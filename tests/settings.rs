@@ -163,7 +163,7 @@ const MESHES: &[(&str, Open)] = &[
         Ok(Box::new(Voxelized::new(context, world, &settings)?))
     }),
     ("none", |context, _| Ok(Box::new(Unshadowed::new(context, &none::Settings)?))),
-    ("ray-query", |context, world| Ok(Box::new(RayQuery::new(context, world, &ray_query::Settings)?))),
+    ("ray-query", |context, world| Ok(Box::new(RayQuery::new(context, world, &ray_query::Settings::default())?))),
 ];
 
 /// What is answered about the scene; or why it is refused.

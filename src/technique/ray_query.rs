@@ -1,7 +1,8 @@
 //! Rays against the meshes themselves, and against boxes about smoke and hair; a ray adds up the casters whose boxes it meets. Exact,
 //! where the device has ray queries. Source: VK_KHR_ray_query.
 //!
-//! One ray per point against meshes, and one against smoke and hair.
+//! One ray per point against meshes, and one against smoke and hair. With [`Hits::Random`] the second ends by chance at a caster that it
+//! meets, as often as that takes the light: no bias, and noise.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -21,21 +22,39 @@
 //! # Ok(()) });
 //! ```
 
+use super::keys::words;
 use super::promises::ROUNDING;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::settings::{Keyed, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{
     AccelerationStructure, BOX_BYTES, Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement,
     groups, push_struct,
 };
 use crate::maps::Map;
-use crate::shaders::constant::{GAUSSIANS, MEDIA, STRANDS};
+use crate::shaders::constant::{GAUSSIANS, HITS_RANDOM, MEDIA, STRANDS};
 use crate::shaders::{folder, ray_query as shaders, set};
 use crate::world::{Made, Parts, TriangleData, World};
 
-/// There is nothing to set.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Settings;
+words! {
+    /// What a ray does where it meets a caster.
+    pub enum Hits {
+        /// It adds up what all of them take, and is exact.
+        All = "all",
+        /// It ends at one by chance, as often as that takes the light: an answer is 0 or 1, and right on average.
+        Random = "random",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// What a ray does where it meets smoke or hair.
+        hits: Hits = Setting::word(
+            "all", "where a ray meets smoke or hair it adds up what all of it takes; or ends there by chance: no bias, and noise");
+    }
+}
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -43,31 +62,37 @@ pub const ENTRY: Entry = Entry {
     about: "rays from the point to the light, against meshes, smoke and hair themselves: exact (VK_KHR_ray_query)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[],
+    keys: Settings::KEYS,
     paths: &[Path { name: TRACE, requires: &[Requirement::RayQuery] }],
-    promises: |_, _| PROMISES,
+    promises: |spec, _| promises(spec),
     runs: Runs {
         compare: &[""],
         many_lights: &["shading=tiled"],
-        stress_smoke: &[""],
+        stress_smoke: &["", "hits=random"],
         stress_meshes: &[""],
         ..Runs::NONE
     },
     limits: |_, _| Vec::new(),
-    open: |context, world, _| Ok(Box::new(RayQuery::new(context, world, &Settings)?)),
+    open: |context, world, spec| Ok(Box::new(RayQuery::new(context, world, &spec.settings())?)),
 };
 
 const TRACE: &str = "trace";
 
-/// Exact but for rounding: a ray meets casters in whatever order the device visits them.
-const PROMISES: Promises = Promises {
-    mean: Some(1e-4),
-    tail: Some(1e-3),
-    rise: Some(ROUNDING),
-    order: Some(ROUNDING),
-    step: Some(ROUNDING),
-    ..Promises::OF_OPAQUE
-};
+/// All but rounding: a ray meets casters in whatever order the device has them. Where it ends by chance, by the casters' numbers, nothing is
+/// promised of one answer but that of meshes.
+fn promises(spec: &Spec) -> Promises {
+    if spec.settings::<Settings>().hits == Hits::Random {
+        return Promises { order: None, ..Promises::OF_OPAQUE };
+    }
+    Promises {
+        mean: Some(1e-4),
+        tail: Some(1e-3),
+        rise: Some(ROUNDING),
+        order: Some(ROUNDING),
+        step: Some(ROUNDING),
+        ..Promises::OF_OPAQUE
+    }
+}
 
 /// Threads of a workgroup.
 const THREADS: u32 = 64;
@@ -135,7 +160,7 @@ impl RayQuery {
     /// # Errors
     /// [`crate::Error::Refused`] where the device has no ray queries or the host knows no box about the triangles,
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, _: &Settings) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, TRACE)?;
         // Without triangles there must still be a structure to bind, in which no ray is traced.
         let count = world.triangle_capacity().max(1);
@@ -157,6 +182,7 @@ impl RayQuery {
         let look_up = look_up.bind(context, "ray_query.look_up")?;
         let constants = Constants::new()
             .set(MEDIA, cast.is_some())
+            .set(HITS_RANDOM, settings.hits == Hits::Random)
             .set(STRANDS, world.has_strands())
             .set(GAUSSIANS, world.has_packed());
         let built = Made::of(Parts::MESHES);

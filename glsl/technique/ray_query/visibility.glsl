@@ -10,7 +10,10 @@
 //   binding 3  the largest coordinate of the meshes, either sign
 //   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
 //   binding 5  casters (world/caster.glsl)
-// flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS
+// With HITS_RANDOM a caster that is met ends the ray by chance, as often as it would take the light: an answer is 0 or 1, and their mean is the
+// transmittance. Whichever the ray meets first, the answer is the same: a caster's number decides. Sources: Enderton et al. 2010 (ends by
+// chance); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::ray_query.
+// flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS HITS_RANDOM
 #extension GL_EXT_ray_query : require
 #include "world/colors.glsl"
 #include "world/cast_depth.glsl"
@@ -30,6 +33,12 @@ layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCasters { 
 
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)
+// Whether a caster that is met ends the ray by chance.
+CONSTANT(bool, HITS_RANDOM, false)
+
+// Set by a consumer that dithers: other numbers from 0 to 1, other random ones; below 0: those of the place alone.
+#define TECHNIQUE_DITHERS
+vec3 look_up_dither = vec3(-1.0);
 
 // Rounding of the point, as a share of its largest coordinate: some thirty times that of a float, since the caller has
 // computed the point.
@@ -53,10 +62,30 @@ bool mesh_between(vec3 position, vec3 direction, float end, float rounding) {
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }
 
+uint hit_hash(uint bits) {
+    uint state = bits * 747796405u + 2891336453u;
+    uint word = (state >> ((state >> 28) + 4u) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
+// A seed from the point, the light and the consumer's dither.
+uint hit_seed(uint light, vec3 position) {
+    uvec3 bits = floatBitsToUint(position), dither = floatBitsToUint(look_up_dither);
+    uint seed = hit_hash(bits.x ^ hit_hash(bits.y ^ hit_hash(bits.z ^ hit_hash(light))));
+    return hit_hash(seed ^ dither.x ^ hit_hash(dither.y ^ hit_hash(dither.z)));
+}
+
+// Whether a caster of this optical depth ends the ray: so often that exp(-optical_depth) of rays pass. The caster's own number decides.
+bool hit_ends(uint seed, uint caster, float optical_depth) {
+    precise float share = (float(hit_hash(seed ^ hit_hash(caster)) >> 9) + 0.5) / 8388608.0;
+    return share >= exp(-optical_depth);
+}
+
 // No box is confirmed, so that the ray goes on to the next.
-float optical_depth_between(vec3 position, vec3 direction, float end) {
+float media_left(vec3 position, vec3 direction, float end, uint light) {
     Ray ray = Ray(position, direction);
     float ray_length = length(direction), sum = 0.0;
+    uint seed = HITS_RANDOM ? hit_seed(light, position) : 0u;
     rayQueryEXT query;
     rayQueryInitializeEXT(query, visibility_boxes, gl_RayFlagsNoOpaqueEXT, 0xffu, position, 0.0, direction, end);
     while (rayQueryProceedEXT(query)) {
@@ -65,9 +94,14 @@ float optical_depth_between(vec3 position, vec3 direction, float end) {
 #endif
         float entry;
         int met = rayQueryGetIntersectionPrimitiveIndexEXT(query, false);
-        sum += cast_depth(ray, ray_length, visibility_casters[met], end, entry);
+        float optical_depth = cast_depth(ray, ray_length, visibility_casters[met], end, entry);
+        if (!HITS_RANDOM) {
+            sum += optical_depth;
+        } else if (optical_depth > 0.0 && hit_ends(seed, uint(met), optical_depth)) {
+            return 0.0;
+        }
     }
-    return sum;
+    return exp(-sum);
 }
 
 float light_visibility(uint light, vec3 position) {
@@ -80,5 +114,5 @@ float light_visibility(uint light, vec3 position) {
         look_up_meshes = 0.0;
         return 0.0;
     }
-    return MEDIA ? exp(-optical_depth_between(position, direction, end)) : 1.0;
+    return MEDIA ? media_left(position, direction, end, light) : 1.0;
 }

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/ray_query/boxes.comp: a box about each caster, in f32.
+//! CPU twin of glsl/technique/ray_query/: a box about each caster, and whether a ray ends there by chance, in f32.
 
 use super::gaussian::strand_axis;
 use crate::scene::Caster;
@@ -13,4 +13,23 @@ pub fn boxed(caster: &Caster) -> Option<[[f32; 3]; 2]> {
     let margin = caster.radius + MARGIN * (caster.radius + start.abs().max(end.abs()));
     let of = [start.min(end) - margin, start.max(end) + margin];
     (caster.radius > 0.0).then(|| of.map(|corner| corner.to_array()))
+}
+
+fn hashed(bits: u32) -> u32 {
+    let state = bits.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+/// The seed of a point's random numbers where no consumer dithers. Twin: hit_seed.
+pub fn hit_seed(light: u32, position: [f32; 3]) -> u32 {
+    let [x, y, z] = position.map(f32::to_bits);
+    let dither = (-1f32).to_bits();
+    let seed = hashed(x ^ hashed(y ^ hashed(z ^ hashed(light))));
+    hashed(seed ^ dither ^ hashed(dither ^ hashed(dither)))
+}
+
+/// A ray passes caster number `caster` where this, between 0 and 1, is below the caster's transmittance. Twin: hit_ends.
+pub fn hit_share(seed: u32, caster: u32) -> f32 {
+    ((hashed(seed ^ hashed(caster)) >> 9) as f32 + 0.5) / 8_388_608.0
 }

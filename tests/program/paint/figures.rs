@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 58] = [
+const FIGURES: [Figure; 62] = [
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure(
@@ -100,6 +100,25 @@ const FIGURES: [Figure; 58] = [
     Figure("failures-psm.png", "docs/notebook/failures.md", "gobo render failures --technique psm", 0),
     Figure("failures-avsm.png", "docs/notebook/failures.md", "gobo render failures --technique avsm", 0),
     Figure("failures-marched.png", "docs/notebook/failures.md", "gobo render failures --technique marched", 0),
+    Figure(
+        "failures-deep-shadow-map.png",
+        "docs/notebook/failures.md",
+        "gobo render failures --technique deep-shadow-map",
+        0,
+    ),
+    Figure(
+        "failures-density-grid.png",
+        "docs/notebook/failures.md",
+        "gobo render failures --technique density-grid",
+        0,
+    ),
+    Figure(
+        "failures-optical-depth-grid.png",
+        "docs/notebook/failures.md",
+        "gobo render failures --technique optical-depth-grid",
+        0,
+    ),
+    Figure("failures-half-angle.png", "docs/notebook/failures.md", "gobo render failures --technique half-angle", 0),
     Figure("failures-reference.png", "docs/notebook/failures.md", "gobo render failures --technique reference", 0),
     Figure("indirect-cornell.png", "docs/notebook/ism.md", "gobo render cornell --vpls 256", 0),
     Figure("indirect-courtyard.png", "docs/notebook/ism.md", "gobo render courtyard --vpls 256", 0),
@@ -136,10 +155,18 @@ const MINUTES: [&str; 6] = [
     "opaque-courtyard.png",
 ];
 
-/// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, of files that the repository does not
-/// hold, or taken from a screen (of the window, with a panel of times that no two runs have).
-const PUT_TOGETHER: [&str; 7] =
-    ["biker.png", "devices.png", "embed.png", "hair-levels.png", "report.png", "view.gif", "view.png"];
+/// Those that no one command of a page makes: put together from pictures of several (hair-footprints.png by results/hair-pictures.py), made by
+/// examples/embed, of files that the repository does not hold, or taken from a screen (of the window, with a panel of times that no two runs have).
+const PUT_TOGETHER: [&str; 8] = [
+    "biker.png",
+    "devices.png",
+    "embed.png",
+    "hair-footprints.png",
+    "hair-levels.png",
+    "report.png",
+    "view.gif",
+    "view.png",
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
