@@ -296,8 +296,8 @@ impl Case<'_> {
         let build = if bakes { Some(0.0) } else { row.build_ns.map(|build| build.median) };
         row.frame_ns = build.zip(row.draw_ns).map(|(build, draw)| build + draw.median);
         let picture = match shading {
-            // With reservoir shading every frame is different: the picture is drawn from the first frame on, with as
-            // many frames as it takes, however many were timed.
+            // With reservoir shading every frame is different. So the picture is drawn anew from the first frame on, with as many frames as
+            // it needs to settle; the frames that were timed do not count.
             Shading::Reservoir => renderer.picture_of(opened.technique.as_ref(), shading, lighting)?,
             _ => renderer.read()?,
         };

@@ -1,4 +1,4 @@
-//! How far a technique keeps its promises in a case: the first value at which its answers break one.
+//! How far a technique keeps its promises in a case: the first value of the case's number at which the answers break a promise.
 
 use super::results::{Figures, Outcome, Stressed};
 use crate::consume::parse;

@@ -117,7 +117,7 @@ impl Vpls {
         Ok(times)
     }
 
-    /// To be called when frame `frame` is over: brings to the host the views that the frame's maps were fitted to.
+    /// To be called when frame `frame` is over: the host reads the views of the maps as they were fitted in that frame.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read.

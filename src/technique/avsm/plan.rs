@@ -67,14 +67,15 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Casters that shared memory holds at a time: 32 for each of `groups`, or more where they fit into the memory that the nodes need
-    /// later, while they are fitted. [`Cells::Lanes`] holds none there.
+    /// Casters that shared memory holds at a time: 32 for each of `groups`. The nodes use the same memory later, while they are fitted;
+    /// where they need more room than that, as many casters as fit into their room. [`Cells::Lanes`] holds no casters there.
     fn batch(self, groups: u32, nodes: u32) -> u32 {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Bytes of shared memory. Per texel: 65 cells, four sets of cells' ends, and two ranges of depth. Per workgroup: casters of 32
-    /// bytes, whose memory later holds at most 16 nodes per texel; a bound; and totals over all texels.
+    /// Bytes of shared memory. Per texel: 65 cells of 4 bytes; four masks of 64 bits, one per threshold, of the cells' ends that stay; and
+    /// four depths of 4 bytes. Per workgroup: a batch of casters of 32 bytes each, in whose memory up to 16 nodes per texel stand later; 8
+    /// bytes for a bound; and 24 bytes for totals over all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }

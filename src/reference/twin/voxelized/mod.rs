@@ -1,7 +1,8 @@
 //! Voxelized shadows: bakes triangles to columns and columns to a tree of nodes, and looks voxels up in the tree. Twin of
 //! glsl/technique/voxelized/.
 //!
-//! A bake gives the same words here and on the device, since everything but a triangle's depth is computed in whole numbers.
+//! A bake gives the same 32-bit words here and on the device. Projected corners are rounded to 256ths of a voxel. From there on, only a
+//! triangle's depth is computed in f32, in the same steps on both.
 
 mod columns;
 
