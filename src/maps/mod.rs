@@ -127,7 +127,7 @@ impl Maps {
     }
 
     /// Maps for a technique that sees no smoke and no hair, with its own settings of opaque maps. The volume views of
-    /// these maps are fitted to the meshes as well as to the casters.
+    /// these maps are fitted to the meshes, as their opaque views are.
     ///
     /// # Errors
     /// As [`Maps::new`].

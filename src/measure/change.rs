@@ -222,8 +222,8 @@ fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
     Change::Both { now, figures: times.chain(errors).chain(bytes).collect() }
 }
 
-/// Bands from the 5th to the 95th percentile that overlap count as noise. Where they do not overlap, the medians say
-/// how much has changed.
+/// Two times count as the same where their bands, from the 5th to the 95th percentile, overlap. Where they do not, the
+/// medians say how much has changed.
 pub(super) fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
     if before.samples.min(now.samples) < FEWEST_SAMPLES {
         return Verdict::Unknown;

@@ -145,8 +145,8 @@ impl Case<'_> {
     }
 
     /// The device's time of each build. A build without passes took no time: nothing that the technique depends on had
-    /// moved, or the technique builds nothing. A baked technique in a still world has no time of a build without
-    /// passes: it was baked before.
+    /// moved, or the technique builds nothing. For a baked technique in a still world, such a build gives no time: the
+    /// technique was baked before.
     pub(super) fn device_ns(&self, timed: &Timed, lifetime: Lifetime) -> Vec<f64> {
         let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
         let has_times = is_built && self.context.features().timestamp_valid_bits > 0;

@@ -18,8 +18,8 @@ pub(super) struct Size {
     few_labels: bool,
 }
 
-/// The first is for windows of 860 pixels and more, with two plots side by side from 1400 on. The second is for
-/// telephones, with two plots side by side from 800 on.
+/// The first size is for windows from 860 pixels on; from 1400 on, two plots stand side by side. The second is for
+/// telephones; from 800 pixels on, two plots stand side by side.
 pub(super) const SIZES: [Size; 2] = [
     Size { name: "wide", width: 652.0, height: 440.0, longest: 34, few_labels: false },
     Size { name: "narrow", width: 356.0, height: 440.0, longest: 20, few_labels: true },

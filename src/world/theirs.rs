@@ -283,8 +283,8 @@ impl Theirs {
     }
 }
 
-/// Casters of a kind that kernels go through: as many as there are; or as many as there is room for, where only the
-/// device knows the count or where casters of another kind come behind.
+/// How many casters of one kind kernels go through. It is the number of casters, where the host knows it and no casters
+/// of another kind follow in the buffer. Else it is the number for which there is room.
 fn shown(count: &Count, capacity: u32, others_behind: bool) -> u32 {
     match count {
         Count::Host(count) if !others_behind => (*count).min(capacity),

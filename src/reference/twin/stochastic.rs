@@ -221,8 +221,8 @@ mod tests {
             prop_assert!((found - variance).abs() <= 5.0 * (spread / n).sqrt() + 1e-6, "{found}, not {variance}");
         }
 
-        /// With quantiles the mean squared error is f (1 − f)/N², where f is the fraction of N T behind the decimal point; and no texel is
-        /// off by as much as one sample.
+        /// With quantiles the mean squared error is f (1 − f)/N², where N is the number of samples, T the transmittance and f the
+        /// fractional part of N T. No texel is off by as much as one sample.
         #[test]
         fn quantiles_are_off_by_less_than_one(
             all in prop::collection::vec((-1.5..1.5f32, 0.05..0.5f32, 0.0..2.0f32), 1..8),

@@ -39,7 +39,8 @@ pub struct Baked {
     pub words: Vec<u32>,
 }
 
-/// Blocks of columns on one level: the least exit and greatest entry of each block's columns, and the numbers of its nodes along the light.
+/// All blocks of one level; a block is a square of columns. `ranges` holds, per block, the least exit and the greatest entry of its
+/// columns; `nodes` holds the numbers of its nodes along the light.
 #[derive(Clone, Default)]
 struct Blocks {
     across: u32,
