@@ -11,7 +11,7 @@ pub enum Shading {
     /// Once per pixel, from a buffer of albedo, normal and distance.
     Deferred,
     /// Once per pixel. The picture is divided into tiles, and each tile has a list of the lights that reach it. Each pixel has one bit per
-    /// light of its tile, which says whether the light is shadowed there.
+    /// light, which says whether the light is shadowed there.
     Tiled(Tiled),
     /// Once per pixel, with a part of the lights. Each pixel of a 4 × 4 square has a different part; the results are averaged over pixels
     /// that see the same surface.

@@ -1,10 +1,10 @@
 //! Code shared by techniques that build maps in a light's view: the maps of all lights, the depth maps of meshes, bins
 //! of casters, casters drawn as quads, per-texel lists, filters.
 //!
-//! A light has one map. A point light has six instead, the faces of a cube, and a directional light may have one per
-//! cascade; a look-up reads one of them. All maps have the same size; in images they are stacked. A pass covers all
-//! maps at once. In a dispatch the map is the workgroup's z; in a render each map has a draw of its own, since each has
-//! its own casters and its own edge.
+//! A light has one map. A point light has six maps instead, the faces of a cube, and a directional light may have one
+//! map per cascade. A look-up reads one of a light's maps. All maps have the same size; in images they are stacked. A
+//! pass covers all maps at once. In a dispatch the map is the workgroup's z; in a render each map has a draw of its
+//! own, since each map has its own casters and its own edge.
 
 mod bins;
 mod detail;

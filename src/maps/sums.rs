@@ -68,7 +68,8 @@ pub fn sum_targets(sums: u32) -> Limit {
 
 impl Sums {
     /// Makes the buffer of the texels of all maps, as words, and the passes that fill it. With `skip`, casters in the
-    /// dark behind meshes are left out. `reach` says how far beyond a tile look-ups at the tile may read, in texels.
+    /// dark behind meshes are left out. `reach` is how many texels outside a tile a look-up may be that still reads the
+    /// tile.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out, [`Error::Refused`] where the device draws to too few targets.

@@ -82,7 +82,7 @@ enum Way {
 
 impl Texels {
     /// Makes the image of all maps and the passes that fill it. With `skip`, casters in the dark behind meshes are left
-    /// out. `reach` says how far beyond a tile look-ups at the tile may read, in texels.
+    /// out. `reach` is how many texels outside a tile a look-up may be that still reads the tile.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the maps do not fit into one image.

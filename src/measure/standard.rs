@@ -44,8 +44,8 @@ pub fn scenes() -> Result<Vec<Scene>> {
 
 /// The specs for a scene, in the small sizes of a software device. For smoke: each technique's specs from the list of
 /// `compare`, or from that of `stress` where `compare` has none. For hair: the same, but one spec per technique. For
-/// meshes: each technique's specs from the list of `stress`; techniques that see meshes alone and are not in that list
-/// have their usual spec. So a new technique in the registry gets rows here.
+/// meshes: each technique's specs from the list of `stress`. A technique in none of these lists has its usual spec; for
+/// meshes that holds only if it sees meshes alone. So a new technique in the registry gets rows here.
 ///
 /// # Errors
 /// [`crate::Error::Input`] where an entry of the registry names an unknown setting.
@@ -103,7 +103,7 @@ pub struct Again {
 }
 
 /// Measures the errors of submissions again, on this device. A row that either device refuses neither agrees nor
-/// differs. `few` is the most rows per scene, and the scenes.
+/// differs. With `few`, only the scenes that it names are measured, and at most as many rows of each as it says.
 ///
 /// # Errors
 /// Those of [`with_case`].

@@ -1,5 +1,5 @@
 //! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers
-//! of A and B. It is the plot of `gobo curve`. A thread makes it, with a device of its own, so that the window never
+//! of A and B. The plot is that of `gobo curve`. A thread with a device of its own makes it, so that the window never
 //! waits for it.
 
 use super::state::{Side, State};

@@ -157,7 +157,8 @@ pub struct VplsSeen {
     pub maps: Vec<Map>,
     /// Texels per side of a map, as a power of 2.
     pub side_bits: u32,
-    /// Per texel, the number of the triangle that the light sees, plus 1; 0 where it sees none. One map after the other, each row by row.
+    /// Per texel, the number of the triangle that the light sees, plus 1; 0 where it sees none. The maps follow each other, and each map is
+    /// stored row by row.
     pub triangles: Vec<u32>,
     /// Per texel, the luminance of its flux.
     pub fluxes: Vec<f32>,

@@ -7,7 +7,8 @@ use super::tube::Tube;
 use crate::scene::{LightKind, Moved, Projection, Resolution};
 use glam::DVec3;
 
-/// Half side of the smallest square of places to try around a point, texels: smaller than a texel, to find what is thinner than one.
+/// Half the side of the smallest square of places that are tried around a point, texels. It is less than a texel, so that things thinner
+/// than a texel are found.
 const NEAREST: f64 = 0.5;
 
 /// Places on such a square are no farther apart than this, texels.

@@ -219,8 +219,8 @@ pub(super) fn r3(i: usize) -> [f64; 3] {
     [1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT)].map(|step| (0.5 + step * (i as f64)).fract())
 }
 
-/// The first `count` values that `place` yields for 0, 1, 2, …, in order. It gives up after 64 times as many tries, and then returns fewer:
-/// `place` may yield nothing at all.
+/// The first `count` values that `place` yields for 0, 1, 2, …, in order. After 64 · `count` tries it returns those found so far, since
+/// `place` may never yield a value.
 pub(super) fn first<T: Send>(count: usize, place: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
     let mut found = Vec::with_capacity(count);
     let (mut next, end) = (0, count.saturating_mul(64));

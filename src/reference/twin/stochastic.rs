@@ -85,8 +85,8 @@ impl Drawn {
     }
 }
 
-/// Draws `count` samples of a texel, from casters with their numbers. With `hash`, the texel's noise decides for all casters; else each
-/// caster has random numbers of its own. Twins: nearest.comp, draw.frag.
+/// Draws `count` samples of a texel, from casters with their numbers. With `hash`, one noise value per texel decides about all casters;
+/// else each caster has random numbers of its own. Twins: nearest.comp, draw.frag.
 pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32, hash: bool) -> Drawn {
     let mut drawn = Drawn { samples: vec![NO_END; count as usize], close: false };
     for (number, caster) in casters {

@@ -30,8 +30,8 @@ const SIDE: u32 = 52;
 const POINTS: usize = 32;
 const HAIR_BYTES: usize = 16 + 3 * (POINTS - 1);
 
-/// Half a hair's width, as a share of the longest side of the box about all hair; and a hair's opacity. Both are the values that a TressFX
-/// file without thickness and opacity gets.
+/// Half a hair's width, as a share of the longest side of the box about all hair; and a hair's opacity. Both are those of a TressFX file
+/// without thickness; that format has no opacity.
 const RADIUS: f32 = 1.0 / 800.0;
 const OPACITY: f32 = 0.5;
 
