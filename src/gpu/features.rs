@@ -232,7 +232,7 @@ impl Features {
     }
 
     /// The Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
-    /// `attachments` colour attachments which it also reads; none where all suffice.
+    /// `attachments` colour attachments which it also reads; none where all limits suffice.
     pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }

@@ -172,9 +172,9 @@ impl Answers {
         self.casters.extend(others.casters);
     }
 
-    /// The standard error of the mean absolute error: how far the mean over the sample is from the mean over all
-    /// texels. Each `per_texel` consecutive points are of one texel, and the texels are a random sample, `share` of
-    /// all. Points of a texel are alike, so texels are counted and not points. None for fewer than two texels.
+    /// The standard error of the mean absolute error: how far the mean over the sample is from the mean over all texels. Points come in
+    /// groups of `per_texel`, one group per texel. The texels are a random sample of all texels, and `share` is its share. Points of a
+    /// texel are alike, so texels are counted and not points. None for fewer than two texels.
     pub fn standard_error(&self, per_texel: usize, share: f64) -> Option<f64> {
         let per_texel = per_texel.max(1);
         let pairs: Vec<_> = self.approximate.iter().zip(&self.truth).collect();

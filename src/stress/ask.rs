@@ -16,8 +16,8 @@ use std::sync::Arc;
 /// Rounding of a sum of weights: answers may leave [0, 1] by this much.
 const ROUNDING: f32 = 1e-6;
 
-/// Builds the technique of `spec` for the subject's scene and asks it. Then asks again with casters in other orders, and moved a little. A
-/// failure gives a row too.
+/// Builds the technique of `spec` for the subject's scene and asks it. Then asks it again, first with the casters in other orders, and then
+/// with casters that have moved a little. A failure gives a row too.
 pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spec: &Spec) -> Stressed {
     let mut row = Stressed {
         case: case.into(),

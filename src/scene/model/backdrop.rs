@@ -77,8 +77,8 @@ fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec
     Some((axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z, 0.5 * (high - low)))
 }
 
-/// The ground is the widest flat mesh: its middle, the distances of its fade, and half its height. None where another mesh stands so far
-/// out that fading would hide it.
+/// Finds the ground, which is the widest flat mesh. Returns its middle, the two distances between which it fades, and half its height. None
+/// where another mesh stands so far out that fading would hide it.
 fn ground(scene: &Scene, up: DVec3) -> Option<(DVec3, [f64; 2], f64)> {
     let (right, forward) = across(up, some_up(up));
     let axes = [right, forward, up];

@@ -30,8 +30,8 @@ pub struct Gaussian {
     pub deviations: [f32; 3],
     /// The rotation of its axes: a quaternion x, y, z, w of length 1.
     pub rotation: [f32; 4],
-    /// The share of light that it takes from a ray through its middle along its shortest axis, in [0, 1]; the optical depth is −ln(1 −
-    /// opacity), at most [`MAX_OPTICAL_DEPTH`].
+    /// The share of light that the splat takes from a ray through its middle along its shortest axis, in [0, 1]; the optical depth is −ln(1
+    /// − opacity), at most [`MAX_OPTICAL_DEPTH`].
     pub opacity: f32,
     /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
