@@ -40,7 +40,7 @@ const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;
 
 /// Whether a row has failed, or another row beats it by far. The other row does if it is no worse in time and error,
-/// better by far in one of them, and needs no more of any figure that is limited. An error below [`CLOSE_ENOUGH`], or
+/// better by far in one of them, and needs no more of any figure that is limited. An error below `CLOSE_ENOUGH`, or
 /// below the limit where that is less, counts as equal to it. A row that lacks a limited figure beats no other. The
 /// technique `none` is what others are compared with, and is never hopeless.
 pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {

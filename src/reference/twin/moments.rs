@@ -75,7 +75,7 @@ struct Problem<'a> {
 type Place = [f32; 2];
 
 impl Problem<'_> {
-    /// Mean of the k-th polynomial, or of the cosine and sine of order k.
+    /// For powers, the mean of the Chebyshev polynomial of degree k. For cosines and sines, the means of both of order k.
     fn mean(&self, k: usize) -> Place {
         match self.basis {
             Basis::Power => [self.means[k], 0.0],
@@ -84,8 +84,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The basis functions at a place, from degree 0 up to half the order. For powers, each is multiplied by y to the power of `degree`,
-    /// which is half the order; this keeps it finite. Twin: half_functions.
+    /// The basis functions at a place, from degree 0 up to half the order. For powers, these are Chebyshev polynomials, each multiplied by
+    /// y to the power of `degree`; that keeps it finite. Twin: half_functions.
     fn functions(&self, [x, y]: Place) -> Vector {
         let mut all = [0.0; 5];
         match self.basis {
