@@ -142,7 +142,7 @@ pub struct Corners {
     /// Bytes from one vertex to the next, a multiple of 4.
     pub stride: u32,
     /// 32-bit indices of vertices, three per triangle: the buffer, and the byte at which they begin, a multiple of 4.
-    /// None where each three vertices in a row form a triangle.
+    /// None where the vertices themselves stand in threes, one three for each triangle.
     pub indices: Option<(Buffer, u64)>,
     /// How many triangles.
     pub count: Count,

@@ -66,7 +66,7 @@ pub fn shown_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u
     camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
-/// The cost of [`picture`]: how many tests of a caster or a mesh against a ray to a light it would take. The number is estimated from a
+/// The cost of [`picture`]: how many times it would test casters and meshes against rays to the lights. The number is estimated from a
 /// coarse picture of the same view and a sample of the lights.
 pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     /// About as many lights are sampled.

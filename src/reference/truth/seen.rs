@@ -14,7 +14,8 @@ const HALVINGS: u32 = 60;
 impl Casters<'_> {
     /// The place that `camera` sees at a point given in pixels, on a mesh or in smoke, hair and splats. If more than half of the light that
     /// arrives at the camera comes from the mesh, the place is on the mesh. Else it is where casters along the ray have taken half of the
-    /// light. Without a mesh on the ray, it is where casters have taken half of what they take in all. None where nothing is seen.
+    /// light. Without a mesh on the ray, it is where casters have taken half of the light that all of them take. None where nothing is
+    /// seen.
     pub fn seen(&self, camera: &View, pixel: DVec2) -> Option<DVec3> {
         let (ray, near) = (camera.ray(pixel), f64::from(camera.near));
         let surface = self.meshes.hit(ray.origin, ray.direction).map(|hit| hit.distance);

@@ -12,8 +12,8 @@ use crate::world::World;
 /// Workgroups per tile: two, of half a tile each, where the tile has casters; one where it has none and is written over.
 const PARTS: [u32; 2] = [2, 1];
 
-/// `ROWS_AT_A_TIME`: how many rows of 8 texels a workgroup builds at the same time, out of the four rows of half a tile. `SLICE_BYTES`:
-/// bytes of shared memory that each slice takes for these texels.
+/// `ROWS_AT_A_TIME`: rows of 8 texels that are built at the same time by each workgroup, out of the four rows of half a tile.
+/// `SLICE_BYTES`: bytes of shared memory that each slice takes for these texels.
 const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
