@@ -306,8 +306,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
         let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
-            // Here pipelines are made row by row: a software driver compiles a pipeline when it first draws, and the
-            // driver's reports have the order of the rows.
+            // On a software device, and where the driver is asked about its pipelines, each row makes its own pipelines. A software driver
+            // compiles a pipeline when it first draws, so making it early gains nothing; and the driver's reports must come in the order of
+            // the rows.
             if !context.features().is_software() && !arguments.pipeline_statistics {
                 let left = specs.iter().zip(of_scene.clone()).filter(|(_, place)| is_left(&rows, *place));
                 case.prepare(&left.map(|(spec, _)| spec).collect::<Vec<_>>())?;

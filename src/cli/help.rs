@@ -36,8 +36,8 @@ pub fn techniques() -> String {
     text
 }
 
-/// The help page of the technique that the arguments ask about, if they ask for one: `gobo help avsm`. `commands` also
-/// have help.
+/// The help page of the technique that the arguments ask about, if they ask for one: `gobo help avsm`. `commands` are
+/// the names of the program's commands, which have help pages too.
 ///
 /// # Errors
 /// [`Error::Input`] where the word is neither a technique nor a command, but similar to one.

@@ -307,8 +307,8 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The command as it was given, without the path of the program. A command with --resume counts as the earlier command
-/// that it continues: both together write what one would have written.
+/// The command as it was given, without the path of the program. `--resume` is left out: such a command continues an
+/// earlier one, and both together must write the same files as a single run without it.
 fn command_line() -> String {
     let given = std::env::args().skip(1).filter(|argument| !["--resume", hooks::OPTION].contains(&argument.as_str()));
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")

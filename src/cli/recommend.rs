@@ -19,9 +19,10 @@ use std::process::ExitCode;
 /// The key that says how opaque maps are drawn.
 const OPAQUE: &str = "opaque";
 
-/// Timed frames, and warm-up frames before them: of the first look on a software device, which needs no warm-up as it
-/// has no clock rate to reach; of the first look on other devices; of the second look, at the specs that are left; and
-/// of `--thorough`, as in `compare`.
+/// Each pair: how many frames are timed, and how many warm-up frames come before them. `COARSE_SOFTWARE`: the first
+/// look on a software device, which has no clock rate to reach and so needs no warm-up. `COARSE`: the first look on
+/// other devices. `FINE`: the second look, at the specs that are left. `THOROUGH`: with `--thorough`, the same as in
+/// `compare`.
 const COARSE_SOFTWARE: [usize; 2] = [2, 0];
 const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
@@ -295,9 +296,10 @@ fn lost(row: &Row) -> Error {
     }
 }
 
-/// The specs whose technique sees all casters of the scene, and `none`. These are `specs`, as `compare` has them, and
-/// one spec of each technique that is not among them. In a scene of meshes alone, every way to keep meshes is added.
-/// There each technique of `compare` has one spec only, since how it keeps smoke changes nothing in its opaque maps.
+/// The specs whose technique sees all casters of the scene, and `none`. They are `specs`, which are those of `compare`,
+/// and one spec of each technique that `specs` lacks. In a scene of meshes alone, a technique that `specs` lacks has a
+/// spec for each of its ways to keep meshes. A technique in `specs` then keeps only its first spec: how it keeps smoke
+/// changes nothing in its opaque maps.
 fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     if !many_lights && !has_many_lights(scene) {
@@ -428,8 +430,8 @@ mod tests {
         }
     }
 
-    /// In a scene of meshes alone, one technique represents all that draw the same maps. Techniques that keep meshes in
-    /// other ways stay, and in a scene of smoke all techniques stay.
+    /// In a scene of meshes alone, one technique represents all techniques that draw the same opaque maps. Techniques
+    /// that keep meshes in other ways stay, and in a scene of smoke all techniques stay.
     #[test]
     fn opaque_maps_are_looked_at_once() {
         let names = |name: &str| {

@@ -10,9 +10,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
 use std::path::Path;
 
-/// Finds the rows that `folder` has already, from a run under the conditions of `now`: one per asked scene and spec, in
-/// a shard only the shard's. A row that failed, or lacks one of its pictures, is not kept and is measured again. A
-/// folder without results has no rows.
+/// Finds the rows that `folder` has already, from a run under the conditions of `now`: one entry for each scene and
+/// spec in `asked`; in a shard, only for those of the shard. A row that failed, or lacks one of its pictures, is not
+/// kept and is measured again. A folder without results has no rows.
 ///
 /// # Errors
 /// [`Error::Input`] where the rows in the folder are of another device, driver, version or scene, were measured under

@@ -55,8 +55,8 @@ impl Sequence {
         self.out.with_extension("gif")
     }
 
-    /// Adds the next picture, of as many pixels as those before, as rows of three bytes per pixel. The picture is on
-    /// the disk when this returns.
+    /// Adds the next picture, which has the same size as the pictures before it. `rgb8` holds its rows, three bytes per
+    /// pixel. The picture is on the disk when this returns.
     ///
     /// # Errors
     /// [`Error::Output`] names the file.

@@ -14,8 +14,8 @@ const ROUNDS: u64 = 25;
 /// How often progress is printed, and the results so far are written.
 const NEWS: Duration = Duration::from_secs(60);
 
-/// Runs rounds for so many minutes, at least one round. The first has the seed `seed`, and each further round the next
-/// number. Prints the result, as JSON with `json`.
+/// Runs rounds for `minutes` minutes, but at least one round. The first round has the seed `seed`, and the seed rises
+/// by 1 from round to round. Prints the result, as JSON with `json`.
 pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bool) -> Result<ExitCode> {
     let mut soaked = Soaked {
         schema: SCHEMA,

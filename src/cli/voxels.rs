@@ -59,7 +59,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     render::run_scene(&arguments.picture, shown)
 }
 
-/// Adds a box by its corner and its axes to a mesh. `sides` says which sides to add: of x, y and z, the low side first.
+/// Adds a box by its corner and its axes to a mesh. `sides` says which sides to add, in this order: low x, high x, low y, high y, low z,
+/// high z.
 fn put(mesh: &mut Mesh, corner: DVec3, axes: [DVec3; 3], sides: [bool; 6]) {
     for (side, _) in sides.iter().enumerate().filter(|(_, is)| **is) {
         let axis = side / 2;
@@ -111,8 +112,8 @@ fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     Ok(meshes.into_iter().filter(|mesh| !mesh.triangles.is_empty()).collect())
 }
 
-/// The scene's meshes, and the nodes of a tree that are all in shadow, in the sizes in which they are stored: eight
-/// nodes of one kind become one node of the next level. The tree itself is asked at the middle of each voxel.
+/// The scene's meshes, and the nodes of a tree that lie entirely in shadow. Each node is drawn in the size in which it is stored: eight
+/// nodes of one kind become one node of the next level. Whether a voxel is in shadow is asked of the tree itself, at the voxel's middle.
 fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let is_directional = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
     let name = format!("--light {}", arguments.light);

@@ -75,8 +75,8 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
-/// Distance from a triangle's middle to its corner when coloured by speed, as a multiple of the particle's radius: small, so that particles
-/// hide little of each other.
+/// Distance from a triangle's middle to its corners when coloured by speed, as a multiple of the particle's radius. It is small, so that
+/// particles hide little of each other.
 const SPECK: f32 = 0.5;
 
 /// Factor from the sum of all particles' squared radii to [`Colours::Density`]'s `many`.

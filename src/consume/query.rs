@@ -28,8 +28,9 @@ pub struct Asked<'a> {
     pub light: usize,
     /// World positions.
     pub points: &'a [[f32; 3]],
-    /// Empty for points in space. For points on surfaces, one unit normal per point, on the side that is asked about: the light's side, or
-    /// the outside of a closed surface. 0 where that side faces away from a directional light, so that no light reaches it.
+    /// Empty for points in space. For points on surfaces, one unit normal per point, on the side of the surface whose light is asked for:
+    /// the light's side, or the outside of a closed surface. The normal is 0 where that side faces away from a directional light, so that
+    /// no light reaches it.
     pub normals: &'a [[f32; 3]],
 }
 
@@ -62,8 +63,8 @@ impl Query {
         Self::of_areas(context, asked, &[])
     }
 
-    /// Like [`Query::of_lights`], for squares instead of points. Each is centred at its point, faces the light, and has a width from
-    /// `sides`, world units. Techniques with levels of detail answer with the mean over the square.
+    /// Like [`Query::of_lights`], for squares instead of points. Each square is centred at its point and faces the light; its width is the
+    /// point's number in `sides`, world units. Techniques with levels of detail answer with the mean over the square.
     ///
     /// # Errors
     /// As [`Query::new`].

@@ -141,8 +141,8 @@ mod tests {
         }
     }
 
-    /// The table of many lights has `voxel-grid` in three sizes with seven ways each, some of them with other shading; and shadow maps,
-    /// rays and no shadow.
+    /// The specs that are run for many lights: `voxel-grid` in three sizes with seven variants each, some of these also with other shading;
+    /// shadow maps; rays; and no shadow.
     #[test]
     fn many_lights_have_a_table_of_their_own() {
         for (on_cpu, maps) in [(false, 2), (true, 1)] {

@@ -10,14 +10,14 @@ pub enum Shading {
     Forward,
     /// Once per pixel, from a buffer of albedo, normal and distance.
     Deferred,
-    /// Once per pixel, in tiles that each have a list of the lights that reach them, from one bit per light that says whether the light is
-    /// shadowed.
+    /// Once per pixel. The picture is divided into tiles, and each tile has a list of the lights that reach it. Each pixel has one bit per
+    /// light, which says whether the light is shadowed there.
     Tiled(Tiled),
-    /// Once per pixel, by a part of the lights: each pixel of a 4 × 4 square has a different part, and light is averaged over pixels that
-    /// see the same surface.
+    /// Once per pixel, with a part of the lights. Each pixel of a 4 × 4 square has a different part; the results are averaged over pixels
+    /// that see the same surface.
     Interleaved,
-    /// Once per pixel, by one light. It is chosen at random, by how much of its light the pixel would reflect, from new candidates and the
-    /// light kept from earlier frames.
+    /// Once per pixel, with one light. The light is chosen at random from new candidates and the light that was kept from earlier frames.
+    /// Its probability follows how much of its light the pixel would reflect.
     Reservoir,
 }
 

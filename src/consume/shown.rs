@@ -1,5 +1,5 @@
-//! Pictures for people: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic curve. These are
-//! separate passes, which measured pictures do not have. Twin: reference::truth::shown.
+//! Pictures for people: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic tone curve.
+//! These are separate passes, which measured pictures do not have. Twin: reference::truth::shown.
 
 use super::Renderer;
 use super::gbuffer::CameraPush;

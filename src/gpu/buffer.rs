@@ -12,8 +12,8 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Every buffer begins at a multiple of this, and so at the start of a GPU's cache line. Drivers ask for as little as
-/// 16 bytes; then a texel's curve lies across two lines, and avsm.insert took 7 % longer on the H200.
+/// Every buffer begins at a multiple of this, and so at the start of a GPU's cache line. Some drivers ask for a multiple of only 16 bytes.
+/// A texel's curve may then lie across two cache lines, and the pass avsm.insert took 7 % longer on the H200.
 const ALIGNMENT: u64 = 256;
 
 /// Where a buffer lives.
@@ -138,9 +138,9 @@ impl Buffer {
     /// [`Error::Gpu`] where `bytes` exceeds the device's largest storage buffer.
     ///
     /// # Safety
-    /// The buffer belongs to the context's device, is as large, and stays valid until all frames that use it are over and everything made
-    /// with it is gone. It was created with the usage that it needs: as a storage buffer at least, and for copies from and to it where it
-    /// is read or written.
+    /// The buffer belongs to the context's device, has at least `bytes` bytes, and stays valid until all frames that use it are over and
+    /// everything made with it is gone. It was created with the usage that it needs: as a storage buffer at least, and for copies from and
+    /// to it where it is read or written.
     pub unsafe fn adopt(context: &Context, name: &str, handle: vk::Buffer, bytes: u64) -> Result<Self> {
         let buffer = Self(Arc::new(Inner {
             device: context.device().clone(),
@@ -184,8 +184,9 @@ impl Buffer {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Writes `data` to the start of the buffer. A device buffer gets them by a copy that is recorded later: in a
-    /// command buffer of the caller's before the next pass, else before the next submission.
+    /// Writes `data` to the start of the buffer. Where the buffer is in device memory, a copy is recorded later. On an adopted device it is
+    /// recorded into the caller's command buffer before the next pass; on a device that was opened here, it runs before the next
+    /// submission.
     ///
     /// # Errors
     /// [`Error::Gpu`] where `data` is larger than the buffer or memory runs out.

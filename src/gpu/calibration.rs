@@ -7,8 +7,8 @@ use std::time::Instant;
 /// Number of readings. The quickest one is kept: the host may be interrupted in the middle of a reading.
 const READINGS: usize = 8;
 
-/// A moment by both clocks. They drift apart by some microseconds per second, so it is good only for times shortly
-/// before or after it.
+/// One moment as both clocks, the host's and the device's, show it. The clocks drift apart by some microseconds per
+/// second, so times near this moment alone can be converted well.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration {
     /// By the host's clock.

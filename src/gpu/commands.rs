@@ -23,9 +23,9 @@ pub(super) type Kept = Arc<dyn Any + Send + Sync>;
 /// The owner of the command buffer that is recorded into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Whose {
-    /// The context, which submits it. Pending steps then run before it.
+    /// The context, which submits the command buffer. Pending steps ([`super::pending`]) then run before the command buffer.
     Own,
-    /// The caller. Pending steps are recorded before the next pass.
+    /// The caller. Pending steps are recorded into the caller's command buffer, before the next pass.
     Theirs,
 }
 

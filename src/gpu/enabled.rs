@@ -6,8 +6,8 @@ use super::{Features, Requirement};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
-/// A set of features, with the extensions that bring them. In it a caller names the features that its device was opened
-/// with ([`super::Adopt`]); [`Requirement::any_of`] names the features that a device must be opened with.
+/// A set of features, with the extensions that bring them. A caller names in such a set the features with which its device was opened
+/// ([`super::Adopt`]). [`Requirement::any_of`] names the features that a device must be opened with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Enabled {
     /// synchronization2 of Vulkan 1.3: nothing runs without it.

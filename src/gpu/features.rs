@@ -186,8 +186,9 @@ impl Requirement {
 }
 
 impl Features {
-    /// Whether the device is a software driver. There the threads of a workgroup take turns on a processor, so more
-    /// threads only repeat work, and a value that all threads read is read by one after the other.
+    /// Whether the device is a software driver. There the threads of a workgroup take turns on one processor. So more
+    /// threads only repeat the work that each thread does, and a value that all threads read is read by one thread
+    /// after the other.
     pub fn is_software(&self) -> bool {
         self.kind == DeviceKind::Cpu
     }
@@ -231,7 +232,7 @@ impl Features {
     }
 
     /// The Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
-    /// `attachments` colour attachments which it also reads; none where all suffice.
+    /// `attachments` colour attachments which it also reads; none where all limits suffice.
     pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }

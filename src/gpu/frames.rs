@@ -49,8 +49,8 @@ impl Frames {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins frame `number`, or continues it. Frame `number - in_flight` is over, and so are all before it. Returns
-    /// the resources that were kept for them, in a list that may be used again.
+    /// Begins frame `number`, or continues it. Frame `number - in_flight` is over, and so are all before it. Returns the resources that
+    /// were kept alive for these frames; the list itself may be used again.
     fn begin(&self, number: u64) -> Result<Vec<Kept>> {
         let mut state = self.state();
         if let Some(last) = state.running.last().filter(|last| last.number > number) {
@@ -137,10 +137,9 @@ impl<'a> Commands<'a> {
     /// opened here.
     ///
     /// # Safety
-    /// The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a
-    /// render, and is submitted once, on a queue of the family, in the order in which frames and their parts were recorded,
-    /// before frame `frame` is over. Nothing else records into it as long as this lives. Frame `frame - frames_in_flight` is
-    /// over.
+    /// The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a render, and is submitted
+    /// once, on a queue of the family, in the order in which frames and their parts were recorded, before frame `frame` is over. Nothing
+    /// else records into it as long as these [`Commands`] live. Frame `frame - frames_in_flight` is over.
     pub unsafe fn on(context: &'a Context, buffer: vk::CommandBuffer, frame: u64) -> Result<Self> {
         if context.shared().queue.is_some() {
             return Err(Error::Refused { needs: "an adopted device: this one has a queue of its own".into() });

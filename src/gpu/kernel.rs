@@ -300,8 +300,8 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, state, Into::Layers(layered), sets, constants)
     }
 
-    /// Draws in [`super::Pass::render_ordered`] into `attachments`, which the fragment shader reads and writes. Per
-    /// texel it runs for one fragment at a time, in drawing order. Sets and constants as for [`Kernel::graphics`].
+    /// A kernel for [`super::Pass::render_ordered`], which draws into `attachments`. The fragment shader reads and writes these. Per texel,
+    /// the shader runs for one fragment at a time, in drawing order. Sets and constants are as for [`Kernel::graphics`].
     ///
     /// # Errors
     /// As [`Kernel::compute`].

@@ -5,8 +5,9 @@ use super::features::STORAGE_BUFFERS;
 use super::testing::{lowered, testing};
 
 impl Features {
-    /// The device as it is, or less, where tests want it: limits as low as Vulkan 1.3 allows, no optional features.
-    /// Features that are not reported are not switched on, so that the validation layer sees their use.
+    /// The features of the device, or fewer and lower ones where tests want that: limits as low as Vulkan 1.3 allows,
+    /// no optional features. Features that are not reported are not switched on, so that the validation layer sees
+    /// their use.
     pub(super) fn lowered_for_tests(self) -> Self {
         let limited = if testing().lowest_limits { self.with_lowest_limits() } else { self };
         let limited = if testing().no_features { limited.without_features() } else { limited };

@@ -36,8 +36,9 @@ impl Mapped {
 
     #[cfg(feature = "program")]
     fn of(file: File) -> io::Result<Self> {
-        // SAFETY: the bytes are only read, and as bytes, of which all values are valid. They must not change while they are
-        // mapped: this program never writes into a file, it puts a new one in the old one's place, which stays as it was.
+        // SAFETY: the bytes are only read, and as bytes, of which all values are valid. They must not change while they are mapped: this
+        // program never writes into an existing file. It puts a new file in the place of the old one, and the bytes of the old file stay as
+        // they were.
         Ok(Self(unsafe { memmap2::Mmap::map(&file) }?))
     }
 }

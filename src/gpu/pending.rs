@@ -1,5 +1,5 @@
-//! Work that waits to be recorded: layouts of new images, and copies of data that the host has written. It is recorded before the commands
-//! that use it.
+//! Work that waits to be recorded: layouts of new images, and copies of data that the host has written. This work is recorded before the
+//! commands that use these images and buffers.
 
 use super::commands::Kept;
 use super::device::Device;

@@ -123,7 +123,7 @@ mod tests {
 
     const NONE: Pipeline = Pipeline { handle: vk::Pipeline::null(), layout: vk::PipelineLayout::null() };
 
-    /// Two threads wait for each other while each makes a pipeline, which ends only where neither blocks the other. A
+    /// Two threads each make a pipeline, and each waits until the other has begun. The test ends only if neither thread blocks the other. A
     /// pipeline that is made already is not made again.
     #[test]
     fn several_are_made_at_once_and_each_but_once() {

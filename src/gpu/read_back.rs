@@ -27,8 +27,8 @@ impl ReadBack {
         Ok(Self(Arc::new(Inner { copies, frames: Mutex::new(vec![None; count]) })))
     }
 
-    /// The first `count` elements as frame `frame`, which is over, left them. None where that frame copied nothing, or
-    /// where a later recorded frame already uses the same copy.
+    /// The first `count` elements that were copied in frame `frame`, which must be over. None where that frame copied
+    /// nothing, or where a later recorded frame uses the same memory for its copy.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where there are fewer elements.

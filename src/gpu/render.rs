@@ -72,8 +72,8 @@ impl<'a> Pass<'_, 'a> {
         }
     }
 
-    /// Draws into the layers of a volume, with pipelines of [`super::Kernel::layered`]. `viewports` holds the side, in
-    /// texels, of each viewport: a square at the upper left.
+    /// Draws into the layers of a volume, with pipelines of [`super::Kernel::layered`]. Each viewport is a square at
+    /// the upper left, and `viewports` holds its side in texels.
     pub fn render_layers(&mut self, volume: &Image, viewports: &[u32], record: impl FnOnce(&mut Draw<'_, '_, 'a>)) {
         let colors = [vk::RenderingAttachmentInfo::default()
             .image_view(volume.attachment_view())

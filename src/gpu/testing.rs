@@ -34,8 +34,8 @@ impl Testing {
         TESTING.get_or_init(|| self);
     }
 
-    /// Runs `body`. Devices that this thread opens in it have one less of `limit` than is needed, or as much as they
-    /// really have, if that is less.
+    /// Runs `body`. Devices that this thread opens during `body` report one less of `limit` than is needed, or what they really have, if
+    /// that is less.
     pub fn just_below<T>(limit: Limit, body: impl FnOnce() -> T) -> T {
         LOWERED.set(Some(limit));
         let done = body();
@@ -66,8 +66,8 @@ pub(super) fn testing() -> &'static Testing {
     TESTING.get().unwrap_or(&NONE)
 }
 
-/// A buffer that each build fills in addition, and how many times; none where no test wants it. It has at most 64 MiB:
-/// every device binds at least 128 MiB.
+/// For tests that want builds to take longer: a buffer that each build fills, and how many times it does so; none where no test wants this.
+/// The buffer has at most 64 MiB, since every device can bind 128 MiB.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.

@@ -69,9 +69,9 @@ const LISTED_BYTES: u32 = 4 * 2 * LIST_WORDS as u32;
 /// A caster whose box has at most so many voxels is always listed in each of them.
 const LEAST_SHARE: u32 = 64;
 
-/// The most voxels of a caster's box for which the caster is listed in every voxel that it meets. A caster with a
-/// larger box is listed once, for all voxels, so that the pairs of `casters` casters have room in a buffer of this
-/// device.
+/// The most voxels that a caster's box may have for the caster to be listed in each voxel that it meets. A caster with
+/// a larger box is listed once, in the list that all voxels share. The number is chosen so that a buffer of this device
+/// has room for the pairs of `casters` casters.
 pub fn caster_share(context: &Context, casters: u32) -> u32 {
     let pairs = (context.features().max_storage_buffer_range / LISTED_BYTES).min(MOST_PAIRS);
     (pairs / casters.max(1)).max(LEAST_SHARE)
@@ -125,8 +125,8 @@ impl Lists {
         Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
     }
 
-    /// Lists of all pairs that the three shaders of `note` find. `more` holds the sets that these shaders take behind
-    /// the grid's and the lists' sets. There is room for `first` pairs at first.
+    /// Lists of all pairs that the three shaders of `note` find. These shaders have the grid's set, the lists' set, and
+    /// then the sets of `more`. At first there is room for `first` pairs.
     fn noted(
         context: &Context,
         size: u32,
@@ -227,8 +227,8 @@ impl Lists {
         if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more than is needed, so that a scene in motion does not make the buffers grow every frame; where an
-        // eighth more exceeds the limit, as much as the limit allows, and never less than is needed.
+        // Room for an eighth more than is needed, so that a scene in motion does not make the buffers grow every frame.
+        // Where this exceeds the limit of a buffer, the room is what the limit allows, but never less than is needed.
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);

@@ -52,7 +52,8 @@ impl Media {
     /// Media of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device binds no buffer of a number per voxel, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device binds no buffer with one number per voxel, [`Error::Gpu`] where memory runs
+    /// out.
     pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings, holds: Holds) -> Result<Self> {
         let voxels = Buffer::zeroed(context, "grid.media", bytes(context, size, 1)?)?;
         let bits = Buffer::zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;

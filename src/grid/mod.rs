@@ -35,8 +35,8 @@ const BOUNDS_GROUPS: u32 = 512;
 /// Workgroups that share the triangles that meet many voxels.
 const LARGE_GROUPS: u32 = 1024;
 
-/// Bytes in front of a list of the triangles or casters that meet many voxels: how many there are for one workgroup
-/// each, and how many for all workgroups together.
+/// Bytes of the two counts in front of a list of those triangles or casters that meet many voxels: how many of them one workgroup handles
+/// each, and how many all workgroups handle together.
 const LISTS_BYTES: u64 = 8;
 
 /// The place of a grid. Twin: Grid in glsl/grid/grid.glsl.
@@ -151,7 +151,7 @@ impl Grid {
     /// A grid of `size` voxels per side, a power of two from 64 to 512, about all casters of `world`.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device binds no buffer of a number per voxel and there is smoke or hair,
+    /// [`crate::Error::Refused`] where there is smoke or hair and the device binds no buffer with one number per voxel,
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
         let media = (world.caster_capacity() > 0).then(Holds::default);
@@ -289,8 +289,8 @@ impl Grid {
         self.bits.read(grid_words(self.size) as usize)
     }
 
-    /// The optical depth of smoke and hair per voxel, brick by brick, and the bits of the voxels that have any, after a
-    /// build; nothing where the world may have neither.
+    /// The optical depth of smoke and hair per voxel, brick by brick, and one bit per voxel that says whether it has any, after a build.
+    /// `None` where the world may have neither smoke nor hair.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -299,8 +299,8 @@ impl Grid {
         Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
     }
 
-    /// How strands run in each voxel, in the layout of glsl/grid/directions.glsl, after a build; nothing where the grid
-    /// does not hold directions.
+    /// The directions of the strands in each voxel, in the layout of glsl/grid/directions.glsl, after a build; empty where the grid does
+    /// not hold directions.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -309,14 +309,15 @@ impl Grid {
         directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
     }
 
-    /// Buffers of the directions of strands in each voxel, and of the greatest number of any voxel. In place of a
-    /// buffer that the grid lacks there is the buffer of bits, so that something is bound.
+    /// Two buffers: the directions of strands in each voxel, and the greatest optical depth of any voxel. Where the grid lacks one of them,
+    /// the buffer of bits stands in its place, since a shader needs something bound there.
     pub fn held_buffers(&self) -> [&Buffer; 2] {
         let media = self.media.as_ref();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
     }
 
-    /// How many occupied voxels are in cells of 8 voxels per side, then of 16, and so on, after a build; nothing without cones.
+    /// How many occupied voxels each cell has, after a build: first the cells of 8 voxels per side, then those of 16, and so on; empty in a
+    /// grid without cones.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -333,8 +334,8 @@ impl Grid {
         self.lists().map_or(Ok(Vec::new()), Lists::read)
     }
 
-    /// The bits and the lists of casters, in the layout of the lists of triangles, after a build; nothing in a grid
-    /// without lists.
+    /// The bits of the voxels that casters meet, and the lists of casters, after a build. The lists have the layout of the lists of
+    /// triangles. Empty in a grid without lists.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -353,8 +354,8 @@ impl Grid {
         self.lists().map(|lists| lists.last)
     }
 
-    /// Per brick, how many occupied voxels come before it; then the masks of occupied voxels, two words each. After a
-    /// build; nothing without masks.
+    /// After a build: first, per brick, how many occupied voxels come before it; then the masks of the occupied voxels, two words each.
+    /// Empty in a grid without masks.
     ///
     /// # Errors
     /// As [`Grid::data`].
@@ -384,9 +385,9 @@ impl Grid {
         Ok(grew)
     }
 
-    /// Records the passes that fill the grid with the present casters. Meshes are filled in if they or the grid's place
-    /// have changed; smoke and hair likewise. Smoke that moves inside the box about all casters does not change the
-    /// meshes' voxels.
+    /// Records the passes that fill the grid with the present casters. The voxels of meshes are made anew if the meshes or the grid's place
+    /// have changed; those of smoke and hair if the smoke, the hair or the grid's place have. Smoke that moves without changing the box
+    /// about all casters leaves the meshes' voxels as they are.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         if self.voxelized.make(world) {
             self.clear(commands);

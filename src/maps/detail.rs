@@ -81,7 +81,7 @@ pub fn tile_count(maps: &Maps) -> u64 {
 
 impl Detail {
     /// Makes the buffers and passes of detail. `bins` is the set of the [`super::Bins`], which holds `slots`. At most
-    /// `block_count` blocks are chosen; that is at least the number of tiles.
+    /// `block_count` blocks are chosen; `block_count` is at least the number of tiles.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

@@ -44,8 +44,8 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Makes `count` levels, the map itself among them; none where the map is the only one. `shader` includes
-    /// glsl/maps/level_tile.glsl; `constants` hold the number of levels too.
+    /// Makes `count` levels, of which the map itself is the first. Returns `None` where `count` is 1, since nothing is
+    /// left to make. `shader` includes glsl/maps/level_tile.glsl; `constants` must hold the number of levels too.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.

@@ -72,11 +72,11 @@ fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
 }
 
 impl List {
-    /// Lists over the maps, of the casters that are drawn. Without `splat` a capture leaves the lists empty. `capacity`
-    /// fixes the number of segments at once; without it the buffer grows.
+    /// Lists of the segments of drawn casters, one list per texel of the maps. Without `splat` a capture leaves the
+    /// lists empty. `capacity` fixes the number of segments for all builds; without `capacity` the buffer grows.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out, or the maps to keep are more than fit into an image.
+    /// [`crate::Error::Gpu`] where memory runs out, or the maps whose lists are kept do not fit into one image.
     pub fn new(
         context: &Context,
         maps: &Maps,
@@ -169,9 +169,9 @@ impl List {
         });
     }
 
-    /// Reads how many segments the build of frame `frame`, which is over, needed. Where they did not fit, and the
-    /// capacity is not fixed, makes room and returns that the capture must run again. If need be, fewer maps are
-    /// captured at once.
+    /// Reads how many segments the build of frame `frame`, which is over, needed. Where they did not fit and the
+    /// capacity is not fixed, makes room, and returns true: the capture must run again. Where the device has no room
+    /// for all maps at once, fewer maps are captured at a time.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the segments of one map, [`crate::Error::Refused`] where
@@ -197,8 +197,8 @@ impl List {
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
-        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame; where an
-        // eighth more exceeds the limit, as much as the limit allows, and never less than is needed.
+        // Room for an eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
+        // Where this exceeds the limit of a buffer, the room is what the limit allows, but never less than is needed.
         let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);

@@ -1,10 +1,10 @@
 //! Code shared by techniques that build maps in a light's view: the maps of all lights, the depth maps of meshes, bins
 //! of casters, casters drawn as quads, per-texel lists, filters.
 //!
-//! A light has one map. A point light has six instead, the faces of a cube, and a directional light may have one per
-//! cascade; a look-up reads one of them. All maps have the same size; in images they are stacked. A pass covers all
-//! maps at once. In a dispatch the map is the workgroup's z; in a render each map has a draw of its own, since each has
-//! its own casters and its own edge.
+//! A light has one map. A point light has six maps instead, the faces of a cube, and a directional light may have one
+//! map per cascade. A look-up reads one of a light's maps. All maps have the same size; in images they are stacked. A
+//! pass covers all maps at once. In a dispatch the map is the workgroup's z; in a render each map has a draw of its
+//! own, since each map has its own casters and its own edge.
 
 mod bins;
 mod detail;
@@ -61,8 +61,8 @@ pub struct Map {
 /// The most maps of a scene: in a dispatch the map is the workgroup's z, and every device allows this many.
 const MAX_MAPS: usize = 65535;
 
-/// The error for a driver that ends an invocation's loops before they have gone through all casters of `place`
-/// (glsl/maps/rounds.glsl): the result would be too bright.
+/// The error for a driver that ends a shader's loops before they have gone through all casters of `place`
+/// (glsl/maps/rounds.glsl). Without the error, the result would be too bright.
 fn cut_short(place: &str) -> Error {
     Error::Refused {
         needs: format!(
@@ -72,9 +72,9 @@ fn cut_short(place: &str) -> Error {
 }
 
 impl Map {
-    /// The maps of all lights before they are fitted ([`View::aimed`]), those of the first light first. Volume maps
-    /// have `size` texels per side; opaque maps have `opaque_size` where there are meshes. All maps are repeated once
-    /// per cascade.
+    /// The maps of all lights before they are fitted ([`View::aimed`]), in the order of the lights. Volume maps have
+    /// `size` texels per side. Opaque maps have `opaque_size` texels per side, or a single texel in a scene without
+    /// meshes. The whole list is repeated once per cascade.
     pub fn aimed(aim: &Aim, size: u32, opaque_size: u32, cascades: u32) -> Vec<Self> {
         let opaque_size = if aim.has_triangles { opaque_size } else { 1 };
         let volumes = View::aimed(aim, size, Casting::Volume).into_iter();
@@ -126,8 +126,8 @@ impl Maps {
         Self::seeing(context, world, size, opaque, Self::VOLUME)
     }
 
-    /// Maps for a technique that sees no smoke and no hair, with its own settings of opaque maps. Their volume views
-    /// are fitted to the meshes too.
+    /// Maps for a technique that sees no smoke and no hair, with its own settings of opaque maps. The volume views of
+    /// these maps are fitted to the meshes, as their opaque views are.
     ///
     /// # Errors
     /// As [`Maps::new`].
@@ -319,8 +319,8 @@ impl Maps {
     }
 
     /// Ends frame `frame`: the host reads the maps as they were fitted. Returns whether the build has to run again,
-    /// because the caller's buffers grew (`grew`) or a list of the opaque maps did. Then all of it is made again, so
-    /// that the last submission is complete.
+    /// because the caller's buffers grew (`grew`) or a list of the opaque maps did. In that case the next recording
+    /// makes everything again, so that the last submission holds a whole build.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the maps cannot be read back.
@@ -360,8 +360,8 @@ impl Maps {
         self.opaque.bytes_transient()
     }
 
-    /// [`OpaqueDraw`] of each map's [`OPAQUE_PARTS`] parts of the triangles, as they were last drawn. None where they
-    /// are drawn in compute, or where all maps see all meshes.
+    /// The draw commands ([`OpaqueDraw`]) of the opaque maps as they were last drawn: [`OPAQUE_PARTS`] per map, one for
+    /// each part of the triangles. None where compute shaders draw the maps, or where each map sees all meshes.
     pub fn opaque_draws(&self) -> Option<&Buffer> {
         self.opaque.draws()
     }

@@ -25,8 +25,8 @@ const DEPTH_ROUNDING: f64 = 1e-5;
 const STORED_ROUNDING: f64 = 4e-6;
 
 /// The largest rounding of a z, world units, at the farthest point that the view sees. It exceeds `DEPTH_ROUNDING`
-/// where a light is far from the origin, or sees level ground from straight above, so that its range is a thousandth of
-/// its distance. Twin: stored_depth in glsl/maps/stored.glsl.
+/// where a light is far from the origin. It also does where a light sees level ground from straight above, so that the
+/// range of its view is a thousandth of its distance. Twin: stored_depth in glsl/maps/stored.glsl.
 fn rounding(view: &View) -> f64 {
     let (across, far) = (1.0 / f64::from(view.scale_x.min(view.scale_y)), f64::from(view.far));
     let distance = match view.projection() {
@@ -83,8 +83,8 @@ impl OpaqueMaps {
         Self { way, ..Self::SHARED }
     }
 
-    /// The way that is taken by default: compute on a GPU. The rasterizer is used for 16-bit depths, which compute
-    /// lacks, and on software devices, which measured faster with it.
+    /// How the maps are drawn on this device, unless `way` decides: in compute on a GPU. The rasterizer draws maps of
+    /// 16-bit depths, which compute cannot, and maps on software devices, where it was measured to be faster.
     fn way(self, context: &Context) -> OpaqueWay {
         let drawn = self.format == Format::D16_UNORM || context.features().is_software();
         let best = if drawn { OpaqueWay::Raster } else { OpaqueWay::Compute };
@@ -97,12 +97,12 @@ impl OpaqueMaps {
         if self.format == Format::D16_UNORM { 1.0 / 65535.0 } else { 0.0 }
     }
 
-    /// The resolution of a map with that view. A look-up reads texels whose centres are as far away as the reach. The
-    /// depth of each texel is the depth of a surface up to a step of the rasterizer's grid beside it.
+    /// The resolution of a map with the view `view`. A look-up reads texels whose centres are at most `reach` texels
+    /// away. The depth in a texel may be that of a place beside its centre, up to a step of the rasterizer's grid away.
     pub fn resolution(self, view: View) -> Resolution {
         let (off, range) = (rounding(&view), f64::from(view.far - view.near));
-        // The stored depth is a rounding more than the true depth, and rounding may add as much again. The same holds
-        // for the format's step.
+        // The stored depth is the true depth plus one rounding, and rounding it may add as much again. In the same way,
+        // the format's step counts twice.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * off / range) + 2.0 * f64::from(self.step());
         let moved = Moved { across: self.normal_bias.into(), least_world: 2.0 * off, ..Moved::default() };
         let reach_texels = f64::from(self.reach) + COARSEST_SNAP;
@@ -124,12 +124,13 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 texel per map without meshes. The maps
-/// are stacked; where the device has no image with that many rows, they go on in further columns.
+/// The image of the opaque maps: depths in the range of each map's `opaque` view, 1 where there is nothing. In a scene
+/// without meshes, each map is one texel. The maps are stacked. Where the device has no image with so many rows,
+/// further maps stand in further columns.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device has no such image, or never has that much memory, or where the way has no such
-/// depths.
+/// [`Error::Refused`] where the device has no such image, or has too little memory in all, or where compute is to draw
+/// 16-bit depths.
 pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: u32) -> Result<Image> {
     let (way, narrow) = (maps.way(context), maps.format == Format::D16_UNORM);
     if way == OpaqueWay::Compute && narrow {

@@ -133,9 +133,9 @@ impl OpaqueCompute {
         commands.read_back(&self.totals, &self.totalled);
     }
 
-    /// Makes the room that the build of frame `frame`, which is over, needed, as far as the device has it; returns
-    /// whether it has made some. Triangles without room are still drawn, but slowly, and incompletely on devices that
-    /// end a shader's long loops early.
+    /// Makes room for the list that the build of frame `frame`, which is over, needed, as far as the device allows;
+    /// returns whether the room has grown. Triangles that have no room in the list are still drawn, but slowly. Devices
+    /// that end a shader's long loops early draw them incompletely.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));

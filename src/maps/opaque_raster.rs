@@ -102,8 +102,8 @@ impl OpaqueRaster {
             cull.record(commands, triangle_count, self.map_count, maps);
         }
         let corner = |map| opaque_corner(image, size, map);
-        // One render for all maps; or, for some of the maps, one render for each of these, so that the other maps stay
-        // as they are.
+        // All maps are drawn in one render. Where only some maps are drawn, each of them has a render of its own, so
+        // that the other maps stay as they are.
         let renders: Vec<_> = match maps {
             [all] if *all == (0..self.map_count) => vec![([0, 0], image.size(), all.clone())],
             some => some.iter().flat_map(Clone::clone).map(|map| (corner(map), size, map..map + 1)).collect(),

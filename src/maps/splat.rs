@@ -124,8 +124,8 @@ impl Splat {
         &self.set
     }
 
-    /// Sorts anew where the maps have moved, and gathers the casters that `bins` has not culled. Records no pass where
-    /// there is nothing to do.
+    /// Sorts the casters anew where the maps have moved, and gathers those that `bins` has not culled. Records no pass
+    /// where there is nothing to do.
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
         self.caster_count = world.caster_count();
         if let (Some(order), true) = (&self.order, maps.moved()) {

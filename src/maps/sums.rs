@@ -17,8 +17,8 @@ const MOST_TARGETS: u32 = 8;
 
 /// Shaders of the passes that make sums. SUM_RANGE is among their constants.
 pub struct SumKernels<'a> {
-    /// Labels of the binned pass, of the pass that draws, of the one that packs drawn sums, and of those that make
-    /// levels of detail.
+    /// Labels of four kinds of passes: the binned pass, the pass that draws sums, the pass that packs drawn sums, and
+    /// the passes that make levels of detail.
     pub labels: [&'static str; 4],
     /// Sums per texel, at most 32.
     pub sums: u32,
@@ -67,8 +67,9 @@ pub fn sum_targets(sums: u32) -> Limit {
 }
 
 impl Sums {
-    /// Words of the texels of all maps. With `skip`, casters in the dark behind meshes are left out. `reach`: texels
-    /// around a tile from which look-ups read it.
+    /// Makes the buffer of the texels of all maps, as words, and the passes that fill it. With `skip`, casters in the
+    /// dark behind meshes are left out. `reach` is how many texels outside a tile a look-up may be that still reads the
+    /// tile.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out, [`Error::Refused`] where the device draws to too few targets.

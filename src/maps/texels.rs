@@ -81,11 +81,11 @@ enum Way {
 }
 
 impl Texels {
-    /// The image over all maps. With `skip`, casters in the dark behind meshes are left out. `reach`: texels around a
-    /// tile from which look-ups read it.
+    /// Makes the image of all maps and the passes that fill it. With `skip`, casters in the dark behind meshes are left
+    /// out. `reach` is how many texels outside a tile a look-up may be that still reads the tile.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the maps are more than fit into an image.
+    /// [`crate::Error::Gpu`] where memory runs out or the maps do not fit into one image.
     pub fn new(
         context: &Context,
         world: &World,

@@ -158,8 +158,9 @@ impl Beside {
         }
     }
 
-    /// How many times as long column `of` takes as column `to`, and whether that can be told from noise:
-    /// [`Verdict::Worse`] means longer. Nothing where either has no time, or where they measured different worlds.
+    /// The time of column `of` divided by the time of column `to`, and whether the two times differ by more than noise:
+    /// [`Verdict::Worse`] means that `of` is slower. None where either has no time, or where they measured different
+    /// worlds.
     pub fn ratio(&self, line: &Line, of: usize, to: usize) -> Option<(f64, Verdict)> {
         let (row, other) = (self.row(line, of)?, self.row(line, to)?);
         if row.status != Status::Ok || other.status != Status::Ok || !self.is_same_world(&row.scene, of, to) {
@@ -277,8 +278,8 @@ fn points_of(error: &str) -> &'static [&'static str] {
     }
 }
 
-/// How many times as long the first row takes as the second. Rows that were not steady, or have few samples, must
-/// differ by far to count as different.
+/// The time of the first row divided by that of the second, and whether the two differ. Rows that were not steady, or
+/// have few samples, must differ by far to count as different.
 pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Option<(f64, Verdict)> {
     let [time, other] = [of(rows[0])?, of(rows[1])?];
     let steady = rows.iter().all(|row| row.steadiness.is_none_or(|s| s.warnings().is_empty()));
@@ -287,8 +288,8 @@ pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Opt
     (other.median > 0.0).then(|| (time.median / other.median, time_verdict(other, time, 0.0, steady && enough)))
 }
 
-/// The timing of build and picture together. They are timed separately, so the ends of the band are sums of both bands'
-/// ends. This band is no narrower than the band of the true sums.
+/// The timing of a build and a picture together. The two are timed separately, so each end of the band is the sum of
+/// the ends of the two bands. The band of the true sums cannot be wider than this.
 fn frame(row: &Row) -> Option<Timing> {
     let (median, build, draw) = (row.frame_ns?, row.build_ns?, row.draw_ns?);
     if median < build.median + draw.median {
@@ -342,8 +343,8 @@ fn whole(row: &Row) -> Row {
     row
 }
 
-/// Sorts rows into lines. A row joins a line where it is the same as all rows of the line. A line has at most one row
-/// per column.
+/// Sorts rows into lines: each line holds the same scene and spec in several columns. A row joins a line where it is
+/// the same ([`is_same`]) as all rows that the line has. A line has at most one row per column.
 fn lines(columns: &[Column]) -> Vec<Line> {
     let mut lines: Vec<(Line, Vec<Row>)> = Vec::new();
     for (column, Column { results, .. }) in columns.iter().enumerate() {

@@ -3,12 +3,12 @@
 use super::Answers;
 use serde::{Deserialize, Serialize};
 
-/// Where the classes of distances begin, as shares of the diagonal of the box about all meshes. Classes are octaves;
-/// the first and the last also take all nearer and all farther distances.
+/// Where the classes of distances begin, as shares of the diagonal of the box about all meshes. Each class spans an
+/// octave, but the first also takes all nearer distances, and the last all farther ones.
 pub const CLASSES: [f64; 6] = [0.0, 1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0];
 
-/// Errors at surface points that a mesh shadows fully, by two distances: of the mesh nearest to the light on the way to
-/// the point, and of the mesh nearest to the point.
+/// Errors at surface points that a mesh shadows fully, sorted into classes of distances in two ways: by the distance
+/// from the light to the first mesh on the way to the point, and by that from the last mesh on the way to the point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CasterError {
     /// By the distance to the light. Absent where all lights are infinitely far.
@@ -58,8 +58,8 @@ impl Answers {
 mod tests {
     use super::*;
 
-    /// Each point is in one class at either end, also within the resolution. Lit points are in none, and neither are
-    /// distances from lights that are infinitely far.
+    /// In either sorting, each shadowed point is in one class, even if it lies within the resolution of the shadow's
+    /// edge. Lit points are in no class. Points under a light that is infinitely far have no distance from the light.
     #[test]
     fn each_point_is_in_one_class() {
         let far = f64::INFINITY;

@@ -143,9 +143,9 @@ pub(super) const ERRORS: [Named<f64>; 4] = [
     ("FLIP", |row| Some(row.error.as_ref()?.image?.flip_mean)),
 ];
 
-/// Every row of `now` with the same row of `before`, in the order of `now`, and then the rows that are gone. Rows are
-/// the same where the scene, the technique and all keys that both have are equal. Each row of `before` is the same as
-/// at most one row of `now`.
+/// Compares every row of `now` with the same row of `before`, in the order of `now`; the rows that `now` lacks follow.
+/// Two rows are the same where they have the same scene, technique, and values of all keys that both have. Each row of
+/// `before` is matched with at most one row of `now`.
 pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> Vec<Change<'a>> {
     let mut left: Vec<&Row> = before.rows.iter().collect();
     let mut changes: Vec<Change> = now
@@ -165,9 +165,9 @@ pub fn change_of<'a>(before: &'a Results, now: &'a Row, margins: Margins) -> Opt
     place(before.rows.iter(), now).map(|place| change(&before.rows[place], now, margins))
 }
 
-/// Merges several runs of one command into one. The result is the first run, with the band of each time that encloses
-/// the bands of all runs, and the median of their medians. A process differs from the next by more than its own samples
-/// differ from each other. Nothing without a run.
+/// Merges several runs of one command into one: the times of two processes differ by more than the samples within one
+/// process. The result is the first run. In it, the band of each time encloses the bands of all runs, and the median is
+/// the median of all runs' medians. None without a run.
 pub fn together(runs: &[Results]) -> Option<Results> {
     let (first, others) = runs.split_first()?;
     let mut all = first.clone();
@@ -188,8 +188,8 @@ pub fn together(runs: &[Results]) -> Option<Results> {
     Some(all)
 }
 
-/// The index of the row in `before` that is the same as `now`: the first with the same values in the same words, else
-/// the first with the same values in other words.
+/// The index of the row in `before` that is the same as `now`. If several are, it is the first that also writes its
+/// values with the same words, else the first of all.
 fn place<'a>(before: impl Iterator<Item = &'a Row> + Clone, now: &Row) -> Option<usize> {
     let in_words = |old: &Row| old.variant.iter().all(|(key, value)| now.variant.get(key).is_none_or(|is| is == value));
     let is = |old: &Row| is_same(old, now);
@@ -222,8 +222,8 @@ fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
     Change::Both { now, figures: times.chain(errors).chain(bytes).collect() }
 }
 
-/// Bands from the 5th to the 95th percentile that overlap count as noise. Where they do not overlap, the medians say
-/// how much has changed.
+/// Two times count as the same where their bands, from the 5th to the 95th percentile, overlap. Where they do not, the
+/// medians say how much has changed.
 pub(super) fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
     if before.samples.min(now.samples) < FEWEST_SAMPLES {
         return Verdict::Unknown;
@@ -333,8 +333,8 @@ mod tests {
         assert_eq!(figures.iter().map(|figure| figure.name).collect::<Vec<_>>(), ["build", "space error", "resident"]);
     }
 
-    /// An old word for a default means the same as the default's word of now. In a sweep over both words each matches
-    /// its own row.
+    /// A default that was written with an older word equals the default written with today's word. In a sweep over both
+    /// words, each row matches the row with its own word.
     #[test]
     fn a_default_is_known_by_its_old_word() {
         let row = |storage: &str, detail: &str, error: f64| {

@@ -42,8 +42,8 @@ impl ColorAnswers {
 }
 
 impl Case<'_> {
-    /// Asks for each color at the points of a moment, unless casters absorb all colors alike. A technique that paints
-    /// has no look-up in space.
+    /// Asks the technique for each color of light at the points that the truth has at one moment, unless casters absorb
+    /// all colors alike. A technique that paints is not asked in space, where it has no look-up.
     pub(super) fn ask_colors(&self, technique: &dyn Technique, truth: &Truth, asked: &mut ColorAnswers) -> Result<()> {
         let ratio = self.world.extinction_ratio();
         if ratio == Scene::GREY {

@@ -45,8 +45,8 @@ pub struct Effort {
     pub frames: usize,
     /// Frames that warm up before those, and are not timed.
     pub warm_up: usize,
-    /// Space points per light that are compared with the truth, and as many surface points. With more than eight lights
-    /// there are fewer per light.
+    /// How many points in space per light are compared with the truth, and how many points on surfaces. With more than eight lights there
+    /// are fewer per light.
     pub space_points: usize,
     /// Look-ups that are timed at once, an equal share per light; 0 times none.
     pub lookups: usize,
@@ -280,8 +280,9 @@ impl Case<'_> {
         timed.built.draws_clock = self.context.calibrate();
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
-            // A frame of a simulated scene draws particles as they come from the device. The picture that is compared with the truth blends
-            // them in an order that the host makes, which is no part of a frame.
+            // For a simulated scene, the times that count are those of its frames. There particles are drawn in the order in which they
+            // come from the device. The picture that is compared with the truth blends them in an order that the host makes, and making
+            // that order is no part of a frame.
             drawn = timed.draws;
         }
         row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
@@ -296,8 +297,8 @@ impl Case<'_> {
         let build = if bakes { Some(0.0) } else { row.build_ns.map(|build| build.median) };
         row.frame_ns = build.zip(row.draw_ns).map(|(build, draw)| build + draw.median);
         let picture = match shading {
-            // With reservoir shading every frame is different: the picture is drawn from the first frame on, with as
-            // many frames as it takes, however many were timed.
+            // With reservoir shading every frame is different. So the picture is drawn anew from the first frame on, with as many frames as
+            // it needs to settle; the frames that were timed do not count.
             Shading::Reservoir => renderer.picture_of(opened.technique.as_ref(), shading, lighting)?,
             _ => renderer.read()?,
         };

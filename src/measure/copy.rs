@@ -15,8 +15,8 @@ const COPIES: usize = 12;
 /// Workgroups of 128 threads: four 16-byte words per thread at 256 MiB.
 const GROUPS: u32 = 32768;
 
-/// Bytes per second that the device copies from one buffer to another, each byte read and written: the median of ten copies by
-/// a shader or by the driver, whichever is faster. None where it has no timestamps.
+/// Bytes per second that the device copies from one buffer to another, each byte read and written: the median of ten copies by a shader or
+/// by the driver, whichever is faster. None where the device has no timestamps.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.

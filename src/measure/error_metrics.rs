@@ -11,8 +11,8 @@ pub struct PointError {
     pub points: Option<u64>,
     /// Mean of the absolute difference.
     pub mean_abs: f64,
-    /// Signed mean: positive is too bright. This and the three below are absent where a file of schema 1 or 2 has them only for
-    /// a part of the points.
+    /// Signed mean: positive is too bright. This field and the three below are absent where a file of schema 1 or 2 has them only for a
+    /// part of the points.
     pub bias: Option<f64>,
     /// Root mean square.
     pub rms: Option<f64>,
@@ -90,8 +90,9 @@ pub struct Answers {
     pub truth: Vec<f64>,
     /// Whether each point is nearer to an opaque shadow's edge than the technique resolves; empty where nothing opaque casts.
     pub within: Vec<bool>,
-    /// Per point, how far the nearest mesh on the way to the light is from the light and from the point, as shares of
-    /// the diagonal of the box about all meshes. Infinite where there is none. Empty for points that are on no surface.
+    /// Per point, two distances along the way to the light: from the light to the first mesh, and from the point to the mesh nearest to it.
+    /// They are shares of the diagonal of the box about all meshes. Infinite where no mesh is on the way. Empty for points that are on no
+    /// surface.
     pub casters: Vec<[f64; 2]>,
 }
 
@@ -171,9 +172,9 @@ impl Answers {
         self.casters.extend(others.casters);
     }
 
-    /// The standard error of the mean absolute error: how far the mean over the sample is from the mean over all
-    /// texels. Each `per_texel` consecutive points are of one texel, and the texels are a random sample, `share` of
-    /// all. Points of a texel are alike, so texels are counted and not points. None for fewer than two texels.
+    /// The standard error of the mean absolute error: how far the mean over the sample is from the mean over all texels. Points come in
+    /// groups of `per_texel`, one group per texel. The texels are a random sample of all texels, and `share` is its share. Points of a
+    /// texel are alike, so texels are counted and not points. None for fewer than two texels.
     pub fn standard_error(&self, per_texel: usize, share: f64) -> Option<f64> {
         let per_texel = per_texel.max(1);
         let pairs: Vec<_> = self.approximate.iter().zip(&self.truth).collect();

@@ -17,9 +17,9 @@ pub struct Built {
 }
 
 impl Beside {
-    /// Every scene and spec of which two columns have a row with interlock, built or refused. Where there is none, one
-    /// column is enough. In the order of the lines; per scene and spec, all columns that have at least two of its
-    /// paths.
+    /// Every scene and spec for which two columns have a row with path=interlock, built or refused; if there is none,
+    /// one column is enough. They are in the order of the lines. For each, the result lists all columns that have at
+    /// least two of its paths.
     pub fn built(&self) -> Vec<Vec<Built>> {
         let path = |line: &Line| self.any(line).variant.get("path").map_or("", String::as_str);
         let is_other = |a: &Line, b: &Line| {

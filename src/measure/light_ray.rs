@@ -17,8 +17,8 @@ pub type RayPoints = Vec<(f64, f64)>;
 pub struct RayLine {
     /// Its answers at [`LightRay::truth`]'s depths.
     pub points: RayPoints,
-    /// The nodes of its curve. None for a technique without nodes, or whose maps have another view of the light than
-    /// [`LightRay::view`]. None behind a mesh, which ends the line there.
+    /// The nodes of the technique's curve. Empty for a technique without nodes, or with maps whose view of the light is
+    /// not [`LightRay::view`]. Nodes behind a mesh are left out, since the line ends there.
     pub nodes: RayPoints,
 }
 
@@ -29,8 +29,8 @@ pub struct LightRay {
     pub view: View,
     /// Translucent casters that the ray meets.
     pub segments: u32,
-    /// Points evenly over the range, and on both sides of each depth where the truth bends or leaps, or where a
-    /// technique has a node.
+    /// The truth at points that are spread evenly over the range, and on both sides of each depth where the truth bends
+    /// or leaps or where a technique has a node.
     pub truth: RayPoints,
     /// One for each technique.
     pub lines: Vec<RayLine>,

@@ -9,8 +9,9 @@ pub fn frame_ns(passes: &[PassTime]) -> Option<f64> {
     Some(passes.last()?.end_ns - passes.first()?.start_ns)
 }
 
-/// One timing per pass name, in the order of the frame with most passes: the time of all passes with that name in a
-/// frame, since a build may run one pass for each map. A frame in which nothing has moved has fewer passes.
+/// One timing per pass name: the time of all passes with that name in a frame, since a build may run one pass for each
+/// map. The names are in the order of the frame with the most passes, since a frame in which nothing has moved has
+/// fewer.
 pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     let longest = frames.iter().rev().max_by_key(|passes| passes.len());
     let mut names: Vec<&str> = Vec::new();

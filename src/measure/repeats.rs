@@ -36,9 +36,9 @@ pub struct Repeats {
 }
 
 impl Repeats {
-    /// For techniques that build each frame, `warm_up` and `timed` builds. For baked ones, one build to warm up and as
-    /// many timed ones as the budget allows. Where builds take long, there are fewer. A software device has no clock
-    /// rate to reach: without `warm_up` it does not warm up at all.
+    /// Techniques that build each frame get `warm_up` builds and `timed` timed builds. Baked techniques get one build to warm up, and at
+    /// most `timed` timed builds. Where builds take long, there are only as many as the budget allows. A software device has no clock rate
+    /// to reach: with `warm_up` 0 it does not warm up at all.
     pub fn of(lifetime: Lifetime, software: bool, warm_up: usize, timed: usize) -> Self {
         if software && warm_up == 0 {
             let budget = if lifetime == Lifetime::Frame { FRAME_BUDGET } else { BAKE_BUDGET };

@@ -126,16 +126,15 @@ pub struct Row {
     pub build_ns: Option<Timing>,
     /// Device time of a million look-ups at random points.
     pub lookup_ns_per_million: Option<Timing>,
-    /// Device time of drawing and lighting the picture once: meshes and casters, however they are shaded. In files of
-    /// schemas 1 and 2, with `shading=forward`, the time of the meshes is not in it. Slow devices have one sample,
-    /// which is not warmed up.
+    /// Device time of drawing and lighting the picture once: meshes and casters, with any shading. In files of schemas 1 and 2, with
+    /// `shading=forward`, the time of the meshes is not in it. Slow devices have one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// A build and `draw_ns` together: the time of a frame whose light has moved. For baked techniques in a still world
-    /// `draw_ns` alone; in files of earlier programs it includes the bake. New in version 2.
+    /// The times of a build and of `draw_ns` together: the time of a frame whose light has moved. For baked techniques in a still world it
+    /// is `draw_ns` alone; in files of earlier programs it includes the bake there too. New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
-    /// The passes of a build, in order. Before them, though no part of the build, is `world.move` where the world
-    /// moves, or `simulate.step`, all steps of a frame together, where the device simulates it.
+    /// The passes of a build, in order. A pass that is no part of the build may stand before them: `world.move` where the world moves, or
+    /// `simulate.step`, all steps of a frame together, where the device simulates the scene.
     pub passes: Vec<PassTiming>,
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

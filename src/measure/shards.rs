@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::hash::Hasher;
 
 /// The rows of a run's list that one process measures: every `of`-th from the `number`-th on. Neighbours in the list
-/// are sizes and paths of one technique and take about as long, and so do the shards.
+/// are sizes and paths of one technique, which take about the same time. So all shards take about the same time.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
     /// From 1.

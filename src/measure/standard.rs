@@ -30,8 +30,8 @@ pub const EFFORT: Effort = Effort {
 /// The mean errors of a row on two devices differ by less than this share of the error, or by less than `ROUNDING`.
 const SHARE: f64 = 0.02;
 
-/// The mean errors of a row on two devices differ by less than this, or by less than `SHARE` of the error. Devices
-/// round, and cover the edges of triangles, each in its own way.
+/// The mean errors of a row on two devices may differ by this, or by `SHARE` of the error where that is more. Each
+/// device rounds, and covers the edges of triangles, in its own way.
 const ROUNDING: f64 = 2e-5;
 
 /// The scenes of the standard run.
@@ -42,9 +42,10 @@ pub fn scenes() -> Result<Vec<Scene>> {
     SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
 }
 
-/// The specs for a scene, in the small sizes of a software device. For smoke: the specs of `compare`, or those of
-/// `stress` for techniques that `compare` lacks. For hair: one of these per technique. For meshes: those of `stress`,
-/// and the usual spec of techniques that see meshes alone. So a new technique in the registry gets rows here.
+/// The specs for a scene, in the small sizes of a software device. For smoke: each technique's specs from the list of
+/// `compare`, or from that of `stress` where `compare` has none. For hair: the same, but one spec per technique. For
+/// meshes: each technique's specs from the list of `stress`. A technique in none of these lists has its usual spec; for
+/// meshes that holds only if it sees meshes alone. So a new technique in the registry gets rows here.
 ///
 /// # Errors
 /// [`crate::Error::Input`] where an entry of the registry names an unknown setting.
@@ -102,7 +103,7 @@ pub struct Again {
 }
 
 /// Measures the errors of submissions again, on this device. A row that either device refuses neither agrees nor
-/// differs. `few` is the most rows per scene, and the scenes.
+/// differs. With `few`, only the scenes that it names are measured, and at most as many rows of each as it says.
 ///
 /// # Errors
 /// Those of [`with_case`].

@@ -33,8 +33,8 @@ pub struct Submission {
     pub validation: bool,
     /// Its messages, and its failures.
     pub failed: Vec<String>,
-    /// Half of the rows' builds have a band from the 5th to the 95th percentile narrower than this share of their median. Absent without
-    /// times.
+    /// How noisy the times are: half of the rows have a build time whose band, from the 5th to the 95th percentile, is narrower than this
+    /// share of its median. Absent without times.
     pub noise: Option<f64>,
     /// Per row, [`answers_hash`].
     pub answers: Vec<String>,
@@ -42,11 +42,10 @@ pub struct Submission {
     pub results: Results,
 }
 
-/// A hash of all errors of a row at points, by their bits. An answer that differs by one rounding moves a sum over
-/// thousands of answers by far more than a sum in f64 rounds. So this tells answers apart as well as a hash of the
-/// answers would, and it can be computed again from the file alone. A hash of rounded answers could not be compared
-/// between devices either: some answer is always so close to halfway between two rounded values that devices round it
-/// differently.
+/// A hash of all errors of a row at points, by their bits. If one answer differs by one rounding, a sum over thousands of answers changes
+/// by far more than the sum's own rounding in f64. So this hash tells answers apart as well as a hash of the answers would, and it can be
+/// computed again from the file alone. Hashing rounded answers would not make devices comparable: some answer is always so close to halfway
+/// between two rounded values that devices round it differently.
 pub fn answers_hash(row: &Row) -> String {
     let Some(error) = &row.error else { return String::new() };
     let mut hasher = FnvHasher::default();

@@ -60,8 +60,8 @@ pub struct TimedBuilds {
 pub struct BuildTimes {
     /// With each pass timed.
     pub each: Ran,
-    /// The same build once more, with all passes timed as one, so without the cost of timestamps between passes. None
-    /// where the world moves, for a bake, and on a software device.
+    /// The same build once more, with one timestamp pair around all passes, so that timestamps between passes cost
+    /// nothing. None where the world moves, for a bake, and on a software device.
     pub whole: Option<Ran>,
 }
 
@@ -145,7 +145,8 @@ impl Case<'_> {
     }
 
     /// The device's time of each build. A build without passes took no time: nothing that the technique depends on had
-    /// moved, or the technique builds nothing. A technique that was baked before is not built.
+    /// moved, or the technique builds nothing. For a baked technique in a still world, such a build gives no time: the
+    /// technique was baked before.
     pub(super) fn device_ns(&self, timed: &Timed, lifetime: Lifetime) -> Vec<f64> {
         let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
         let has_times = is_built && self.context.features().timestamp_valid_bits > 0;
@@ -158,8 +159,8 @@ impl Case<'_> {
         let camera = self.camera(self.effort.picture)?;
         let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
         let drawing = self.simulation.as_ref().map(drawing).transpose()?;
-        // A software device waits between passes either way, and a bake takes long. Where the world moves, a second
-        // build of the same frame would find views and orders already made.
+        // On these, builds are not timed as a whole. A software device waits between passes either way. A bake takes
+        // long. Where the world moves, a second build of the same frame would find views and orders already made.
         let moves = self.frames.count() > 1 || self.simulation.is_some();
         let software = self.context.features().is_software();
         let twice = !software && lifetime == Lifetime::Frame && !moves;
@@ -236,9 +237,9 @@ impl Case<'_> {
         Ok(samples)
     }
 
-    /// The time of each drawing of a picture. The first drawings warm up, on a GPU until it reaches its clock rate.
-    /// Where the first one takes the whole budget, it is the only one, or one of the few that a picture needs until it
-    /// no longer changes.
+    /// The time of each drawing of a picture. The first drawings warm up; on a GPU they go on until the GPU reaches its
+    /// clock rate. Where the first timed drawing takes the whole budget, no more follow, except those that a picture
+    /// needs until it no longer changes.
     pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
         let software = self.context.features().is_software();
         let mut start = Instant::now();

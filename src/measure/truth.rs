@@ -83,8 +83,8 @@ pub(crate) struct Points {
     surface: Vec<SurfacePoint>,
     /// Per point, the unit normal of the side on which light is asked for; empty for points in space.
     pub normals: Vec<[f32; 3]>,
-    /// Per point, how far the nearest mesh on the way is from the light and from the point, as
-    /// [`Casters::caster_distances`]; empty where rows are only compared for a choice.
+    /// Per point, two distances along the way to the light, as [`Casters::caster_distances`] gives them: from the light to its nearest
+    /// mesh, and from the point to its nearest mesh; empty where rows are only compared for a choice.
     pub casters: Vec<[f64; 2]>,
     /// Whether each point is nearer to an opaque shadow's edge than the resolution, for each set of resolutions that
     /// was asked about.
@@ -107,7 +107,8 @@ pub(crate) struct MapsTruth {
     pub segments: u64,
     /// The share of all texels that were looked at.
     pub share: f64,
-    /// Errors of the best curve with each of [`LIMIT_NODES`]; none where they would have taken longer than all else.
+    /// Errors of the best curve with each of [`LIMIT_NODES`]. None where they would have taken longer than all else, where the scene has
+    /// splats or volumes, whose curves have no vertices to choose nodes from, and where no texel is covered.
     pub limits: Option<Vec<f64>>,
 }
 
@@ -195,8 +196,8 @@ impl<'a> Truth<'a> {
     }
 
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
-        // The casters are made before the parallel loop, and not by whichever thread comes first. Making them is shared
-        // out among the same threads, and a thread that took a point meanwhile would wait for itself.
+        // The casters are made before the parallel loop, and not by whichever thread comes first. The same threads share the work of making
+        // them. A thread that takes up a point in the middle of that work would wait for itself.
         let casters = self.casters();
         let visibility = |p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();
@@ -225,8 +226,8 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// The picture, in the size that is wanted, or halved as often as needed where that would take long. None where the
-    /// smallest size would take long. Where all of the truth is wanted, it has full size.
+    /// The picture. Where the whole truth is wanted, it has the wanted size. Else its size is halved as often as needed, so that it does
+    /// not take long; None where even the smallest size would take long.
     pub fn picture(&self) -> Option<&LitPicture> {
         let made = self.picture.get_or_init(|| {
             let mut size = self.wanted.picture;
@@ -264,9 +265,8 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Which of `points` are nearer to an opaque shadow's edge than the technique resolves. `resolution` has one entry
-    /// per map of all lights. It has none where the technique is exact; then no point is. Empty where nothing opaque
-    /// casts.
+    /// Which of `points` are nearer to an opaque shadow's edge than the technique resolves. `resolution` has one entry per map of all
+    /// lights, or none where the technique is exact: no point is so near then. The result is empty where the scene has no meshes.
     pub fn boundary(&self, points: &Points, resolution: &[Resolution]) -> Arc<Vec<bool>> {
         if !self.scene.has_triangles() {
             return Arc::default();

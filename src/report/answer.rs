@@ -70,8 +70,8 @@ pub(super) fn point(row: &Row, measure: &Measure) -> Option<(f64, f64)> {
     (row.status == Status::Ok && point.0.is_finite() && point.1.is_finite()).then_some(point)
 }
 
-/// None where no row has both a time and an error. The technique `none` is no answer, and neither is a row that is no
-/// closer than `none`.
+/// The answer to which row is best. None where no row has both a time and an error. The technique `none` cannot be the
+/// answer, and neither can a row that is no closer to the truth than `none`.
 pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer> {
     let measured = |&(index, row): &(usize, &Row)| Some((index, row.technique != "none", point(row, measure)?));
     let all: Vec<_> = rows.iter().filter_map(measured).collect();

@@ -13,9 +13,9 @@ pub(super) type End = fn(&CasterError) -> Option<&Vec<CasterClass>>;
 pub(super) const ENDS: [(&str, End); 2] =
     [("light to caster", |error| error.from_light.as_ref()), ("caster to surface", |error| Some(&error.from_receiver))];
 
-/// A scene's rows, one per line, with a column for each class of distances: the mean error of surface points in shadow,
-/// and how many of them leak. The first table is by the distance from the light, the second by the distance from the
-/// surface. Empty where there are no such points.
+/// Two tables per scene, one row per line: the first sorts shadowed surface points by their caster's distance from the
+/// light, the second by its distance from the surface. For each class of distances, a column has the mean error at
+/// these points and how many of them leak. Empty where there are no such points.
 pub fn casters(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();

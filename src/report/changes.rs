@@ -140,8 +140,8 @@ struct Case {
     skipped: Option<String>,
 }
 
-/// `results` as a JUnit XML file: a row that failed fails, one that was refused is skipped, and so is one that is gone; with a
-/// baseline, what [`Fails`] says fails too.
+/// `results` as a JUnit XML file: a failed row is a failure; a refused row, and one that is gone since the baseline, are skipped. With a
+/// baseline, rows also fail where [`Fails`] says so.
 ///
 /// # Errors
 /// [`Error::Output`] where the template fails, which is a bug.

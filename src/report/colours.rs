@@ -30,9 +30,9 @@ const DEUTERANOPIA: [[f64; 3]; 3] =
 /// A colour in OKLab, as seen with full colour vision and with the two kinds of red–green blindness.
 type Seen = [[f64; 3]; 3];
 
-/// `count` colours, all different up to a thousand. Each is the farthest from all colours before it, where the distance
-/// from the one right before it counts half, since the two often stand side by side. A longer list begins with the same
-/// colours.
+/// `count` colours, all different up to a thousand. Each colour is as far as possible from all colours before it. The
+/// distance from the colour right before it counts half, since these two often stand side by side. A longer list begins
+/// with the same colours.
 pub(super) fn distinct(count: usize) -> Vec<RGBColor> {
     beside(&[], count)
 }
@@ -70,8 +70,8 @@ fn beside(known: &[RGBColor], count: usize) -> Vec<RGBColor> {
     colours
 }
 
-/// The distance of two colours for the kind of vision that sees the least of it. Full colour vision counts half, since
-/// it has one dimension more in which colours differ.
+/// The distance between two colours, for the kind of vision that sees the least difference. With full colour vision the
+/// distance counts half, since colours there differ in one dimension more.
 fn distance(a: &Seen, b: &Seen) -> f64 {
     let [full, without_long, without_medium] = [0, 1, 2].map(|eye| euclidean(a[eye], b[eye]));
     (full / 2.0).min(without_long).min(without_medium)
@@ -134,8 +134,9 @@ mod tests {
         assert!(without_medium < full / 3.0, "{full} {without_medium}");
     }
 
-    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Forty colours are at least 0.07
-    /// apart, and 0.035 with red–green blindness; each and the one before it are at least 0.15 apart, and 0.08.
+    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Any two of forty colours are at
+    /// least 0.07 apart, or 0.035 with red–green blindness. Any two in a row are at least 0.15 apart, or 0.08 with
+    /// red–green blindness.
     #[test]
     fn forty_are_told_apart() {
         let colours = distinct(40);

@@ -7,8 +7,8 @@ use crate::report::wording::{Specs, one_line};
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
-/// A table for each scene: a row's passes, one per line, those of a build first, then those of its picture; and the driver's reports about
-/// compiled shaders, where there are any. Empty unless asked for.
+/// One table per scene. Each row has a line for each of its passes: first those of a build, then those of its picture. Below the tables are
+/// the driver's reports about compiled shaders, where there are any. Empty unless counts were asked for.
 pub fn counts(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();

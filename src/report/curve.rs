@@ -9,8 +9,8 @@ use plotters::prelude::*;
 pub(super) const TEXT: u32 = 17;
 pub(super) const TITLE: u32 = 20;
 
-/// Draws the true curve in black and each technique's line, under its name from `names`, in a colour of its own, with
-/// its nodes as dots.
+/// Draws the true curve in black, and the line of each technique in a colour of its own, with the technique's name from
+/// `names`. The technique's nodes are dots on its line.
 ///
 /// # Errors
 /// [`Error::Input`] where there is nothing to draw.

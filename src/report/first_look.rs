@@ -4,16 +4,17 @@ use super::recommend::Limits;
 use crate::measure::Row;
 use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
 
-/// The indices of the row whose product of time and error is least, of the quickest, of the closest and of the
-/// smallest; none where nothing was measured.
+/// The indices of four rows: the one whose product of time and error is least, the quickest, the one with the least
+/// error, and the one with the fewest bytes. Empty where nothing was measured.
 pub fn best_and_extremes(rows: &[Row], limits: &Limits) -> Vec<usize> {
     found(rows, limits).map_or_else(Vec::new, |(found, _)| {
         [found.best, found.fastest, found.closest].into_iter().chain(found.smallest).collect()
     })
 }
 
-/// The rows among these that may change in another size: the best, the quickest, and the closest unless it is close
-/// enough. The smallest row of all sizes is not asked for.
+/// The rows of [`best_and_extremes`] that are to be measured in other sizes too: the best, the quickest, and the one
+/// with the least error unless that error is small enough. Nobody asks for the fewest bytes in any size, so that row is
+/// left out.
 pub fn to_be_sized(rows: &[Row], limits: &Limits) -> Vec<usize> {
     let Some((found, measure)) = found(rows, limits) else { return Vec::new() };
     let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);
@@ -30,17 +31,18 @@ fn found(rows: &[Row], limits: &Limits) -> Option<(Answer, Measure)> {
     Some((answer(&rows, &measure)?, measure))
 }
 
-/// Factors of time or error in a first look: up to `ALIKE` there is no difference, and from `SLOWER` and `FARTHER` on
-/// there is one. `FARTHER` is larger, although errors of few points are steadier than times of few frames: an error
-/// looks larger only where it is half as large again, while a row that takes a quarter longer is not worth its time.
+/// How times and errors compare in a first look, as factors. Up to `ALIKE` they are taken as equal. A time differs from
+/// `SLOWER` on, and an error from `FARTHER` on. `FARTHER` is larger, although errors at few points are steadier than
+/// times of few frames. The reason is that an error looks larger only if it is half as large again, while a row that
+/// takes a quarter longer is not worth its time.
 const ALIKE: f64 = 1.05;
 const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;
 
-/// Whether a row has failed, or another row beats it by far: that row is no worse in time and error, better by far in
-/// one of them, and needs no more of any limited figure. Being closer than is worth time, or than was asked for, does
-/// not count. A limited figure that was not measured counts for no other row. The technique `none` is what others are
-/// compared with, and is never hopeless.
+/// Whether a row has failed, or another row beats it by far. The other row does if it is no worse in time and error,
+/// better by far in one of them, and needs no more of any figure that is limited. An error below `CLOSE_ENOUGH`, or
+/// below the limit where that is less, counts as equal to it. A row that lacks a limited figure beats no other. The
+/// technique `none` is what others are compared with, and is never hopeless.
 pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     if row.technique == "none" {

@@ -269,8 +269,8 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     }
 }
 
-/// The length of the scale: the slowest build that takes at most four times as long as the middle one. Slower builds
-/// are cut off.
+/// The length of the scale: the time of the slowest build that takes at most four times as long as the median build.
+/// The bars of slower builds are cut off.
 fn scale(mut all_ns: Vec<f64>) -> f64 {
     all_ns.retain(|ns| *ns > 0.0);
     all_ns.sort_by(f64::total_cmp);

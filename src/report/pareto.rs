@@ -4,8 +4,9 @@ use crate::measure::Results;
 use crate::report::axes::Axes;
 use crate::report::series::says_nothing;
 
-/// The indices of the points that no other point beats: none is at most as large in both coordinates and smaller in
-/// one. Sorted by the first coordinate. Equal points stay together; a point that is not a number is never on the front.
+/// The indices of the points that no other point beats, sorted by the first coordinate. A point beats another if it is
+/// at most as large in both coordinates and smaller in one. Equal points stay together; a point that is not a number is
+/// never on the front.
 pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).filter(|&i| !points[i].0.is_nan() && !points[i].1.is_nan()).collect();
     // The index is the last key, so that equal points keep the caller's order.

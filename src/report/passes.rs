@@ -9,8 +9,9 @@ use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
 /// A scene's measured rows, one per line, with a column for each pass: median milliseconds. Further columns have the
 /// time of the passes that techniques share (the world, fits, orders, opaque maps), of the technique's own passes, and
-/// of the whole build. Where the device's copy rate is known, one more column has the whole over the floor: the time of
-/// copying the bytes that look-ups need. Below is the same for drawing, for rows whose pictures are drawn in passes.
+/// of the whole build. Where the device's copy rate is known, one more column has the time of the whole build divided
+/// by the floor, which is the time of copying the bytes that look-ups need. A second table has the same for drawing,
+/// for rows whose pictures are drawn in several passes.
 pub fn passes(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();

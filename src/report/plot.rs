@@ -38,10 +38,10 @@ const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
 /// The number of shapes; coprime to the number of colours, so that thirty series have thirty looks.
 const SHAPES: usize = 5;
 
-/// File names and log-log SVGs, for each plot of which a row has time and error: `time-vs-error.svg`, the build against
-/// the map error, and `frame-vs-error.svg`, a frame against the error in space. They have one panel per scene, with its
-/// Pareto front marked. `footprints.svg` is there where means over squares were asked for. An error that a logarithmic
-/// axis cannot show lies on a line that says so.
+/// File names and SVGs with logarithmic axes. `time-vs-error.svg` plots the time of a build against the map error, and
+/// `frame-vs-error.svg` that of a frame against the error in space; each is there if some row has both figures. Both
+/// have one panel per scene, with the panel's Pareto front marked. `footprints.svg` is there where means over squares
+/// were asked for. An error that a logarithmic axis cannot show lies on a line that says so.
 pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     let footprints = footprint_plot(results).map(|svg| ("footprints.svg", svg));
     AXES.iter().filter_map(|axes| Some((axes.file, plot(results, axes)?))).chain(footprints).collect()

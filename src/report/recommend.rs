@@ -99,8 +99,8 @@ struct Chosen {
     bake_ms: Option<f64>,
 }
 
-/// A row is named beside the best where it takes at most this many times as long, and is at least this many times as
-/// close by FLIP.
+/// When a second row is named beside the best one: it takes at most `ABOUT_AS_QUICK` times as long, and its error by
+/// FLIP is smaller by a factor of at least `FAR_CLOSER`.
 const ABOUT_AS_QUICK: f64 = 1.25;
 const FAR_CLOSER: f64 = 3.0;
 
@@ -226,8 +226,8 @@ fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) ->
         .min_by(|a, b| worst(&a.1).total_cmp(&worst(&b.1)))
 }
 
-/// The quickest row on the front whose error is less than that of row `best` by a tenth or more, as far as that is
-/// worth time.
+/// The quickest row whose error is at least a tenth less than that of row `best`. Errors that are too small to be worth
+/// time count as equal.
 fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?));
     let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();
@@ -246,8 +246,8 @@ fn bake_ms(row: &Row, measure: &Measure) -> Option<f64> {
     (is_baked && is_left_out).then_some(build / 1e6)
 }
 
-/// The row that is closest by FLIP among those that take about as long as row `best`, or less, if it is far closer than
-/// `best`. None where rows are chosen by FLIP.
+/// The row with the least error by FLIP among those that take about as long as row `best`, or less. None where that
+/// error is not far less than that of `best`, and where `best` was itself chosen by FLIP.
 fn closer_by_flip(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let (dark, lit): (Vec<_>, Vec<_>) = rows.iter().partition(|(_, row)| row.technique == "none");
     let dark = dark.iter().filter_map(|(_, row)| Some(point(row, measure)?.1)).fold(f64::INFINITY, f64::min);

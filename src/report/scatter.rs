@@ -18,8 +18,8 @@ pub(super) struct Size {
     few_labels: bool,
 }
 
-/// The first is for windows of 860 pixels and more, with two plots side by side from 1400 on. The second is for
-/// telephones, with two plots side by side from 800 on.
+/// The first size is for windows from 860 pixels on; from 1400 on, two plots stand side by side. The second is for
+/// telephones; from 800 pixels on, two plots stand side by side.
 pub(super) const SIZES: [Size; 2] = [
     Size { name: "wide", width: 652.0, height: 440.0, longest: 34, few_labels: false },
     Size { name: "narrow", width: 356.0, height: 440.0, longest: 20, few_labels: true },
@@ -209,8 +209,8 @@ fn steps(svg: &mut String, dots: &[Dot], front: &[usize], ranges: &Ranges) {
     }
 }
 
-/// Puts the label at the nearest place that is free, with a line to the point where that is far. Where no place is free
-/// there is no label: labels across each other say less.
+/// Puts the label at the nearest place that is free, and draws a line from the label to its dot where they are far
+/// apart. Where no place is free, the label is left out: labels across each other would be harder to read.
 fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box, taken: &mut Vec<Box>) {
     // Bold letters are wider.
     let advance = if dot.said.is_some() { ADVANCE * 1.15 } else { ADVANCE };
@@ -239,7 +239,8 @@ fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box
             let (to_x, to_y) = (x.clamp(extent.0, extent.2), y.clamp(extent.1, extent.3));
             write!(svg, r#"<path class="leader" data-row="{row}" d="M{x:.1} {y:.1}L{to_x:.1} {to_y:.1}"/>"#).ok();
         }
-        // The text begins or ends at the point, so that its width in other fonts does not matter.
+        // The label is anchored at its end nearest the dot, or at its middle where it stands above or below the dot. So
+        // a font of another width does not move the label away from the dot.
         let (anchor, at) = match dx {
             1.0 => ("start", left),
             0.0 => ("middle", x),

@@ -127,8 +127,8 @@ fn series_name(row: &Row, specs: &Specs) -> String {
     one_line(&words.join(" "))
 }
 
-/// One limit for each number of nodes, if all rows with that number agree. A sweep over sizes has several limits per
-/// number, which would clutter the plot.
+/// The limits that the plot shows: one for each number of nodes for which all rows give the same limit. A sweep over
+/// sizes has several limits per number, which would clutter the plot.
 fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
     let mut disputed = Vec::new();

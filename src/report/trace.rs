@@ -9,13 +9,13 @@ use std::time::Instant;
 const DEVICE: u32 = 1;
 const HOST: u32 = 2;
 
-/// Nanoseconds that are added to a build's slice, so that its last pass still ends within it where a reader of the file
-/// rounds times.
+/// Nanoseconds by which a build's slice is lengthened, so that its last pass still ends within the slice when a reader of the file rounds
+/// times.
 const ROUNDED: f64 = 4.0;
 
-/// The timed builds, look-ups and pictures of rows, on two tracks. On the host's track each lasts from the beginning of
-/// recording to the end of settling. On the device's track each is a slice, and its passes lie within it. Both tracks
-/// use the host's clock, from the first build on.
+/// The timed builds, look-ups and pictures of rows, on two tracks. On the host's track, each is a slice from the beginning of recording to
+/// the end of settling. On the device's track, each is a slice in which its passes lie. Both tracks use the host's clock, from the first
+/// build on.
 pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     let named = |process: u32, name: &str| json!({"ph": "M", "pid": process, "tid": process, "name": "process_name", "args": {"name": name}});
     let mut events = vec![named(DEVICE, &format!("device: {}", device.name)), named(HOST, "host")];

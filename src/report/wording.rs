@@ -150,9 +150,9 @@ fn default(technique: &str, key: &str) -> Option<&'static str> {
 }
 
 impl Specs {
-    /// A key is shared, and left out of the rows' specs, where all rows that have it agree, or where all rows of a
-    /// technique have its default. A key in which only two techniques differ tells none of their rows apart. A single
-    /// row shares with no other; its spec has the keys that differ from their defaults.
+    /// Finds the keys that rows share. A shared key is left out of the rows' specs: either all rows that have the key agree on its value,
+    /// or all rows of a technique have its default. That other techniques have other values does not matter, since the names of techniques
+    /// tell their rows apart already. A single row has nothing to share: its spec has all keys that differ from their defaults.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
         // Each value in the row's word and in today's. A default under an older word is still the default, unless rows

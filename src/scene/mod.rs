@@ -65,10 +65,10 @@ pub struct Particle {
     pub extinction: f32,
 }
 
-/// A straight piece of a hair: a caster of no thickness along any ray. It is a ribbon that faces every ray, `2 · radius`
-/// wide: a ray that passes its axis within the radius loses `opacity` of its light in one step, at the point of the axis
-/// that is nearest to the ray, if that point is at the start or between start and end (so a joint of two counts once). A
-/// ray along the axis misses.
+/// A straight piece of a hair: a ribbon that faces every ray, `2 · radius` wide, and has no thickness along the ray. A ray that passes its
+/// axis within the radius loses `opacity` of its light in one step, at the point of the axis that is nearest to the ray. That point must be
+/// the start, or lie between start and end; the end does not count, so that a joint of two strands counts once. A ray along the axis
+/// misses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strand {
     /// World units.
@@ -207,8 +207,8 @@ impl Motion {
     }
 }
 
-/// The greatest optical depth across a particle's diameter, which stands for an `opacity` of 1, for which the formula gives infinity.
-/// exp(−80) is the smallest transmittance that techniques can tell from 0.
+/// The greatest optical depth across a particle's diameter. It stands for an `opacity` of 1, whose optical depth −ln(1 − opacity) would be
+/// infinite. exp(−80) is the smallest transmittance that techniques can tell from 0.
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 impl Scene {

@@ -97,8 +97,8 @@ impl Simulation {
         self.at = None;
     }
 
-    /// Records the passes that move the casters of `world` to where they are at a time, with all steps that this takes, as
-    /// [`Simulation::move_to`] does. `world` is the one this was made for; `commands` may be the caller's own command buffer.
+    /// Records the passes that move the casters of `world` to where they are at a time. It records as many steps as [`Simulation::move_to`]
+    /// would run. `world` must be the world for which this simulation was made; `commands` may record into the caller's own command buffer.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the time is out of range.
@@ -121,8 +121,8 @@ impl Simulation {
         }
     }
 
-    /// The steps to run to reach a time: none where it is the present step. A time that is earlier, or more than a particle's life later,
-    /// takes as many steps as a particle lives, since by then every particle has been born anew.
+    /// The steps that reach a time from the present step; none where the time is in the present step. For an earlier time, or one more than
+    /// a particle's life later, they are the steps of one particle's life up to that time: by its end every particle has been born anew.
     fn steps_to(&self, name: &str, time_s: f64) -> Result<Range<u32>> {
         check_time(name, time_s)?;
         let step = self.fountain.step_at(time_s);
@@ -133,10 +133,10 @@ impl Simulation {
         })
     }
 
-    /// Moves the casters of `world`, for which this was made, to where they are at a time. It runs the steps since the last move where
-    /// these are no more than a particle's life. Else it starts a particle's life before the time, since by then every particle has been
-    /// born anew. Returns the duration of each step; after such a start, of the last step alone. Nothing is read back
-    /// ([`World::read_back`]). Where the step is already the present one, nothing is done.
+    /// Moves the casters of `world`, for which this simulation was made, to where they are at a time. If the last move was no more than a
+    /// particle's life earlier, it runs the steps since then. Else it starts one particle's life before the time, since every particle is
+    /// born anew within that. Returns the duration of each step; after such a start, that of the last step alone. Nothing is read back
+    /// ([`World::read_back`]). Where the time is in the present step, nothing is done.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the time is out of range, [`crate::Error::Gpu`] where the device is lost.

@@ -16,8 +16,8 @@ use std::sync::Arc;
 /// Rounding of a sum of weights: answers may leave [0, 1] by this much.
 const ROUNDING: f32 = 1e-6;
 
-/// Builds the technique of `spec` for the subject's scene and asks it. Then asks again with casters in other orders, and moved a little. A
-/// failure gives a row too.
+/// Builds the technique of `spec` for the subject's scene and asks it. Then asks it again, first with the casters in other orders, and then
+/// with casters that have moved a little. A failure gives a row too.
 pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spec: &Spec) -> Stressed {
     let mut row = Stressed {
         case: case.into(),
@@ -114,8 +114,9 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
     Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
-/// The greatest rise of answers along a texel's ray, and the greatest error of a ray's last answer. Both are reduced by what the rounding
-/// of points off their ray may cause. Texels of the technique may be up to `finer` times as fine.
+/// The greatest rise of answers along a texel's ray, and the greatest error of the last answer on a ray. Points are rounded and so lie
+/// slightly off their ray; both figures are reduced by what that may cause. Texels of the technique may be up to `finer` times as fine,
+/// which makes the effect that much larger.
 pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], finer: f64) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
@@ -157,8 +158,9 @@ fn order_spread(
     Ok(spread)
 }
 
-/// Root mean square, over all steps and points in space, of how much more an answer changes than the truth. For a technique with maps of
-/// smoke the filtered truth counts, so that the size of texels is no error. `before` are the answers before the first step.
+/// Root mean square, over all steps and points in space, of how much more an answer changes than the truth. A technique with maps of smoke
+/// is compared with the filtered truth, so that the size of its texels does not count as an error. `before` holds the answers before the
+/// first step.
 fn step_rms(
     context: &Context,
     subject: &Subject,

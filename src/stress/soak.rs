@@ -73,12 +73,13 @@ impl Soaked {
 const APART: u64 = 16 << 20;
 const SHARE: f64 = 1.1;
 
-/// The least number of lives of a process for a result: about a thousand rounds, so that the largest rounds occur in the first half.
+/// The least number of process lives from which a result is drawn. They take about a thousand rounds, so that the largest rounds fall into
+/// the first half.
 const LEAST: usize = 40;
 
-/// Whether the memory that the last process holds between devices has stopped growing. That is, the median of the last quarter of lives
-/// exceeds that of the second by at most a tenth and 16 MiB. The first quarter is left out, since a driver allocates some memory once and
-/// keeps it. None where there are too few lives.
+/// Whether memory has stopped growing: the memory that the last process holds between two devices, measured once per life. It has if the
+/// median over the last quarter of lives exceeds that over the second quarter by at most a tenth and 16 MiB. The first quarter is left out,
+/// since a driver allocates some memory once and keeps it. None where there are too few lives.
 pub fn is_flat(lives: &[Life]) -> Option<bool> {
     let process = lives.last()?.process;
     let of_it = lives.iter().filter(|life| life.process == process);

@@ -94,7 +94,8 @@ impl<'a> Subject<'a> {
     }
 
     /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] per texel with rising depth, and the filtered truth
-    /// there. The truth is taken at the rounded point, so that its rounding does not count against the technique.
+    /// there. Points are rounded to floats, and the truth is taken at the rounded point, so that this rounding does not count against the
+    /// technique.
     pub(super) fn maps(&self, views: &[View]) -> Arc<OnRays> {
         self.maps.get(views.to_vec(), |views| self.on_rays(views))
     }
@@ -186,13 +187,13 @@ impl Moved {
 }
 
 /// Rounding error of a point's projection in floats, as a share of its distance from the view's origin: half a unit in the last place for
-/// the difference, and three for a sum of three products.
+/// the difference, and three half units for a sum of three products.
 const PROJECTED: f64 = 4.0 / (1 << 24) as f64;
 
 /// Where rounding left a point of a texel's ray.
 pub(super) struct Rounded {
-    /// Distance from the ray, texels, the sum of both axes, with the rounding of its projection. A bilinear look-up may differ by this much
-    /// from the value on the ray.
+    /// Distance of the point from the ray, texels: the sum over both axes, plus the rounding of the point's projection. A bilinear look-up
+    /// at the point may differ by this much from the value on the ray.
     pub off: f64,
     /// z of the point along the ray.
     pub z: f64,
@@ -211,8 +212,8 @@ impl Rounded {
     }
 }
 
-/// The filtered truth at points of a light: the result of a bilinear look-up in a map whose texels hold their exact curves. It is the truth
-/// for a technique with maps, apart from its texels' size.
+/// The filtered truth at points of a light: the result of a bilinear look-up in a map whose texels hold their exact curves. A technique
+/// with maps whose curves are exact would answer this; the rest of its error is due to the size of its texels.
 fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, points: &[[f32; 3]]) -> Vec<f64> {
     let map = |p: &[f32; 3]| scene.first_map(light) + scene.lights[light].map_at(*p);
     let places: Vec<_> = points.iter().map(|p| Place::of(views, map(p), DVec3::from(p.map(f64::from)))).collect();

@@ -1,4 +1,4 @@
-//! How far a technique keeps its promises in a case: the first value at which its answers break one.
+//! How far a technique keeps its promises in a case: the first value of the case's number at which the answers break a promise.
 
 use super::results::{Figures, Outcome, Stressed};
 use crate::consume::parse;
@@ -113,8 +113,9 @@ pub struct Verdict {
     pub case: String,
     /// The technique's spec, without defaults.
     pub technique: String,
-    /// `holds`, `holds up to X`, or `breaks at X` if X is the first value; or `refused: …` or `no answer within …`, after `holds up to X`
-    /// where some value holds.
+    /// `holds` where every value holds. `holds up to X` where X holds and a later value breaks. Where no value breaks, but one is refused
+    /// or has no answer in time, the reason (`refused: …`, `no answer within …`), after `holds up to X` if X holds. `breaks at X` where no
+    /// value before X holds.
     pub verdict: String,
     /// The last value before the first at which something breaks; absent where it breaks at once or is refused.
     pub holds_up_to: Option<f64>,

@@ -1,4 +1,5 @@
-//! Runs a worker process. If it hangs, it is killed; if it hangs or dies, that gives a row, and the run goes on with a new process.
+//! Runs a worker process, which asks the techniques. If the process hangs, it is killed. If it hangs or dies, the row says so, and the run
+//! goes on with a new process.
 
 use super::Sweep;
 use super::results::{Outcome, Stressed};

@@ -97,8 +97,8 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Sums of whole numbers do not depend on order. On an exact march light never rises along a ray; the places of steps
-/// and of random samples differ from point to point, so that other marches promise no such thing.
+/// Sums of whole numbers do not depend on the order of casters. With march=exact, light never rises along a ray. The other marches do not
+/// promise this, since the places of their steps and random samples differ from point to point.
 fn promises(spec: &Spec) -> Promises {
     let exact = spec.settings::<Settings>().march == March::Exact;
     Promises { order: Some(0.0), rise: exact.then_some(ROUNDING), ..Promises::NONE }

@@ -68,8 +68,8 @@ pub enum Values {
     Number(u32, u32),
     /// A multiple of the first number, from the second to the third.
     Multiple(u32, u32, u32),
-    /// The name of a file, or the default word. A comma or a `|` ends the name, so that neither can be in it. The file states
-    /// the values of these keys: a spec that names a file has no default values for them.
+    /// The name of a file, or the default word. A comma or a `|` ends the name, so that neither can be in it. The payload lists the keys
+    /// whose values are stored in that file. Where a spec names a file, these keys get no default values.
     Path(OneOf),
 }
 

@@ -83,8 +83,8 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 
-/// The grid's sums of whole numbers do not depend on order. No mean is promised, since the grid is only as fine as its voxels; and no step,
-/// since curves change where a caster moves from one voxel into the next.
+/// The grid's sums of whole numbers do not depend on the order of casters. No mean error is promised, since the grid is only as fine as its
+/// voxels. No bound on steps from frame to frame is promised, since curves change where a caster moves from one voxel into the next.
 const PROMISES: Promises = Promises { order: Some(0.0), step: None, ..Promises::OF_DEPTH };
 
 const COMPUTE: &str = "compute";

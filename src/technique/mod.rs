@@ -105,8 +105,8 @@ pub mod usual {
 
 /// A technique, opened for one world. [`Opened`] builds it; the technique itself never submits, waits or loops.
 pub trait Technique {
-    /// The parts of the world from which the technique is built, or on which its facts depend. While none of these parts changes, nothing
-    /// is recorded. By default all parts.
+    /// The parts of the world from which the technique is built, or on which its facts depend. While none of these parts changes, no build
+    /// is recorded. By default these are all parts.
     fn made_of(&self) -> Parts {
         Parts::ALL
     }
@@ -123,7 +123,7 @@ pub trait Technique {
     fn forget(&mut self) {}
 
     /// Reads the results of frame `frame`, which is over, without waiting. Says whether the build is done, or has to be recorded again
-    /// since a buffer grew. Called before the frame that takes the place of `frame`, `frames_in_flight` frames later, is recorded.
+    /// since a buffer grew. It is called before frame `frame + frames_in_flight` is recorded, which uses the same memory for its results.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
@@ -143,8 +143,8 @@ pub trait Technique {
     /// The technique's maps, as the last build fitted them: none before the first build, and none for techniques without maps.
     fn maps(&self) -> &[Map];
 
-    /// How finely the technique knows where opaque shadows begin and end: an entry for each map of all lights. Empty where the
-    /// technique is exact, or the host does not know the meshes or the lights. By default the resolution of the opaque maps.
+    /// The resolution with which the technique knows where opaque shadows begin and end: one entry for each map of all lights. Empty where
+    /// the technique is exact, or the host does not know the meshes or the lights. By default it is the resolution of the opaque maps.
     fn resolution(&self) -> Vec<Resolution> {
         self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
@@ -338,8 +338,8 @@ pub struct Entry {
     pub promises: fn(&Spec, &str) -> Promises,
     /// The specs that commands run where the technique is not named.
     pub runs: Runs,
-    /// The limits of a spec's path, which the second argument names: a device that has less is refused. They are those of a world with one
-    /// light and smoke. More lights need more; strands and meshes may.
+    /// The limits of a spec's path, which the second argument names: a device that has less is refused. They are the limits that a world
+    /// with one light and smoke needs. A world with more lights needs higher ones, and one with strands or meshes may.
     pub limits: fn(&Spec, &str) -> Vec<Limit>,
     /// Opens the technique for a world that has casters which it sees.
     pub open: Open,

@@ -98,9 +98,9 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// The first sum is the whole optical depth, so that the tail is right. Sums of whole numbers do not depend on order; drawn sums round at
-/// each caster, and the bounds amplify that. With range=texel, bounds from powers do not let light rise. Cosines and sines live on a
-/// circle, where light may wrap from the range's end to its beginning. With range=scene, bounds do not know where smoke ends: before and
-/// behind it, their rounding is multiplied by the whole optical depth.
+/// each caster, and the bounds amplify that. With range=texel, bounds from powers do not let light rise along a ray. Cosines and sines
+/// treat the range as a circle, so what lies at its end may affect answers at its beginning. With range=scene, the bounds do not know where
+/// the smoke of a texel ends. In front of the smoke and behind it, their rounding is then multiplied by the whole optical depth.
 fn promises(settings: &Settings, path: &str) -> Promises {
     let (own, binned) = (settings.range == Range::Texel, path == BINNED);
     let rise = own && binned && settings.basis == Basis::Power;

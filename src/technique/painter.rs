@@ -55,8 +55,9 @@ pub(super) struct PainterKernels<'a> {
     pub constants: &'a Constants,
 }
 
-/// The unit vector along which slices lie, away from the light, and whether the camera meets the slices in this order. `camera` and `light`
-/// are the directions in which the two look. Twin: reference::twin::half_angle::half_vector.
+/// Returns the unit vector along which slices lie, which points away from the light; and whether the slices in this order go from near to
+/// far as the camera sees them. `camera` is the direction in which the camera looks, and `light` the direction in which the light shines.
+/// Twin: reference::twin::half_angle::half_vector.
 pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
     let near_to_far = camera.dot(light) >= 0.0;
     ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)

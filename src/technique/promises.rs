@@ -8,7 +8,7 @@ pub const ROUNDING: f64 = 1e-4;
 /// Eight bits, rounded once or twice.
 pub const EIGHT_BITS: f64 = 1e-2;
 
-/// How much light may rise by a filter in hardware: the filter knows a place in a texel to 8 bits, across and up, and each is rounded up or
+/// How much light may rise because of a filter in hardware: the filter rounds the place within a texel to 8 bits along either axis, up or
 /// down.
 pub const FILTERED: f64 = 2.0 / 256.0;
 
@@ -31,8 +31,8 @@ pub struct Promises {
     pub repeats: bool,
     /// Without opaque casters `skip=` changes no byte.
     pub skips_alike: bool,
-    /// How many texels per side the technique may have in place of one texel of its maps: answers beside a ray may be wrong by that factor
-    /// more.
+    /// The technique may have this many texels per side in place of one texel of its maps. An answer beside the ray of a map's texel may be
+    /// wrong by that factor more.
     pub finer: f64,
 }
 
@@ -53,8 +53,8 @@ impl Promises {
     /// Promises of maps with depth.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
-    /// Promises of maps without depth. They answer in front of smoke as if behind it, so that nothing is promised about
-    /// leaks, or about changes when casters move.
+    /// Promises of maps without depth. In front of smoke they give the same answer as behind it, so that nothing is promised about leaks,
+    /// or about changes when casters move.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
     /// Promises of techniques that test opaque casters on the way to the light.

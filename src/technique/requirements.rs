@@ -34,9 +34,9 @@ impl PathRequirements {
     }
 }
 
-/// What the path that `spec` names requires of a device, or each of the technique's paths where it names none. The limits are those of a
-/// world with one light and smoke. More lights need more; strands and meshes may: opening the technique checks these. Lists grow with the
-/// casters on each ray, so that their limits are known only while they are built.
+/// What the path that `spec` names requires of a device, or each of the technique's paths where it names none. The limits are those that a
+/// world with one light and smoke needs. A world with more lights needs higher ones, and one with strands or meshes may; opening the
+/// technique checks those. Lists grow with the casters on each ray, so the limits that they need are known only while they are built.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
     let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });

@@ -190,8 +190,8 @@ pub trait Keyed: Default {
     }
 }
 
-/// Declares settings: a public struct with its defaults, and one key of specs per field, with the field's name. Each field names its
-/// [`Setting`]. Fields of `every` have keys that all techniques have.
+/// Declares the settings of a technique: a public struct with defaults, and for each field a key of specs with the field's name. The
+/// [`Setting`] of a field says which values it may have. Fields of `every` belong to keys that all techniques have.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __settings {

@@ -83,8 +83,8 @@ settings! {
     }
 }
 
-/// The smallest filters whose texels are gathered four at a time: on GPUs, and on software devices, where a gather of four takes as
-/// long as two to four fetches.
+/// The smallest filters whose texels are gathered four at a time, rather than fetched one by one. The first number is for GPUs. The second
+/// is for software devices, where a gather of four takes as long as two to four fetches.
 const GATHERED: [u32; 2] = [3, 5];
 
 /// The technique, opened for one world.
@@ -142,8 +142,8 @@ impl ShadowMap {
     }
 }
 
-/// The maps as callers see them: both views of a map are the view of its depths. Only the widest cascade is listed, since the others
-/// resolve more.
+/// The maps as callers see them: both views of a map are the view of its depths. Only the widest cascade is listed, since the other
+/// cascades have finer texels.
 fn seen(maps: &Maps, cascades: u32) -> Vec<Map> {
     let all = maps.all();
     all[..all.len() / cascades as usize].iter().map(|map| Map { volume: map.opaque, opaque: map.opaque }).collect()

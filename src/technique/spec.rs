@@ -110,8 +110,8 @@ impl Spec {
         self.values.retain(|name, _| given.contains(name) || !in_files.contains(name));
     }
 
-    /// The technique and the values that differ from defaults, `avsm:nodes=4`. Values that are to be compared with a file's are listed
-    /// too, even where they are defaults.
+    /// The technique and the values that differ from defaults, `avsm:nodes=4`. Where the spec names a file, values that must agree with the
+    /// values in the file are listed too, even if they are defaults.
     pub fn short(&self) -> String {
         let in_files = self.in_files();
         let default = |key: &str| self.keys().find(|k| k.name == key).map_or("", |k| k.default);

@@ -55,15 +55,16 @@ pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes per sum, or
 pub const PATHS: &[Path] =
     &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }];
 
-/// The sum over all casters of a ray is right but for rounding: in its storage, or to whole numbers, which shows where thousands of
-/// casters are on the ray. Sums of whole numbers do not depend on order; drawn sums round at each caster.
+/// The sum over all casters on a ray is right except for rounding. A sum is rounded where it is stored. Each caster's part is rounded to a
+/// whole number, which shows where thousands of casters are on the ray. Sums of whole numbers do not depend on the order of casters; drawn
+/// sums are rounded at each caster.
 pub fn promises(path: &str) -> Promises {
     let order = if path == BINNED { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
 }
 
-/// Limits of a path with so many sums in so many words per texel, in maps of that size with so many levels of detail: a device that has
-/// less is refused.
+/// Limits of a path that has `sums` sums in `words` words per texel, in maps of `size` texels per side with `levels` levels of detail. A
+/// device that has less is refused.
 pub fn limits(path: &str, [sums, words]: [u32; 2], size: u32, levels: u32) -> Vec<Limit> {
     let mut limits = vec![Limit::buffer_range(4 * u64::from(words) * leveled_texels(size, levels))];
     if path != BINNED {

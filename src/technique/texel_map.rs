@@ -31,8 +31,8 @@ macro_rules! __texel_settings {
             /// What there is to set.
             #[derive(Copy)]
             pub struct Settings {
-                /// How the map is built: casters are drawn and blended, or a workgroup per tile writes each texel once. None: the second
-                /// where the device can do it.
+                /// How the map is built: either casters are drawn and blended, or a workgroup per tile writes each texel once. None: a
+                /// workgroup per tile, where the device can do that.
                 path: Option<$crate::maps::TexelWay> = $crate::technique::texel_map::PATH;
                 $($(#[$meta])* $field: $type = $setting;)*
                 /// Texels per side of a light's map, 1 to 16,384.
@@ -84,8 +84,9 @@ pub struct TexelMap<S, P = Texels> {
 }
 
 impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
-    /// Opens the technique of `entry`. `make` makes its passes from the maps, the way, the pair of whether casters are skipped and how far
-    /// look-ups reach, and the constants. The look-up is visibility.glsl of `folder`; from binding 3 on it reads what the passes keep.
+    /// Opens the technique of `entry`. `make` makes its passes. Its arguments are the maps, the way in which they are built, a pair
+    /// (whether casters are skipped, how far look-ups reach), and the constants. The look-up is visibility.glsl of `folder`; from binding 3
+    /// on it reads what the passes keep.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.

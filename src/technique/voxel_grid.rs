@@ -82,8 +82,8 @@ settings! {
         /// [`March::Exact`].
         cell: Cell = Setting::word(
             "solid", "what casts for a mesh: voxels that it meets; 4 × 4 × 4 bits of each; or its triangles, exactly");
-        /// How far a surface's point is moved along its ray, after it has been moved off the surface along the normal: hundredths of a
-        /// voxel, or of a mask's cell, 0 to 400. Ignored with [`March::Cone`] and with [`Cell::Triangles`].
+        /// How far a surface's point is moved along its ray, after it has been moved off the surface along the normal. It is in hundredths
+        /// of a voxel, or of a cell where voxels have masks: 0 to 400. Ignored with [`March::Cone`] and with [`Cell::Triangles`].
         bias: u32 = Setting::number(
             "200", 0, 400, "how far a look-up moves off a surface along its ray, hundredths of a voxel, or of a mask's cell");
         /// How a ray goes through the grid: by even steps in Pestana 2015.
@@ -144,8 +144,8 @@ pub struct Plan {
     pub voxelizer: Voxelizer,
     /// Whether voxels have masks: rays then meet the masks' cells, not whole voxels.
     pub masks: bool,
-    /// How far a surface's point is moved along its ray, after it has been moved off the surface: voxels, or cells of a mask. Ignored
-    /// with a cone.
+    /// How far a surface's point is moved along its ray, after it has been moved off the surface. It is in voxels, or in cells where voxels
+    /// have masks. Ignored with a cone.
     pub bias: f32,
 }
 
@@ -272,8 +272,8 @@ impl VoxelGrid {
 /// glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
-/// How finely the grid knows the meshes: an entry for each map of all lights. Empty where the host does not know the lights or a box
-/// about the casters.
+/// The resolution with which the grid knows the meshes: one entry for each map of all lights. Empty where the host does not know the lights
+/// or a box about the casters.
 fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     let is_known = world.aim().has_triangles && world.knows_lights();
     let Some(stood) = Stood::known(world, plan.size).filter(|_| is_known) else { return Vec::new() };

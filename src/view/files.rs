@@ -17,8 +17,8 @@ const SETTLED: u32 = 4;
 /// A picture that is to be written to a file.
 struct Shot {
     path: PathBuf,
-    /// The copy from which the host reads the picture, the frame that made the copy, the picture's size, and the pixels
-    /// per row of the copy.
+    /// Where the picture is read from, once it has been drawn. In order: the copy that the host reads, the frame that
+    /// made the copy, the picture's size, and the pixels per row of the copy.
     read: Option<(ReadBack, u64, [u32; 2], u32)>,
 }
 
@@ -34,8 +34,8 @@ pub struct Files {
     shot: Option<Shot>,
     plot: Option<PathBuf>,
     films: Vec<Film>,
-    /// The animation to which the window is to be added, for how many milliseconds it is shown there, and for how many
-    /// frames the window has been complete.
+    /// The animation that is to get a picture of the window. In order: the animation's index, for how many milliseconds
+    /// it shows the picture, and for how many frames the window has been complete.
     filmed: Option<(usize, u32, u32)>,
 }
 

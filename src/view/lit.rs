@@ -127,8 +127,8 @@ impl Lit {
         Ok(())
     }
 
-    /// Records what has changed: the build and, where it is wanted, the picture, with triangles where `lines`. `seen`
-    /// is as in [`Lit::open`].
+    /// Records what has changed: the build and, where it is wanted, the picture, which shows the outlines of triangles
+    /// where `lines` is true. `seen` is as in [`Lit::open`].
     ///
     /// # Errors
     /// As [`Technique::record`] and [`Renderer::record`].

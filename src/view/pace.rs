@@ -1,5 +1,5 @@
-//! How long frames take: the medians of the host's part, of the passes, and of the time until the next frame, all over
-//! the same frames.
+//! How long frames take. There are three medians, all over the same frames: of the host's part, of the passes on the
+//! device, and of the time until the next frame.
 
 use crate::gpu::PassTime;
 use std::time::Duration;

@@ -191,8 +191,8 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
     }
 }
 
-/// Rings in the picture: at the attractor where it is held, and, in a `script`, which shows no pointer, at the pixel
-/// whose curve is shown.
+/// Draws rings in the picture. One is at the attractor while it is held. Where a `script` runs, no pointer is shown, so
+/// another is at the pixel whose curve is shown.
 pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let scale = ui.ctx().pixels_per_point();
@@ -391,8 +391,8 @@ mod tests {
             found.unwrap_or_else(|| panic!("no {text} in {all:?}"))
         }
 
-        /// The middle of the rail of the slider with that name. It is left of the slider's number, which is in one row
-        /// with the name.
+        /// The middle of the rail of the slider with that name. The name and the slider's number stand in one row, and
+        /// the rail is left of the number.
         #[track_caller]
         fn rail(&mut self, name: &str) -> Pos2 {
             let at = self.find(name);

@@ -105,8 +105,8 @@ fn byte(value: f32) -> u8 {
     Picture { width: 1, height: 1, pixels: vec![[value; 3]] }.to_srgb8()[0]
 }
 
-/// For each byte, the least number that is shown as this byte. It is found by halving, since numbers that are not
-/// negative are ordered as their bits are.
+/// For each byte, the least number that is shown as this byte. Each is found by bisection over the bits of floats,
+/// since floats that are not negative have the same order as their bits.
 fn levels() -> [f32; 256] {
     let least = |byte_wanted: usize| {
         let (mut below, mut reached) = (0, 1f32.to_bits());

@@ -1,5 +1,5 @@
 //! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers
-//! of A and B. It is the plot of `gobo curve`. A thread makes it, with a device of its own, so that the window never
+//! of A and B. The plot is that of `gobo curve`. A thread with a device of its own makes it, so that the window never
 //! waits for it.
 
 use super::state::{Side, State};
@@ -121,8 +121,9 @@ impl Rays {
         Self { shared: Arc::default(), thread: None, options, asked: None, is_posted: false }
     }
 
-    /// Asks for the ray under the pointer, where it differs from the last one. `version` says which state `scene` has.
-    /// `scene` is called only once the thread has nothing else to do, so call this function again in each frame.
+    /// Asks the thread for the ray under the pointer, where that ray differs from the last one asked for. `version`
+    /// names the state of the scene that `scene` returns. `scene` is called only once the thread has nothing else to
+    /// do, so call this function again in each frame.
     pub fn ask(
         &mut self,
         state: &State,
@@ -185,8 +186,8 @@ impl Shared {
         self.post.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for the next question. None where the window closes or, for a thread that is `within` a state, where the
-    /// next question is about another state.
+    /// Waits for the next question. None where the window closes. Also none where `within` is given and the next
+    /// question is about another state than that.
     fn next(&self, within: Option<&Of>) -> Option<Asked> {
         let mut post = self.lock();
         loop {

@@ -80,9 +80,9 @@ impl Drop for Truth {
 }
 
 impl Truth {
-    /// Asks for the picture of a scene, as it is shown or measured, where it is neither being made nor done. `cast` is
-    /// the number of the casters and lights. `scene` returns these, and is called only once the worker has nothing else
-    /// to do, so call this function again in each frame.
+    /// Asks for the picture of a scene, unless it is being made or is done. With `show` the picture is one for people,
+    /// else one as it is measured. `cast` is the version number of the casters and lights. `scene` returns the scene,
+    /// and is called only once the worker has nothing else to do, so call this function again in each frame.
     pub fn see(&mut self, cast: u64, camera: &View, show: Option<Show>, scene: impl FnOnce() -> Option<Arc<Scene>>) {
         let of = (cast, *camera, show);
         if self.wanted != Some(of) {
@@ -310,8 +310,8 @@ mod tests {
         assert!(!truth.is_whole(), "another state is");
     }
 
-    /// Where requests come fast, pictures are made one after the other as far as there is time, and the last one is
-    /// finished. The scene is asked for once per picture that is begun.
+    /// Requests come faster than pictures are made. Some of the pictures are made, as far as there is time, and the
+    /// last one is finished. The scene is asked for only once per picture that is begun.
     #[test]
     fn the_newest_takes_the_place_of_what_was_asked_before() {
         let (scene, camera) = plume();

@@ -33,8 +33,9 @@ pub struct Gathered {
     /// Particles, strands, triangles, splats and lights, by the caller's counts. A count above the capacity says how
     /// many there are too many.
     pub asked: [u32; 5],
-    /// Among the elements that there is room for, those that cast nothing, since they have a number that is not finite,
-    /// no size, or no vertex. Among lights, those that are dark, since their numbers are not as [`LightAt`] says.
+    /// How many elements were refused, among those that there is room for. Particles, strands, splats and triangles are
+    /// refused, and cast nothing, if a number is not finite, or if they have no size or no vertex. Lights are refused,
+    /// and are dark, if their numbers are not as [`LightAt`] says.
     pub refused: [u32; 5],
 }
 
@@ -296,8 +297,9 @@ impl Gather {
         Ok(())
     }
 
-    /// Records the pass that makes lights from the caller's. `slots` lights are written, of which at most `told` come
-    /// from the caller. `stand_ins` are copied first, where the lights differ from the last call.
+    /// Records the pass that makes lights from the caller's buffer. It writes `slots` lights, of which at most `told`
+    /// come from the caller. `stand_ins` are lights that are copied first, where the lights differ from those of the
+    /// last call.
     pub(super) fn lights(
         &mut self,
         context: &Context,

@@ -129,7 +129,7 @@ impl Made {
 mod tests {
     use super::*;
 
-    /// A part that something is not made from may change.
+    /// Whether counts agree on the parts that a thing is made from, even where other parts have changed.
     #[test]
     fn only_what_it_is_made_of_counts() {
         let before = Generations { lights: vec![0; 3], ..Generations::default() };

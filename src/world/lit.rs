@@ -10,9 +10,9 @@ use glam::DVec3;
 
 impl World {
     /// Replaces the lights by `lights`. Records their copy where any has changed, and raises the generations of those
-    /// that have moved. Techniques are opened for the most lights that there have been. Where there are fewer now, the
-    /// lights that are gone keep their place and are dark. Where there are more than ever, techniques that store
-    /// something per light refuse to be recorded and must be opened anew.
+    /// that have moved. A technique is opened for the most lights that the world has had until then. Where there are
+    /// fewer now, the lights that are gone keep their places and are dark. Where there are more, techniques that store
+    /// something per light refuse to be recorded, and must be opened anew.
     ///
     /// # Errors
     /// [`Error::Input`] where there are more lights than there is room for, a number is out of range, or a light has

@@ -218,10 +218,11 @@ impl World {
         self.scene().ok().map(|scene| scene.meshes.as_slice())
     }
 
-    /// Points whose convex hull holds all meshes: their vertices, or the corners of the box that the caller gave.
+    /// Points whose convex hull holds all meshes: the vertices of the meshes, or the corners of the box that the caller
+    /// gave.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the host knows neither.
+    /// [`Error::Refused`] where the host knows neither the vertices nor a box.
     pub fn mesh_hull(&self) -> Result<Box<dyn Iterator<Item = [f32; 3]> + '_>> {
         match (&self.filled, self.bounds) {
             (Filled::Scene(staged), _) => {

@@ -141,8 +141,8 @@ pub struct Corners {
     pub offset: u64,
     /// Bytes from one vertex to the next, a multiple of 4.
     pub stride: u32,
-    /// 32-bit indices of vertices, three per triangle, in a buffer from this byte on, a multiple of 4. None where each
-    /// three vertices in a row are a triangle.
+    /// 32-bit indices of vertices, three per triangle: the buffer, and the byte at which they begin, a multiple of 4.
+    /// None where the vertices themselves stand in threes, one three for each triangle.
     pub indices: Option<(Buffer, u64)>,
     /// How many triangles.
     pub count: Count,

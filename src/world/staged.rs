@@ -68,8 +68,8 @@ impl World {
         self.replace(&scene.at(time_s)?)
     }
 
-    /// Lets passes write the casters on the device, where the world is simulated there. Their number stays the same.
-    /// The host's scene stays as it was until [`World::read_back`]. Returns the time of each pass.
+    /// Lets passes write the casters on the device, where the world is simulated there. The number of casters stays the
+    /// same. The host's scene stays as it was until [`World::read_back`]. Returns the time of each pass.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, [`Error::Refused`] as [`World::scene`].

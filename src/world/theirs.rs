@@ -121,7 +121,7 @@ impl World {
     /// ([`World::gathered`]).
     ///
     /// Where only the device knows the number of particles, kernels go through as many casters as there is room for;
-    /// they skip those behind the count at once.
+    /// they skip the casters behind the count at once.
     ///
     /// # Errors
     /// [`Error::Input`] where the host's count exceeds the room, or the layout lies outside the buffer; [`Error::Gpu`]
@@ -212,9 +212,9 @@ impl World {
     }
 
     /// Replaces the triangles by those in the caller's buffers: records the pass that gathers them, and counts them as
-    /// moved. Whether they close a mesh is not known. Triangles with a corner that is not finite, or with an index of
-    /// no vertex, cast nothing, and are counted. Kernels go through as many triangles as there is room for. Those
-    /// behind the count have no area, and lie at a corner of a triangle that has.
+    /// moved. Whether these triangles close a mesh is not known. Triangles with a corner that is not finite, or with an
+    /// index of no vertex, cast nothing, and are counted. Kernels go through as many triangles as there is room for.
+    /// Triangles behind the count have no area, and lie at a corner of a triangle that has an area.
     ///
     /// # Errors
     /// As [`World::particles`].
@@ -241,8 +241,8 @@ impl World {
 
     /// Sets a box in which all casters stay, low and high corner, for a world of the caller's buffers. Techniques that
     /// need a box on the host (`voxelized`, `ray-query`) refuse to open without one. The views of directional lights
-    /// measure from the middle of the box, and without a box from the world's origin: the farther that is from the
-    /// casters, the coarser the views. Set the box before techniques are opened.
+    /// measure from the middle of the box, and without a box from the world's origin: the farther the origin is from
+    /// the casters, the coarser the views. Set the box before techniques are opened.
     ///
     /// # Errors
     /// [`Error::Input`] where low exceeds high or a number is not finite, or where a scene fills the world.
@@ -261,7 +261,7 @@ impl World {
     }
 
     /// Counts of the elements that frame `frame`, which is over, gathered from the caller's buffers. None where that
-    /// frame gathered nothing, or where a later recorded frame already uses the same copy.
+    /// frame gathered nothing, or where a later recorded frame uses the same memory for its counts.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the counts cannot be read, [`Error::Input`] where a scene fills the world.
@@ -283,8 +283,8 @@ impl Theirs {
     }
 }
 
-/// Casters of a kind that kernels go through: as many as there are; or as many as there is room for, where only the
-/// device knows the count or where casters of another kind come behind.
+/// How many casters of one kind kernels go through. It is the number of casters, where the host knows it and no casters
+/// of another kind follow in the buffer. Else it is the number for which there is room.
 fn shown(count: &Count, capacity: u32, others_behind: bool) -> u32 {
     match count {
         Count::Host(count) if !others_behind => (*count).min(capacity),

@@ -117,7 +117,7 @@ impl Vpls {
         Ok(times)
     }
 
-    /// To be called when frame `frame` is over: brings to the host the views that the frame's maps were fitted to.
+    /// To be called when frame `frame` is over: the host reads the views of the maps as they were fitted in that frame.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read.
@@ -157,7 +157,8 @@ pub struct VplsSeen {
     pub maps: Vec<Map>,
     /// Texels per side of a map, as a power of 2.
     pub side_bits: u32,
-    /// Per texel, the number of the triangle that the light sees, plus 1; 0 where it sees none. One map after the other, each row by row.
+    /// Per texel, the number of the triangle that the light sees, plus 1; 0 where it sees none. The maps follow each other, and each map is
+    /// stored row by row.
     pub triangles: Vec<u32>,
     /// Per texel, the luminance of its flux.
     pub fluxes: Vec<f32>,

@@ -37,9 +37,9 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// For `map_count` maps of at most `capacity` casters. `met` holds, per caster, whether it meets a tile, with the
-    /// casters of one map right behind those of the map before. `order` holds the drawing orders: map m's begins at
-    /// `m · capacity`.
+    /// For `map_count` maps of at most `capacity` casters each. `met` holds one word per caster and map, which says
+    /// whether the caster meets a tile of the map; the casters of each map follow those of the map before. `order`
+    /// holds the drawing order of each map; that of map m begins at `m · capacity`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

@@ -8,8 +8,8 @@ use crate::world::World;
 
 /// Buffers of culling.
 pub(in crate::maps) struct Cull {
-    /// Per caster of a map, the mark of the build in which it was last in some tile: map after map, one word per
-    /// caster.
+    /// One word per caster and map, map after map: the mark ([`Cull::mark`]) of the last build in which the caster met
+    /// a tile of the map.
     pub(in crate::maps) met: Buffer,
     /// Per tile, the z in the map's volume view behind which no light gets: map after map, rows of tiles.
     pub(in crate::maps) horizon: Buffer,

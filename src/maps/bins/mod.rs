@@ -1,5 +1,5 @@
-//! Bins the casters to tiles of all lights' maps: count, place, scatter. Shared by the techniques that walk tiles, and
-//! by those that only ask which casters meet some tile and which tiles have casters.
+//! Bins the casters to tiles of all lights' maps: count, place, scatter. Some techniques walk the casters of each tile.
+//! Others only ask which casters meet any tile, and which tiles have casters.
 
 pub(super) mod compact;
 pub(super) mod cull;
@@ -36,8 +36,8 @@ const MAX_ROWS: u64 = 65535;
 /// Entries per caster that the buffer starts with. It grows as a scene needs.
 const FIRST_ENTRIES: u64 = 8;
 
-/// The most bytes of entries with which every tile gets the same room. Above that, entries are counted first, which
-/// takes the time of a pass over all casters, and the least memory.
+/// The most bytes that the entries may take where every tile gets the same room. If they would take more, entries are
+/// counted first. That costs a pass over all casters, and takes the least memory.
 const MOST_ROOM_BYTES: u64 = 16 << 20;
 
 /// The room of a tile is a multiple of this.
@@ -229,8 +229,8 @@ impl Bins {
         self
     }
 
-    /// Entries that each tile has room for, where all tiles have the same room; 0 where entries are counted and parts
-    /// of tiles are listed.
+    /// Entries that each tile has room for, where all tiles have the same room. 0 where entries are counted first
+    /// instead, and the parts of tiles are listed.
     pub fn room(&self) -> u32 {
         self.lists.room
     }
@@ -250,8 +250,8 @@ impl Bins {
         &self.set
     }
 
-    /// Per caster of each map, 1 where it meets a tile and 0 where not, if no entries are kept: map after map, one word
-    /// per present caster.
+    /// One word per present caster and map, map after map: 1 where the caster meets a tile of the map, else 0. Valid
+    /// where the bins keep no entries.
     pub fn met(&self) -> &Buffer {
         &self.cull.met
     }
@@ -438,16 +438,18 @@ impl Lists {
         if entries <= self.capacity.into() {
             return Ok(had_room);
         }
-        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame; where
-        // that exceeds the limit, as much as the limit allows. A need past the limit is an error here.
+        // Room for an eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
+        // Where this exceeds the limit of a buffer, the room is what the limit allows. Where the need itself exceeds
+        // the limit, making the buffer fails.
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;
         Ok(true)
     }
 
-    /// The room that each tile should have after a build that counted `totals`: a quarter more than the fullest tile
-    /// has, so that a scene in motion does not grow every frame. 0 where that takes too much memory.
+    /// The room that each tile should have after a build that counted `totals`: a quarter more entries than the fullest
+    /// tile has, so that a scene in motion does not make the buffer grow every frame. 0 where this room takes too much
+    /// memory.
     fn room_for(&self, totals: &BinTotals) -> u32 {
         let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
         let room = most.next_multiple_of(ROOM_STEP.into());

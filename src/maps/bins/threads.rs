@@ -6,28 +6,28 @@ use crate::maps::{Entries, Use};
 use crate::shaders::constant::{TALLY_THREADS, TALLY_TURNS, THREADS, TILE_LANES, WORKGROUP};
 use crate::world::World;
 
-/// From this many casters on, casters are small beside a tile, and threads wait for each other at the tiles' counts. A
-/// workgroup then first counts in its own memory.
+/// The least number of casters with which a workgroup first counts in its own memory. With so many, casters are small
+/// beside a tile, and threads would wait for each other at the tiles' counts.
 pub const MANY_CASTERS: u32 = 1 << 18;
 
-/// For workgroups that count in their own memory: how many casters each takes, and how many threads it has at most. A
-/// device may take fewer threads.
+/// For workgroups that first count in their own memory: `TALLY_CASTERS` is how many casters each workgroup takes;
+/// `TALLY_MOST_THREADS` is how many threads it has, or fewer where the device allows fewer.
 const TALLY_CASTERS: u32 = 1024;
 const TALLY_MOST_THREADS: u32 = 512;
 
 /// Tiles of a map that a workgroup has room to count. Twin: the size of `tally` in glsl/maps/bins/tally.glsl.
 const MOST_TALLIED: u32 = 4096;
 
-/// Threads of a pass that is one workgroup, if the device takes so many. Such a pass lists the fullest tiles first, or
-/// chooses how fine tiles are.
+/// Threads of a pass that is a single workgroup, where the device allows so many. Such a pass lists the tiles with the
+/// most casters first, or chooses how fine tiles are.
 const LONE_THREADS: u32 = 1024;
 
-/// Shared memory that such a workgroup needs to choose: 16 bytes per thread, and tables. Half as many threads fit into
-/// the shared memory of every device.
+/// Shared memory that such a workgroup needs to choose how fine tiles are: 16 bytes per thread, and tables. With half
+/// as many threads, every device has enough shared memory.
 const LONE_BYTES: u32 = LONE_THREADS * 16 + 5120;
 
-/// The most workgroups that survey casters, each in its own memory first. The fewer there are, the less they wait for
-/// each other at the end.
+/// The most workgroups of the pass that surveys casters, where each workgroup first adds up in its own memory. The
+/// fewer workgroups there are, the less they wait for each other when they add their sums to the tiles.
 const MOST_SURVEYING: u64 = 256;
 
 /// The most threads of a surveying workgroup, if the device takes so many, and the most threads that share a caster
@@ -101,8 +101,8 @@ impl Threads {
         let tally = 1 << most.min(TALLY_MOST_THREADS).ilog2();
         let alone = bins_a_map <= MOST_SURVEYED * SLOTS;
         let threads = if alone { most.min(SURVEYING_THREADS) } else { 64 };
-        // A software driver may end long loops early. There the workgroups are not limited, so a thread loops no longer
-        // than in the other passes.
+        // A software driver may end long loops early. So on software devices the number of workgroups is not limited,
+        // and a thread loops no longer than in the other passes.
         let most_groups = if alone && !software { MOST_SURVEYING } else { u64::MAX };
         let surveying = Surveying { tallies: alone, threads, most_groups, sharing: lanes.min(SURVEYING_LANES) };
         Self { tallies, fullest_first, casters_a_group, surveying, lanes, tally, lone }

@@ -24,7 +24,7 @@ pub struct Use {
     pub parts: [u32; 2],
     /// Whether a texel stands for all of its square, instead of only for the ray through its centre.
     pub area: bool,
-    /// The most blocks, where each tile is as fine as it needs to be: the bins are then blocks. None: all tiles are
-    /// equally fine.
+    /// The most blocks of 8 × 8 texels, where each tile is as fine as it needs to be; each bin is then a block. None:
+    /// all tiles are equally fine, and each bin is a tile.
     pub blocks: Option<u32>,
 }

@@ -16,13 +16,13 @@ use std::f64::consts::TAU;
 pub struct Bounce {
     /// The picture from all directions.
     pub picture: Picture,
-    /// Pictures from the first half of the directions and from the second, which are independent: half of their
+    /// Two pictures, from the first half of the directions and from the second. The halves are independent of each other, so half of their
     /// difference is the standard error of the picture.
     pub halves: [Picture; 2],
 }
 
-/// The picture of the meshes from `camera`, lit by one bounce of the scene's lights. Each pixel's surface takes `samples` directions, an
-/// even number, on each of its sides. The result is the same in every run.
+/// The picture of the meshes from `camera`, lit by one bounce of the scene's lights. For each pixel, `samples` directions are traced on
+/// each side of the surface; `samples` is even. The result is the same in every run.
 pub fn bounce(casters: &Casters, scene: &Scene, camera: &View, samples: u32) -> Bounce {
     let half = samples.div_ceil(2).max(1);
     let pixel = |i: u32| {
@@ -122,7 +122,7 @@ mod tests {
     }
 
     /// Above a lit square, light arrives in proportion to the square's form factor, and only on the side that faces it. Where a plate
-    /// shadows part of the square, the rest of it counts. Below, on the square's dark side, no light arrives.
+    /// shadows part of the square, only the lit part gives light. Below the square, on its dark side, no light arrives.
     #[test]
     fn a_lit_square_has_its_closed_form() {
         let mut scene = square();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     /// Where surfaces light and shadow each other, thousands of virtual lights give nearly the path traced picture. With fewer directions,
-    /// the picture's error is as large as the noise that its halves state.
+    /// the error of the traced picture is as large as the noise that its two halves show.
     #[test]
     fn virtual_lights_converge_to_the_bounce() {
         let scene = corner();

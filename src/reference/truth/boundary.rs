@@ -7,20 +7,21 @@ use super::tube::Tube;
 use crate::scene::{LightKind, Moved, Projection, Resolution};
 use glam::DVec3;
 
-/// Half side of the smallest square of places to try around a point, texels: smaller than a texel, to find what is thinner than one.
+/// Half the side of the smallest square of places that are tried around a point, texels. It is less than a texel, so that things thinner
+/// than a texel are found.
 const NEAREST: f64 = 0.5;
 
 /// Places on such a square are no farther apart than this, texels.
 const APART: f64 = 2.0625;
 
-/// Cosine between a surface's normal and the light's rays below which a texel covers so much of the surface that no map can answer
-/// correctly.
+/// A surface whose normal has a smaller cosine with the light's rays than this is grazed. A texel then covers so much of the surface that
+/// no map can answer correctly.
 const GRAZING: f64 = 0.02;
 
 impl Casters<'_> {
     /// Whether a point lies in the boundary of an opaque shadow of light `light`. It does if some other point, closer than the technique
-    /// resolves across the light's rays or along them, is blocked where this point is not, or the other way round. It also does inside a
-    /// closed mesh, if the technique may answer anything there.
+    /// resolves across the light's rays or along them, is blocked where this point is not, or the other way round. A point inside a closed
+    /// mesh also lies in the boundary, if the technique may give any answer there.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution, position, None);
@@ -74,8 +75,8 @@ impl Casters<'_> {
         reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
     }
 
-    /// Whether a texel of a depth map may call a place lit that is `blocked`, or the other way round. Where a surface's `normal` is given,
-    /// only meshes above that surface's plane count.
+    /// Whether a texel of a depth map may answer wrongly at a place: as lit where the place is `blocked`, or as blocked where it is lit.
+    /// With a surface's `normal`, only meshes above the plane of that surface count.
     fn is_misjudged(&self, resolution: &Resolution, at: DVec3, blocked: bool, normal: Option<DVec3>) -> bool {
         let view = &resolution.view;
         let near = Neighbourhood { view, position: at, reach: resolution.reach_texels, depth: depth(resolution) };
@@ -93,8 +94,9 @@ impl Casters<'_> {
     }
 
     /// Whether a ray through a grid may give a wrong answer at a point, on a surface with `normal` or in space. A lit point may look dark
-    /// if a surface meets a voxel that the ray may pass. A dark point may look lit if its moved ray is free; for rounded rays, if a ray
-    /// within the rounding is free. Points whose surface faces away from the light are not moved, except for rays against triangles.
+    /// if a surface meets a voxel that the ray may pass. A dark point may look lit if its moved ray meets no mesh. Where rounding moves
+    /// rays, that holds for any ray within the rounding. Points whose surface faces away from the light are not moved, except for rays
+    /// against triangles.
     fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: Option<DVec3>) -> bool {
         // A virtual light stands on a surface, so the ray's end is moved off that surface as a receiver is.
         let end = match self.scene.lights[light].kind {

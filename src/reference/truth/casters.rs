@@ -107,8 +107,8 @@ impl<'a> Casters<'a> {
     }
 
     /// Between light `light` and `position`: the distance from the light to the first mesh after it, and from `position` to the first mesh
-    /// before it. Both are shares of the diagonal of the box about all meshes. Infinite where no mesh is between them; the first also for a
-    /// light at infinity.
+    /// before it. Both are shares of the diagonal of the box about all meshes. Both are infinite where no mesh is between them. For a light
+    /// at infinity the first is always infinite.
     pub fn caster_distances(&self, light: usize, position: DVec3) -> [f64; 2] {
         let (direction, distance) = self.to_light(light, position);
         let Some(first) = self.meshes.hit(position, direction).map(|hit| hit.distance).filter(|at| *at < distance)

@@ -42,7 +42,8 @@ fn over(scattered: DVec3, transmittance: DVec3, behind: [f32; 3]) -> [f32; 3] {
 }
 
 /// Marches a ray of the given length through the fog. Returns the light that is scattered back to the ray's begin, and the transmittance.
-/// `light` gives the light that arrives at a share of the ray; it is asked for at `place` (0 to 1) within each step.
+/// `light` gives the light that arrives at a place on the ray, stated as a share of its length. Each step asks for it at `place`, from 0 at
+/// the step's begin to 1 at its end.
 fn march(fog: &Fog, length: f64, place: f64, light: impl Fn(f64) -> DVec3) -> [DVec3; 2] {
     let steps = f64::from(fog.steps);
     let (mut scattered, mut transmittance) = (DVec3::ZERO, 1.0);

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 /// The greatest number of texels over which the limit is averaged: an even sample of the covered texels of all maps.
 pub const LIMIT_TEXELS: usize = 93;
 
-/// Depths at which errors are summed, evenly spread over the light's range: four times as dense as the map points, so that errors between
-/// those count too.
+/// Depths at which errors are summed, evenly spread over the light's range: four times as dense as the points at which maps are compared,
+/// so that errors between these points count too.
 const DEPTHS: usize = 253;
 
 /// The limit for each number of nodes in `nodes`: the mean over a fixed sample of covered texels. Nodes are chosen among the true curve's

@@ -147,8 +147,8 @@ impl Meshes {
         triangles + way.boxes.get()
     }
 
-    /// Whether a ray leaves more closed meshes than it enters before `distance` (in lengths of `direction`). That is, it begins inside a
-    /// closed mesh and does not end inside the same one.
+    /// Whether a ray leaves more closed meshes than it enters before `distance` (in lengths of `direction`). If so, the ray begins inside a
+    /// closed mesh and does not end inside the same mesh.
     pub fn inside(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
         if !self.closed {
             return false;
@@ -308,8 +308,8 @@ mod tests {
         }
     }
 
-    /// The hierarchy leaves out no triangle that a ray meets: hits are the same as with all triangles tried one by one. Rays along axes and
-    /// in the planes of boxes' faces are among them, with ends near and far.
+    /// The hierarchy leaves out no triangle that a ray meets: hits are the same as with all triangles tried one by one. Some of the rays
+    /// run along axes or in the planes of boxes' faces, and their ends are near and far.
     #[test]
     fn boxes_hide_nothing() {
         use rand::Rng;

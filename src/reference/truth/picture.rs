@@ -66,8 +66,8 @@ pub fn shown_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u
     camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
-/// The cost of [`picture`]: how many casters, meshes included, it would try against rays to the lights. Estimated from a coarse picture of
-/// the same view and a sample of the lights.
+/// The cost of [`picture`]: how many times it would test casters and meshes against rays to the lights. The number is estimated from a
+/// coarse picture of the same view and a sample of the lights.
 pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     /// About as many lights are sampled.
     const SOME: usize = 64;
@@ -84,9 +84,9 @@ pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
-/// Renders with one ray per pixel, through casters and volumes in the given order. `light` gives the light that arrives at a caster, from
-/// the pixel, the caster's index and the middle of the ray's part inside it. In a volume the index is `None` and the place is the middle of
-/// a step. `surface` gives the color of a mesh where the ray meets it.
+/// Renders with one ray per pixel, through casters and volumes in the given order. `light` gives the light that arrives at a caster. Its
+/// arguments are the pixel, the caster's index, and the middle of the part of the ray inside the caster. In a volume the index is `None`,
+/// and the place is the middle of a step. `surface` gives the color of a mesh where the ray meets it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,
@@ -222,7 +222,8 @@ fn through(
     DVec3::from(volume.placed().color.map(f64::from)) * scattered + behind * transmittance
 }
 
-/// How far a point is moved towards a light before visibility is asked for, on the caster with the given index or in a volume (`None`).
+/// How far a point is moved towards a light before the light's visibility is asked for. The point lies on the caster with the given index,
+/// or in a volume (`None`).
 fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64 + 'a {
     let caster = index.map(|index| &casters.all[index as usize]);
     move |towards| caster.map_or(0.0, |caster| lift(caster, towards))

@@ -35,8 +35,8 @@ pub fn map_truths(casters: &Casters, scene: &Scene, views: &[View]) -> Vec<MapTr
 /// As [`map_truths`], but with at most `most` covered texels in all maps together. Also returns the share of all texels that were visited
 /// to find them. The result is the same in every run.
 ///
-/// Texels are visited in steps of about a golden section of their number, wrapping around. So any number of visited texels is spread
-/// evenly, and none comes twice.
+/// From one visited texel to the next, the index rises by about a golden section of the number of texels, and wraps around. So the visited
+/// texels are spread evenly, however many they are, and no texel is visited twice.
 pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize) -> (Vec<MapTruth>, f64) {
     /// Texels that are visited at once.
     const CHUNK: usize = 2048;
@@ -108,8 +108,8 @@ struct TexelTruth {
     segments: u64,
 }
 
-/// The truth at a texel's centre, at [`MAP_DEPTHS`] depths as far as the light reaches. None where no caster covers the texel, where
-/// look-ups use another face, or where the light ends before the range begins.
+/// The truth on the ray through a texel's centre, at [`MAP_DEPTHS`] depths as far as the light reaches. None where no caster covers the
+/// texel, where look-ups use another face, or where the light ends before the range begins.
 fn texel_truth(
     casters: &Casters,
     scene: &Scene,
@@ -198,8 +198,8 @@ pub fn points_outside(casters: &Casters, bounds: [DVec3; 2], light: usize, count
     points_where(bounds, count, |position| shines_on(position) && outside(position))
 }
 
-/// The intersection of the bounds with the box about a light that ends; the bounds themselves where that is empty or the light has no
-/// place.
+/// The part of the bounds that a light with an end can reach: their intersection with the box about its sphere. The bounds themselves where
+/// that is empty, or where the light has no place.
 fn about([low, high]: [DVec3; 2], light: &Light) -> [DVec3; 2] {
     let Some(position) = light.position() else { return [low, high] };
     let (from, to) = (low.max(position - light.radius), high.min(position + light.radius));
@@ -219,8 +219,8 @@ pub(super) fn r3(i: usize) -> [f64; 3] {
     [1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT)].map(|step| (0.5 + step * (i as f64)).fract())
 }
 
-/// The first `count` values that `place` yields for 0, 1, 2, …, in order. It gives up after 64 times as many tries, and then returns fewer:
-/// `place` may yield nothing at all.
+/// The first `count` values that `place` yields for 0, 1, 2, …, in order. After 64 · `count` tries it returns those found so far, since
+/// `place` may never yield a value.
 pub(super) fn first<T: Send>(count: usize, place: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
     let mut found = Vec::with_capacity(count);
     let (mut next, end) = (0, count.saturating_mul(64));
@@ -275,8 +275,9 @@ mod tests {
         assert!(above.len() == 4000 && above.iter().all(|p| p[2] >= 1.0));
     }
 
-    /// A lamp that ends: points in space are within its reach, and as many as are wanted, even if its reach is a small part of the bounds.
-    /// A map's points go from the begin of its range to the lamp's reach; there are none where the lamp ends before.
+    /// A lamp with an end. Points in space are within its reach, and they are as many as are wanted, even if the reach is a small part of
+    /// the bounds. A map's points go from the begin of the map's range to the lamp's reach. There are none where the lamp ends before that
+    /// range begins.
     #[test]
     fn nobody_asks_beyond_a_light() {
         let mut scene = on_the_axis(&[]);

@@ -12,9 +12,10 @@ const LEAST: f64 = 1e-3;
 const HALVINGS: u32 = 60;
 
 impl Casters<'_> {
-    /// The place that `camera` sees at a point given in pixels, on a mesh or in smoke, hair and splats. It is on the mesh where more than
-    /// half of the arriving light comes from there. Else it is where casters have taken half of the light. Where there is no mesh, it is
-    /// where casters have taken half of all that they take. None where nothing is seen.
+    /// The place that `camera` sees at a point given in pixels, on a mesh or in smoke, hair and splats. If more than half of the light that
+    /// arrives at the camera comes from the mesh, the place is on the mesh. Else it is where casters along the ray have taken half of the
+    /// light. Without a mesh on the ray, it is where casters have taken half of the light that all of them take. None where nothing is
+    /// seen.
     pub fn seen(&self, camera: &View, pixel: DVec2) -> Option<DVec3> {
         let (ray, near) = (camera.ray(pixel), f64::from(camera.near));
         let surface = self.meshes.hit(ray.origin, ray.direction).map(|hit| hit.distance);

@@ -67,8 +67,8 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(z.y), |_, part| clip(part, self.before(most)))
     }
 
-    /// Like [`Neighbourhood::differs`], but at the depth of the middle alone. Every triangle is pushed away from the light by the change of
-    /// its plane's depth over `texels`, and cut off at the near plane. Surfaces on which the middle lies do not count.
+    /// Like [`Neighbourhood::differs`], but only at the middle's own depth. Every triangle is first pushed away from the light, by as much
+    /// as its plane's depth changes over `texels` texels, and cut off at the near plane. Surfaces in which the middle lies do not count.
     pub fn differs_pushed(&self, meshes: &Meshes, blocked: bool, texels: f64) -> bool {
         let view = self.view;
         let z = self.range();
@@ -90,9 +90,9 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), pushed)
     }
 
-    /// Like [`Neighbourhood::differs`], for maps of depths: at the depth of the middle alone, and without anything before the near plane.
-    /// Where the surface's `normal` is given, only casters above the plane through the middle count. A texel's depth may come from a place
-    /// `snap` texels beside it.
+    /// Like [`Neighbourhood::differs`], for maps of depths: only at the middle's own depth, and without the parts of casters in front of
+    /// the near plane. Where the surface's `normal` is given, only casters above the plane through the middle count. The depth that a texel
+    /// holds may come from a place `snap` texels beside its centre.
     pub fn differs_stored(&self, meshes: &Meshes, blocked: bool, normal: Option<DVec3>, snap: f64) -> bool {
         let z = self.range();
         let [right, up] = self.view.texel_at(self.position);
@@ -109,8 +109,8 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), stored)
     }
 
-    /// Whether part of the box's cross-section, a square, is free (where `blocked`) or blocked (where not). Triangles count up to `end`,
-    /// with the parts that `cut` leaves.
+    /// Whether the light's state differs from `blocked` in some part of the box's square cross-section. Only triangles in front of `end`
+    /// count, and only those parts of them that `cut` leaves.
     fn is_other(
         &self,
         meshes: &Meshes,
@@ -261,8 +261,8 @@ impl Flat {
     }
 }
 
-/// Whether part of a polygon is outside all others. Depth first: one piece is cut by all others before the next, and the first piece that
-/// is left over is the answer.
+/// Whether part of a polygon is outside all `others`. One piece of the polygon is cut by all others before the next piece is cut. The first
+/// piece that is left over gives the answer.
 fn is_left(polygon: Flat, mut others: Vec<Flat>) -> bool {
     // The largest first, so that little is left for the others.
     others.sort_by(|a, b| b.area.abs().total_cmp(&a.area.abs()));

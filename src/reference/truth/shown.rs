@@ -1,5 +1,5 @@
-//! The finished picture for people, made from a picture with many samples per pixel: their mean in linear light, then a filmic curve. Twin:
-//! glsl/consume/develop.comp.
+//! The finished picture for people, made from a picture with many samples per pixel. Samples are averaged in linear light; then the tone
+//! curve [`filmic`] is applied to the mean. Twin: glsl/consume/develop.comp.
 
 use crate::scene::{Picture, Show};
 use glam::DVec3;
@@ -39,7 +39,7 @@ mod tests {
         assert_eq!(filmic(f64::INFINITY), 1.0);
     }
 
-    /// Half black and half white samples give the curve of their mean, not the mean of their curves.
+    /// Half of the samples are black and half are white. They are averaged first, and the tone curve is applied to the mean.
     #[test]
     fn samples_are_averaged_in_linear_light() {
         let pixels = vec![[0.0; 3], [1.0; 3], [1.0; 3], [0.0; 3]];

@@ -28,8 +28,8 @@ impl Tube {
         self.voxel * axis.abs().element_sum() + self.half.dot(axis).abs()
     }
 
-    /// Whether a triangle meets the tube. Two convex shapes are apart if they are apart along some face's normal of either, or along the
-    /// cross product of an edge of each. Source: Gottschalk 1996, separating axes.
+    /// Whether a triangle meets the tube. Two convex shapes are apart if they are apart along the normal of a face of either shape, or
+    /// along the cross product of an edge of one with an edge of the other. Source: Gottschalk 1996, separating axes.
     fn meets(&self, corners: [DVec3; 3]) -> bool {
         let [a, b, c] = corners.map(|corner| corner - self.middle);
         let apart = |axis: DVec3| {

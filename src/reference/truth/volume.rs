@@ -196,7 +196,8 @@ mod tests {
         }
     }
 
-    /// Among samples that are all 2, a path across 4 samples has the optical depth 2 · 4 · ½ · 3, in any direction.
+    /// A path across 4 samples, where all samples are 2, has the optical depth 2 · 4 · ½ · 3: density, samples, distance between samples,
+    /// extinction. This holds in any direction.
     #[test]
     fn constant_density() {
         let volume = volume(cube(20, |_| 2.0), straight());
@@ -232,8 +233,9 @@ mod tests {
         assert!((found - expected).abs() < 1e-10 * expected, "{found}, not {expected}");
     }
 
-    /// Where light rises evenly along a ray, a picture's error is at most the change of light over half a step. With more steps it falls
-    /// fast, since a step's middle is near the centre of its scattering.
+    /// A picture takes the light in the middle of each step. Where light rises evenly along a ray, the picture's error is at most the
+    /// change of light over half a step. It falls fast with more steps: the shorter a step, the nearer its middle is to the centre of the
+    /// light that it scatters.
     #[test]
     fn steps_of_a_picture() {
         let volume = volume(cube(20, |_| 0.25), straight());

@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/bins/area.glsl, in f32: the segment that stands for a caster in a whole texel, since it lets through the mean
-//! light of all rays of the texel; and the optical depths of a texel's casters, one behind the other.
+//! CPU twin of glsl/maps/bins/area.glsl, in f32. A whole texel sees one segment per caster, which lets through the mean light of all rays
+//! of the texel. Cells of a texel say how much of it the casters in front leave lit, so that casters one behind the other add up correctly.
 
 use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};
@@ -149,8 +149,8 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
     (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, dark) })
 }
 
-/// The share of light that a caster takes in each cell of a texel, and its greatest optical depth in a cell. None where all cells are
-/// alike.
+/// The share of light that a caster takes in each cell of a texel, and its greatest optical depth over the cells. None where it is the same
+/// in all cells.
 pub type Taken = Option<([f32; AREA_CELLS], f32)>;
 
 /// The share of light that one caster takes in each cell, as area_seen reads it.
@@ -174,8 +174,8 @@ impl CellLight {
         Self([1.0; AREA_CELLS])
     }
 
-    /// Passes a caster that takes `taken`: returns the optical depth by which the cells' mean light falls. Where all cells are alike, that
-    /// is `optical_depth`. Twin: area_seen.
+    /// Takes the light that a caster takes (`taken`) out of the cells. Returns the optical depth by which the mean light of the cells
+    /// falls; where the caster is the same in all cells, that is `optical_depth`. Twin: area_seen.
     pub fn seen(&mut self, taken: &Taken, optical_depth: f32) -> f32 {
         let Some((taken, deepest)) = taken else { return optical_depth };
         let (mut light, mut lost) = (0.0, 0.0);
@@ -252,9 +252,9 @@ mod tests {
         at(start).distance(at(start + Vec3::from(strand.axis)))
     }
 
-    /// How much a strand's apparent length may differ between a texel's middle and its corners, as a share of that length. It is in
-    /// proportion to the sine of the angle between strand and ray, and corners are half a diagonal away: this matters where a strand points
-    /// along the rays. Parallel rays all see the same length.
+    /// How much a strand's apparent length may differ between a texel's middle and its corners, as a share of that length. The apparent
+    /// length is proportional to the sine of the angle between strand and ray. At the corners, half a diagonal away, the angle differs most
+    /// from that in the middle; this matters where a strand points along the rays. Parallel rays all see the same length.
     fn foreshortening(projection: Projection, [x, y]: [u32; 2], strand: &Caster) -> f64 {
         if projection == Projection::Parallel {
             return 0.0;
@@ -269,8 +269,8 @@ mod tests {
         (0..SIZE * SIZE).map(|i| [i % SIZE, i / SIZE])
     }
 
-    /// Compares eight lines of a texel with 4096 rays of it. All texels together take as much light as all rays: none is lost between
-    /// texels.
+    /// In each texel, compares the mean over eight lines with the mean over 4096 rays. In sum over all texels, the lines take as much light
+    /// as the rays: none is lost between texels.
     fn strand_takes_the_mean_of_all_rays(caster: Caster, projection: Projection) -> Result<(), TestCaseError> {
         let view = view(projection, SIZE);
         let (mut sum, mut wanted) = (0.0, 0.0);
@@ -282,8 +282,8 @@ mod tests {
             sum += own;
             wanted += all;
         }
-        // Rays in a row along a strand know its length to the distance between two rays; lines know its ends to the distance between two
-        // lines. (In hair, where the next piece begins, these errors cancel.)
+        // Two errors are allowed for. Rays in a row along a strand measure its length only to the distance between two rays. Lines measure
+        // where it ends only to the distance between two lines. (In hair, where the next piece begins at that end, these errors cancel.)
         let side = length_in_texels(projection, &caster) / FINE as f32;
         let end = 2.0 * caster.radius / COLUMNS as f32;
         let most = 0.02 * wanted + 0.02 + f64::from((side + end) * share_taken(caster.density));
@@ -299,8 +299,8 @@ mod tests {
             strand_takes_the_mean_of_all_rays(caster, projection)?;
         }
 
-        /// Compares 16 rays of a texel with 4096. On each of four lines, each of two edges is off by at most half the distance between
-        /// rays.
+        /// Compares the mean over 16 rays of a texel with that over 4096. The 16 rays stand on four lines. On each line the sphere has two
+        /// edges, and each edge is off by at most half the distance between rays.
         #[test]
         fn a_small_sphere_takes_the_mean_of_all_rays(caster in caster(false), projection in projection()) {
             let view = view(projection, SIZE);
@@ -342,7 +342,8 @@ mod tests {
         assert!(error < 0.5 / (COLUMNS * COLUMNS) as f32, "{error}");
     }
 
-    /// The light left behind casters that a texel meets in this order: by its cells, and as if the casters covered the texel by chance.
+    /// The light that is left behind `casters`, which the rays of a texel meet in this order: first as the cells give it, then as if each
+    /// caster covered a random part of the texel.
     fn left(view: &View, texel: [u32; 2], casters: &[Caster]) -> [f64; 2] {
         let mut light = CellLight::whole();
         let (mut by_cells, mut by_chance) = (0.0, 0.0);
@@ -361,8 +362,8 @@ mod tests {
         Caster { position: [-9.0, low + 0.5 * width, z], radius: 0.5 * width, axis: [18.0, 0.0, 0.0], density }
     }
 
-    /// Layers of ribbons whose edges are edges of cells: each layer right behind the one before, beside it, or across it. The light left
-    /// has a closed form, which cells meet exactly; covering by chance does not.
+    /// Layers of ribbons whose edges are edges of cells. Each layer lies right behind the one before, beside it, or across it. The light
+    /// that is left has a closed form. The cells give it exactly; ribbons that cover random parts of the texel do not.
     #[test]
     fn lattices_have_closed_forms() {
         let view = view(Projection::Parallel, SIZE);
@@ -457,8 +458,8 @@ mod tests {
         }
     }
 
-    /// For strands behind each other, edge to edge, crossing or at random, cells come nearer to the mean of all rays than covering by
-    /// chance.
+    /// Strands lie behind each other: edge to edge, crossing, or at random. The cells come nearer to the mean of all rays than strands that
+    /// are taken to cover random parts of the texel.
     #[test]
     fn cells_know_more_than_chance() {
         use proptest::strategy::ValueTree;

@@ -44,7 +44,7 @@ pub fn blend(view: &View, texel: [u32; 2], casters: &[Caster]) -> Texel {
     segments.fold(Texel::default(), |texel, s| texel.with(s, s.optical_depth))
 }
 
-/// A texel made from its tile's casters, with optical depth summed in whole numbers; `bound` is [`super::sums::bound`] of the casters of
+/// A texel made from its tile's casters. Optical depths are summed in whole numbers; `bound` is [`super::sums::bound`] of the casters of
 /// the texel's tile. Twin: collect.comp.
 pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let (scale, mut units, mut kept) = (scale(bound), 0u32, Texel::default());
@@ -87,8 +87,9 @@ fn even_mean(t: f32) -> f32 {
     if t < 0.01 { 1.0 - t * (0.5 - t / 6.0) } else { (1.0 - (-t).exp()) / t }
 }
 
-/// A texel in a coarser level of detail. Behind the farthest back it leaves the mean light of the four texels below. From the nearest front
-/// to there, the area under its transmittance is their mean too. Texels past the map's edge count as empty. Twin: levels.comp.
+/// A texel in a coarser level of detail, made from four texels. Behind the farthest back of the four, it leaves the mean of their light.
+/// Between their nearest front and that back, the area under its transmittance curve is the mean of their areas. Texels past the map's edge
+/// count as empty. Twin: levels.comp.
 pub fn merged(below: [Texel; 4]) -> Texel {
     let below = below.map(|t| Texel { optical_depth: t.optical_depth.min(65504.0), ..t });
     let casts = below.iter().filter(|texel| texel.optical_depth > 0.0);

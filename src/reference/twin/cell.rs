@@ -56,8 +56,8 @@ mod tests {
         Volume::new(Arc::new(field), placed).expect("a volume").cells().to_vec()
     }
 
-    /// Rays exactly along sides and edges that cells share: their optical depth is the same as through the middles of cells, neither 0 nor
-    /// twice as much.
+    /// Rays that run exactly along the sides and edges that cells share. Their optical depth is the same as that of rays through the
+    /// middles of cells: they count neither in no cell nor in two.
     #[test]
     fn a_ray_along_a_side_is_in_once() {
         // Steps are equal along all axes: sides would else be rounded by 0.11 %, which is more than the width over which a side fades.

@@ -125,7 +125,7 @@ pub fn choose(tiles: &[Tile], across: u32, block_count: usize) -> Vec<u32> {
         .collect();
     let side = |tile: usize, scale| tile_side(&tiles[tile], tile as u32, across, scale);
     let count = |scale| (0..tiles.len()).map(|tile| counts[tile][side(tile, scale) as usize]).sum::<usize>();
-    // A finer grid may need fewer blocks, since its lines may miss a cell that a coarser grid's lines cut; so all scales are tried.
+    // All scales are tried, since a finer grid may need fewer blocks: its lines may miss a cell that the lines of a coarser grid cut.
     let [least, end] = SCALES;
     let scale = (least..end).rev().find(|scale| count(*scale) <= block_count).unwrap_or(least);
     let mut place = 0;

@@ -3,8 +3,8 @@
 use super::harmonics::{cis, harmonics, turned};
 use std::f32::consts::PI;
 
-/// A segment's contribution, between two places of the range, to each sum: its optical depth, then that times the mean cosine and the mean
-/// sine of each harmonic. Twin: segment_parts.
+/// What a segment between two places of the range adds to each sum. It adds its optical depth to the first sum. To the others it adds its
+/// optical depth times the mean over the segment of each harmonic's cosine and sine. Twin: segment_parts.
 pub fn parts<const N: usize>([entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     for (pair, mean) in parts[1..].as_chunks_mut::<2>().0.iter_mut().zip(harmonics(entry, exit)) {

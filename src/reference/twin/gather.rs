@@ -1,6 +1,6 @@
 //! Twin of glsl/world/gather.comp, gather_splats.comp, gather_triangles.comp and gather_lights.comp: casters, triangles and lights from the
-//! caller's buffers. Bits are equal, with three exceptions: a device may flush the axes of very short strands to 0; splats differ by the
-//! rounding of roots, logarithms and powers; lights by the rounding of quotients.
+//! caller's buffers. The twin gives the same bits as the device, with three exceptions. A device may flush the axes of very short strands
+//! to 0. Splats differ by the rounding of roots, logarithms and powers. Lights differ by the rounding of quotients.
 
 use super::gaussian::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
 use super::segment::MAX_OPTICAL_DEPTH;

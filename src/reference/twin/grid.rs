@@ -39,7 +39,8 @@ impl Bits {
         Some(self.clip(from, way)).filter(|[near, far]| near <= far)
     }
 
-    /// Visits all voxels on the way in order, with the shares of the way at which it enters and leaves each, until `goes_on` returns false.
+    /// Visits all voxels on the way in order, until `goes_on` returns false. `goes_on` gets each voxel, and where the way enters and leaves
+    /// it, as shares of the way's length.
     pub(super) fn walk(&self, from: [f32; 3], way: [f32; 3], mut goes_on: impl FnMut([u32; 3], [f32; 2]) -> bool) {
         let Some([near, far]) = self.clipped(from, way) else { return };
         let last = self.size as i32 - 1;

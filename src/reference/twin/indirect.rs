@@ -51,7 +51,8 @@ pub fn scan(sums: &[u32]) -> Vec<u64> {
     starts
 }
 
-/// The index of the element of `of` that contains the unit, where elements follow each other and each has as many units as its value.
+/// The index of the element of `of` that contains the unit number `unit`. Each element has as many units as its value, and the units of one
+/// element follow those of the element before.
 fn find(mut unit: u64, of: impl IntoIterator<Item = u64>) -> usize {
     let behind = |here: &u64| {
         let is_behind = unit >= *here;
@@ -139,8 +140,8 @@ pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// The virtual light of a patch, scaled so that its flux has the luminance `share`. The light that lit the patch has a view that begins at `origin`.
-/// Twin: glsl/lights/indirect/lights.comp.
+/// The virtual light that stands for a patch, scaled so that its flux has the luminance `share`. The view of the light that lit the patch
+/// begins at `origin`. Twin: glsl/lights/indirect/lights.comp.
 pub fn light(patch: &Patch, origin: DVec3, share: f64) -> Light {
     let own = luminance(patch.flux);
     let nearest = (patch.crossed / patch.cosine.max(LEAST_COSINE) * (share / own).max(1.0)).sqrt();
@@ -168,8 +169,8 @@ mod tests {
         }
     }
 
-    /// Two maps of equal flux get half of the lights each, and each row about its share. One texel with all flux gets all lights. Without
-    /// flux there are none.
+    /// Each of two maps with equal flux gets half of the virtual lights, and each row of a map gets about its share. A texel with all the
+    /// flux gets all virtual lights. Without flux there are none.
     #[test]
     fn lights_are_drawn_by_flux() {
         let picks = draw(&[1.5; 512], 4, 128);

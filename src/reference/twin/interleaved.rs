@@ -20,8 +20,8 @@ pub fn part(lights: u32, place: u32) -> impl Iterator<Item = u32> {
     (place % parts..lights).step_by(parts as usize)
 }
 
-/// The light that each pixel reflects from its part of the lights. `light` gives the light from one of them; `seen` is false where there is
-/// sky, which reflects none. Twin: glsl/consume/interleaved/ask.comp.
+/// The light that each pixel reflects from its part of the lights. `light` gives the light that the pixel reflects from one light; `seen`
+/// is false where the pixel shows the sky, which reflects nothing. Twin: glsl/consume/interleaved/ask.comp.
 pub fn ask(
     [width, height]: [u32; 2],
     lights: u32,
@@ -40,8 +40,8 @@ fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
 
-/// How well a window of four pixels is centred about a pixel, by the place in the window at which it begins: 3, 2, 1 or 0 pixels before.
-/// Twin: NEARNESS.
+/// How well a window of four pixels is centred about a pixel. Entry 0 is for a window that begins 3 pixels before the pixel, entry 1 for
+/// one that begins 2 pixels before, and so on to entry 3, where the window begins at the pixel. Twin: NEARNESS.
 const NEARNESS: [usize; 4] = [0, 2, 3, 1];
 
 /// The light that each pixel reflects from all lights, equal to the device's up to the rounding of a division; 0 in the sky. `geometry`: z,

@@ -6,7 +6,8 @@ use crate::scene::Caster;
 use glam::{UVec3, Vec3};
 use std::collections::BTreeMap;
 
-/// The list of each occupied voxel, by brick and bit. An entry is a box and the number of a triangle or caster, in rising order of numbers.
+/// The list of each occupied voxel; the key is the voxel's brick and its bit there. Each entry is a box, and the number of a triangle or
+/// caster; entries are in rising order of these numbers.
 type Used = BTreeMap<(usize, u32), Vec<[u32; 2]>>;
 
 /// The highest bit of each lane, which is the empty box. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
@@ -15,8 +16,8 @@ const BOX_GUARDS: u32 = 0x2108_4210;
 /// Twin: CAST_SLACK.
 const CAST_SLACK: f32 = 1.0 / 512.0;
 
-/// The part of a box (in voxels) that is inside a voxel, packed into lanes of five bits, each with its highest bit set. Twin: box_in in
-/// glsl/grid/lists/box.glsl.
+/// The part of a box (in voxels) that lies inside a voxel. It is packed into six lanes of five bits, and the highest bit of each lane is
+/// set. Twin: box_in in glsl/grid/lists/box.glsl.
 fn box_in([low, high]: [[f32; 3]; 2], voxel: [u32; 3]) -> u32 {
     let place = |at: f32, i: usize| ((at - voxel[i] as f32) * 16.0).clamp(0.0, 15.0) as u32;
     (0..3).map(|i| (16 + place(high[i], i)) << (5 * i) | (31 - place(low[i], i)) << (15 + 5 * i)).sum()

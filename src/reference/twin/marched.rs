@@ -28,8 +28,8 @@ struct March {
     margin: f32,
 }
 
-/// The curve of a texel, and how close a decision of the march was to going the other way: a relative distance, infinite where nothing was
-/// decided.
+/// The curve of a texel, and the margin of the march's closest decision: how little, as a relative distance, would have reversed it. The
+/// margin is infinite where nothing was decided.
 pub fn marched(
     media: &Media,
     place: &Place,

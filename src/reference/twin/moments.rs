@@ -21,8 +21,8 @@ const SAME: f32 = 1e-6;
 /// Below this optical depth, moments are mostly rounding, so the optical depth is spread evenly over the range. Twin: THIN.
 const THIN: f32 = 2e-3;
 
-/// The share by which moments are moved towards 0, those of a spread-out distribution, so that they stay valid moments in spite of
-/// rounding. Twin: BIAS.
+/// The share by which moments are moved towards those of a spread-out distribution, which are 0. So they stay moments of some distribution
+/// in spite of rounding. Twin: BIAS.
 pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
     if moments == 8 || in_16_bits { 3e-4 } else { 3e-5 }
 }
@@ -30,8 +30,8 @@ pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
 /// Smaller pivots are replaced by this before a division. Twin: LEAST_PIVOT.
 const LEAST_PIVOT: f32 = 1e-5;
 
-/// A segment's contribution, between two places of the range, to each sum: its optical depth, then that times the mean of each function.
-/// Twin: segment_parts.
+/// What a segment between two places of the range adds to each sum. It adds its optical depth to the first sum, and its optical depth times
+/// the mean over the segment of each function to the others. Twin: segment_parts.
 pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     match basis {
@@ -75,7 +75,7 @@ struct Problem<'a> {
 type Place = [f32; 2];
 
 impl Problem<'_> {
-    /// Mean of the k-th polynomial, or of the cosine and sine of order k.
+    /// For powers, the mean of the Chebyshev polynomial of degree k. For cosines and sines, the means of both of order k.
     fn mean(&self, k: usize) -> Place {
         match self.basis {
             Basis::Power => [self.means[k], 0.0],
@@ -84,8 +84,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The functions of up to half the order at a place; for powers, times y to the power of the degree, which keeps them finite. Twin:
-    /// half_functions.
+    /// The basis functions at a place, from degree 0 up to half the order. For powers, these are Chebyshev polynomials, each multiplied by
+    /// y to the power of `degree`; that keeps it finite. Twin: half_functions.
     fn functions(&self, [x, y]: Place) -> Vector {
         let mut all = [0.0; 5];
         match self.basis {
@@ -171,8 +171,9 @@ impl Problem<'_> {
         all
     }
 
-    /// A polynomial whose roots u give the other places of the quadrature that has one place at `place`. On the line, a place is at
-    /// distance 1 / u from `place`; on the circle, the angle between them is twice the arc cotangent of u. Twin: around.
+    /// A polynomial whose roots u give the other places of the quadrature that has one place at `place`. For powers, the range is a line,
+    /// and a root u gives the place at the distance 1 / u from `place`. For cosines and sines it is a circle, and the angle between the two
+    /// places is twice the arc cotangent of u. Twin: around.
     fn around(&self, c: &Vector, place: Place) -> Vector {
         let n = self.degree;
         if self.basis == Basis::Power {
@@ -238,8 +239,9 @@ pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
     sums
 }
 
-/// The share of the optical depth that lies before a place of the range. It is the sharpest lower bound, plus `overestimation` times the
-/// weight that the quadrature has at the place itself. `means` are the sums divided by the first. Twin: moments_share.
+/// The share of the optical depth that lies before a place of the range. The result is the sharpest lower bound of that share, plus
+/// `overestimation` times the weight that the quadrature gives to the place itself. `means` are the sums divided by the first. Twin:
+/// moments_share.
 fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     let problem = Problem { basis, means, degree: (means.len() - 1) / 2 };
     let n = problem.degree;

@@ -58,9 +58,9 @@ pub struct Asked {
     pub margin: f32,
 }
 
-/// One frame of a pixel. `old` is the reservoir kept at the surface's place in the frame before. By light, `target` gives the unshadowed
-/// light that the pixel reflects, `visibility` how much of it arrives, and `reached` whether it lit that place in the frame before. Twin:
-/// ask.comp.
+/// One frame of a pixel. `old` is the reservoir kept at the surface's place in the frame before. Three functions take a light's number.
+/// `target` gives the light that the pixel would reflect if nothing shadowed it, `visibility` how much of the light arrives, and `reached`
+/// whether the light lit the surface in the frame before. Twin: ask.comp.
 pub fn ask(
     seed: u32,
     lights: u32,
@@ -145,8 +145,8 @@ mod tests {
         }
     }
 
-    /// The light that a pixel reflects from a light in a frame. This and [`visibility`] change from frame to frame, so that a light that
-    /// was kept may no longer reach the pixel.
+    /// How much a pixel reflects of light number `light` in a frame. The result, and that of [`visibility`], change from frame to frame, so
+    /// that a light that was kept may no longer reach the pixel.
     fn target(frame: u32, light: u32) -> f32 {
         let lit = !(light + frame).is_multiple_of(5);
         if lit { 0.1 + ((light * 7 + frame * 3) % 11) as f32 } else { 0.0 }
@@ -157,7 +157,7 @@ mod tests {
     }
 
     /// In every frame the mean over many runs is the sum over all lights, within five standard errors, although light and visibility change
-    /// between frames. A kept light must count only frames in which it could be drawn, else the mean would be off.
+    /// between frames. A kept light must count only the frames in which it could have been drawn, else the mean would be wrong.
     #[test]
     fn the_mean_is_the_sum_over_all_lights() {
         const RUNS: u32 = 40_000;

@@ -34,8 +34,8 @@ fn largest_root(all: &[f32]) -> f32 {
 pub fn real_roots(mut all: Factors, n: usize) -> Factors {
     let mut roots = [0.0; 4];
     for degree in (3..=n).rev() {
-        // The roots' sum of squares bounds all of them. The polynomial is mirrored if needed, so that a root much farther from 0 than the
-        // others is the largest.
+        // No root is farther from 0 than the square root of the sum of all roots' squares. The polynomial is mirrored where needed, so that
+        // a root that is much farther from 0 than the others becomes the largest one.
         let square = all[0] * all[0];
         let bound = (square - 2.0 * all[1]).max(square / degree as f32).sqrt();
         if bound < LEAST_ROOT {

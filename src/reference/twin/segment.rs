@@ -33,8 +33,8 @@ pub(super) fn ray(view: &View, texel: Vec2) -> (Vec3, Vec3) {
     }
 }
 
-/// The parts of a strand's start and axis at right angles to the ray, and the place along the axis nearest to the ray; none where the
-/// strand is edge on. Twin: strand_along.
+/// Three values for a ray and a strand: the part of the strand's start at right angles to the ray, the same part of its axis, and the place
+/// along the axis that is nearest to the ray. The place is none where the strand points along the ray. Twin: strand_along.
 pub(super) fn strand_along((origin, direction): (Vec3, Vec3), strand: &Caster) -> (Vec3, Vec3, Option<f32>) {
     let scale = 1.0 / direction.dot(direction);
     let (offset, axis) = (Vec3::from(strand.position) - origin, Vec3::from(strand.axis));

@@ -127,8 +127,8 @@ impl Soft<'_> {
         sum.sum::<f32>().min(DARK)
     }
 
-    /// Mean and mean square of ratio tracking along a way, where no extinction exceeds `most`: exp(−∫ σ) and exp(−∫ 2 σ − σ² / most). Both
-    /// are integrated numerically, in short steps. Twin: media_ratio.
+    /// The mean and the mean square of a ratio tracking estimate along a way on which no extinction exceeds `most`: exp(−∫ σ) and exp(−∫ 2
+    /// σ − σ² / most). The integrals are sums of short steps. Twin: media_ratio.
     pub fn ratio(&self, from: [f32; 3], way: [f32; 3], most: f32) -> [f64; 2] {
         let Some([near, far]) = self.media.bits.clipped(from, way) else { return [1.0; 2] };
         let towards = way.map(|w| w / length(way).max(1e-30));
@@ -178,8 +178,8 @@ mod tests {
         }
     }
 
-    /// Closed forms: π/4 for strands that run every way, and 2/π for all ways in a plane that contains the light. The matrix errs by less
-    /// than 3 %.
+    /// The mean sine of the angle between strands and light has closed forms: π/4 where strands run in all directions, and 2/π where they
+    /// run in all directions of a plane that contains the light. The matrix errs by less than 3 %.
     #[test]
     fn strands_that_run_every_way_are_near() {
         let count = 20_000;
@@ -196,8 +196,8 @@ mod tests {
         }
     }
 
-    /// The result always lies between E[sin²] and its root, as the truth does. For bundles that spread, it is nearer to the truth than the
-    /// root.
+    /// The matrix's result always lies between E[sin²] and its square root, and so does the truth. For bundles whose strands spread, the
+    /// result is nearer to the truth than the square root is.
     #[test]
     fn bundles_are_nearer_than_the_root() {
         let mut random = Pcg32::seed_from_u64(7);

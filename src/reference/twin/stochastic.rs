@@ -85,8 +85,8 @@ impl Drawn {
     }
 }
 
-/// Draws `count` samples of a texel, from casters with their numbers. With `hash`, the texel's noise decides for all casters; else each
-/// caster has random numbers of its own. Twins: nearest.comp, draw.frag.
+/// Draws `count` samples of a texel, from casters with their numbers. With `hash`, one noise value per texel decides about all casters;
+/// else each caster has random numbers of its own. Twins: nearest.comp, draw.frag.
 pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32, hash: bool) -> Drawn {
     let mut drawn = Drawn { samples: vec![NO_END; count as usize], close: false };
     for (number, caster) in casters {
@@ -221,8 +221,8 @@ mod tests {
             prop_assert!((found - variance).abs() <= 5.0 * (spread / n).sqrt() + 1e-6, "{found}, not {variance}");
         }
 
-        /// With quantiles the mean squared error is f (1 − f)/N², where f is the fraction of N T behind the decimal point; and no texel is
-        /// off by as much as one sample.
+        /// With quantiles the mean squared error is f (1 − f)/N², where N is the number of samples, T the transmittance and f the
+        /// fractional part of N T. No texel is off by as much as one sample.
         #[test]
         fn quantiles_are_off_by_less_than_one(
             all in prop::collection::vec((-1.5..1.5f32, 0.05..0.5f32, 0.0..2.0f32), 1..8),

@@ -54,8 +54,8 @@ pub fn segments(view: &View, texel: [u32; 2], casters: &[Caster], dark: f32) -> 
     .collect()
 }
 
-/// The range of a texel and its sums. `parts` gives the contribution to each sum of a segment between two places: the technique's
-/// segment_parts. `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
+/// The range of a texel and its sums. `parts` is the technique's segment_parts: what a segment between two places adds to each sum. `bound`
+/// is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
 pub fn binned<const N: usize>(
     (view, texel, casters, bound): (&View, [u32; 2], &[Caster], u64),
     range: Range,
@@ -93,9 +93,10 @@ pub fn drawn<const N: usize>(
 /// Even cells that a coarser level's range is cut into. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
 pub const EVEN_CELLS: usize = 32;
 
-/// The range of a texel in a coarser level of detail, and its sums. At the ends of even cells, its transmittance is the mean of the four
-/// texels below; each cell between adds a segment. Texels past the map's edge count as unshadowed, like those without casters. `all` gives
-/// a texel's whole optical depth, `optical_depth` that up to a place of its range. Twin: glsl/maps/sums/levels.glsl.
+/// The range and the sums of a texel in a coarser level of detail, made from four texels. The range is cut into even cells. At the ends of
+/// the cells, the transmittance is the mean of the four; each cell then adds one segment to the sums. Texels past the map's edge count as
+/// unshadowed, and so do texels without casters. `all` gives a texel's whole optical depth, `optical_depth` that up to a place of its
+/// range. Twin: glsl/maps/sums/levels.glsl.
 pub fn merged<const N: usize>(
     below: [Option<([f32; 2], [f32; N])>; 4],
     range: Range,

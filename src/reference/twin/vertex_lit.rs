@@ -57,8 +57,8 @@ pub fn quad(camera: &View, caster: &Caster, spacing: f64) -> Option<Quad> {
     Some(Quad { corners, parts: [parts(pixels.x), parts(pixels.y)] })
 }
 
-/// The position at which the vertex at `pixel` asks for the caster's light. The mesh there is at z `farthest`. Inside a sphere's
-/// silhouette, a pixel would ask at the same position.
+/// The position for which the vertex at `pixel` asks for the caster's light. The mesh that this pixel shows is at z `farthest`. Inside a
+/// sphere's silhouette, the position is the one for which a pixel would ask.
 pub fn asked(camera: &View, caster: &Caster, pixel: DVec2, farthest: f64) -> DVec3 {
     let ray = camera.ray(pixel);
     let square = ray.direction.length_squared();

@@ -1,7 +1,8 @@
 //! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, stored as means over intervals, in f32.
 
-/// The contribution to each sum of a segment between two places of the range. For each interval, that is the mean, over places in it, of
-/// the segment's optical depth up to the place; the last sum gets all of it. Twin: segment_parts.
+/// What a segment between two places of the range adds to each sum. Each sum but the last belongs to an interval of the range. The segment
+/// adds the mean, over the places of the interval, of its optical depth up to the place. To the last sum it adds its whole optical depth.
+/// Twin: segment_parts.
 pub fn parts<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
     let side = 1.0 / (N - 1) as f32;
     std::array::from_fn(|i| match i as f32 * side {
@@ -22,8 +23,8 @@ fn mean_share([entry, exit]: [f32; 2], low: f32, high: f32) -> f32 {
 /// A shorter segment is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
-/// The optical depth up to a place of the range, interpolated linearly. The means stand in the middles of their intervals; at the range's
-/// begin it is 0, at its end the whole. Twin: texel_transmittance.
+/// The optical depth up to a place of the range, interpolated linearly. Each mean stands in the middle of its interval. At the begin of the
+/// range the optical depth is 0, and at its end it is the whole. Twin: texel_transmittance.
 pub fn optical_depth(sums: &[f32], place: f32) -> f32 {
     let means = sums.len() - 1;
     if place <= 0.0 || place >= 1.0 {

@@ -1,6 +1,6 @@
-//! The plot: a track for each scene and spec, in it a lane per device. In a lane the mark is at the median of the
-//! times, and the line is their band. The browser lays the plot out, so that it is as wide as the window and its
-//! letters have the size of all other letters.
+//! The plot: a track for each scene and spec, with one lane per device. In a lane, the mark is at the median of the
+//! times, and the line spans their band. The browser lays out the plot, so that the plot is as wide as the window, and
+//! its letters have the size of all other letters.
 
 use super::Names;
 use crate::measure::Beside;

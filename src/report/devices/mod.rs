@@ -42,8 +42,8 @@ impl<'a> Names<'a> {
         self.specs.compact(self.beside.any(&self.beside.lines[line]))
     }
 
-    /// The line's name with the path that was asked for, which is a part of the spec here: on each device another path
-    /// may run.
+    /// The line's name, with the path where the spec names one. On each device `auto` may choose another path, so a
+    /// named path is a part of the spec here.
     fn with_path(&self, line: usize) -> String {
         let name = self.compact(line);
         let row = self.beside.any(&self.beside.lines[line]);

@@ -12,8 +12,8 @@ const HALF: f64 = 1.0;
 /// Thickness of the walls: more than a voxel of a grid of 32³, so that such a grid can resolve a wall.
 const THICK: f64 = 0.1;
 
-/// How far things that touch overlap, and how far faces that would be flush are apart. So no two faces lie in one plane, and no light leaks
-/// between two walls.
+/// By how much things that touch overlap, and how far apart faces are that would otherwise lie in one plane. So no two faces lie in one
+/// plane, and no light leaks between two walls.
 const LAP: f64 = 0.02;
 
 /// Albedos, linear RGB, close to the measured reflectances.

@@ -59,8 +59,8 @@ fn column(i: usize) -> [f64; 2] {
     [[along, -out], [out, along], [along, out], [-out, along]][i / 5 % 4]
 }
 
-/// The region of lamp number `i`. In every group of sixteen lamps, six circle around columns, four are under the arcades, six over the
-/// court. The first lamps are spread over the whole scene, so that a few lamps light it too.
+/// The region of lamp number `i`. In every group of sixteen lamps, six circle around columns, four move under the arcades, and six above
+/// the court. The first lamps are spread over the whole scene, so that a few lamps light it too.
 fn air(i: usize) -> Air {
     let [round, place] = [i / 16, i % 16];
     // Lamps around free-standing things keep the distances of the tables below.

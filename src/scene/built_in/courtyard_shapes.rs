@@ -66,8 +66,8 @@ fn arc([y, z]: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
     (0..=PIECES).map(point).collect()
 }
 
-/// Triangles for an outline of `count` points from −y to +y, then as many back above them: two triangles between each pair of points and
-/// the next.
+/// Triangles that fill an outline of `count` points from −y to +y, and then of as many points back, above them. Two triangles join each
+/// pair of a lower and an upper point to the next pair.
 fn strip(count: u32) -> Vec<[u32; 3]> {
     let above = |i: u32| 2 * count - 1 - i;
     (0..count - 1).flat_map(|i| [[i, i + 1, above(i + 1)], [i, above(i + 1), above(i)]]).collect()

@@ -13,8 +13,8 @@ const MOHAWK: &[u8] = include_bytes!("data/mohawk.bin");
 pub(in crate::scene) const GROUND: &[u8] = include_bytes!("data/ground.bin");
 pub(in crate::scene) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 
-/// For `plume_64k`, which divides each particle into eight: radius and extinction of a part, relative to the particle's. All eight together
-/// are as dark as the particle.
+/// The radius and the extinction of a part, relative to those of its particle: `plume_64k` divides each particle into eight parts. The
+/// eight parts together are as dark as the particle.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 
 /// How far the parts' middles are from the particle's, at most, as a share of its radius: the parts fill the particle's volume.
@@ -30,8 +30,8 @@ const SIDE: u32 = 52;
 const POINTS: usize = 32;
 const HAIR_BYTES: usize = 16 + 3 * (POINTS - 1);
 
-/// Half a hair's width, as a share of the longest side of all hair's bounds; and a hair's opacity. Both are as for a file that gives
-/// neither.
+/// Half a hair's width, as a share of the longest side of the box about all hair; and a hair's opacity. Both are those of a TressFX file
+/// without thickness; that format has no opacity.
 const RADIUS: f32 = 1.0 / 800.0;
 const OPACITY: f32 = 0.5;
 

@@ -251,7 +251,8 @@ fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64, was: &mut 
         let birth_s = number as f64 * interval_s;
         let age_s = (time_s - birth_s).max(0.0);
         let known = number.checked_sub(before.first).and_then(|at| before.all.get(at as usize));
-        // The particle may be younger than in the known state; that state holds only if all of its steps are whole at this age too.
+        // The known state may be later than this frame, when the particle is younger. It can be used only if all of its steps are whole
+        // steps at this age too.
         let goes_on = |trace: &&Trace| trace.steps == 0 || age_s - f64::from(trace.steps - 1) * STEP_S >= STEP_S;
         let mut trace = known.filter(goes_on).copied().unwrap_or_else(|| born(emitter, number));
         let particle = go(emitter, modes, &mut trace, birth_s, age_s);

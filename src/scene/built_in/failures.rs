@@ -15,8 +15,8 @@ const ROW_WORLD: [f64; 2] = [0.85, 0.6];
 /// The lowest row's bottom.
 const BOTTOM_WORLD: f64 = 0.35;
 
-/// `WALL_WORLD`: y of the wall. `DEEP_WORLD`: y at which smoke and hair end, behind the wall, so that a light ray has casters both before
-/// and behind a place on the wall.
+/// `WALL_WORLD`: y of the wall. `DEEP_WORLD`: y at which smoke and hair end. That is behind the wall, so that a light ray meets casters
+/// both before and behind its place on the wall.
 const WALL_WORLD: f64 = 2.2;
 const DEEP_WORLD: f64 = 4.8;
 
@@ -48,8 +48,8 @@ fn row(from_below: u32) -> [f64; 2] {
     [low, low + ROW_WORLD[1]]
 }
 
-/// The rows from the top: a slab of even smoke; two walls of smoke with a gap between them; a thin sheet; a dense wall in fog; fine hair.
-/// Under one directional light. The same bytes on every call and machine.
+/// Five rows under one directional light. From the top: a slab of even smoke; two walls of smoke with a gap between them; a thin sheet; a
+/// dense wall in fog; fine hair. The scene has the same bytes on every call and machine.
 pub(in crate::scene) fn failures() -> Scene {
     let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
     // Row; begin and length along x; distance between spheres; optical depth along x.

@@ -75,7 +75,7 @@ struct Lock {
     phase: [f64; 2],
 }
 
-/// The light, which sways about its direction at [`AT_REST_S`], slowly enough that the map's texels crawl over the hairs.
+/// The light, which sways about the direction that it has at [`AT_REST_S`]. It sways so slowly that the map's texels crawl over the hairs.
 ///
 /// # Errors
 /// [`crate::Error::Input`] where the time is out of range.

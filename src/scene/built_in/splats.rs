@@ -22,8 +22,8 @@ const GROUND_WORLD: f64 = 3.0;
 const ARCH_WORLD: f64 = 1.3;
 const TUBE_WORLD: f64 = 0.32;
 
-/// `count` splats under one low light. Flat ones lie on surfaces and are a 20th as thick as wide; needles are 16 times as long as thick.
-/// The same bytes on every call and machine.
+/// `count` splats under one low light. Flat splats lie on surfaces, and their thickness is a 20th of their width. Needles are 16 times as
+/// long as thick. The same bytes on every call and machine.
 pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
     let mut random = Random::new(SEED);
     let fine = (USUAL / f64::from(count)).sqrt();

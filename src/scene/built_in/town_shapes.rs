@@ -28,8 +28,8 @@ pub(in crate::scene) fn empty(name: &str, albedo: [f32; 3]) -> Mesh {
     Mesh { name: name.into(), positions: vec![], triangles: vec![], albedo, solid: false }
 }
 
-/// Adds a closed shape through rings of equally many points, one after another. Each ring is counter-clockwise as seen from the next one.
-/// `cap` divides a ring into counter-clockwise triangles, for both ends.
+/// Adds a closed shape that runs through `rings`, one after another; all rings have the same number of points. Each ring is
+/// counter-clockwise as seen from the next ring. `cap` divides a ring into counter-clockwise triangles, which close both ends.
 pub(in crate::scene) fn loft(mesh: &mut Mesh, rings: &[Vec<DVec3>], cap: &[[u32; 3]]) {
     let first = mesh.positions.len() as u32;
     let around = rings[0].len() as u32;

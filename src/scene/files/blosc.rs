@@ -6,8 +6,8 @@ use std::cmp::min;
 /// Bytes of a header.
 const HEADER: usize = 16;
 
-/// A block is split, with each byte of its numbers packed separately, if it has this many numbers or more, and numbers have at most this
-/// many bytes.
+/// When a block is split, so that each byte of its numbers is packed separately: it has at least this many numbers, and each number has at
+/// most this many bytes.
 const SPLIT: [usize; 2] = [128, 16];
 
 /// Unpacks `packed`, which must give `count` bytes.

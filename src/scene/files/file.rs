@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! [[particles]]                 # any number of them
-//! file = "smoke.ply"            # beside the scene file; "smoke.####.ply": a frame a file, smoke.0001.ply and so on
+//! file = "smoke.ply"            # beside the scene file; "smoke.####.ply": one frame per file, smoke.0001.ply and so on
 //! scale = 2.0                   # optional, about the file's origin; optical depths stay as they are
 //! rotate = [1.0, 0.0, 0.0, 90]  # optional, after the scale: an axis and degrees
 //! translate = [0.0, 0.0, 1.0]   # optional, after both
@@ -23,7 +23,7 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //!
 //! [[volumes]]                   # any number of them
-//! file = "smoke.vdb"            # .vdb (vdb_file), .nrrd, or .volume, which names a raw file (volume_file); "smoke.####.vdb": a frame a file
+//! file = "smoke.vdb"            # .vdb (vdb_file), .nrrd, or .volume, which names a raw file (volume_file); "smoke.####.vdb": one frame per file
 //! grid = "density"              # optional, of a .vdb: which of its grids
 //! extinction = 4.0              # optional, of density 1, 1 / world unit of the file; replaces the file's
 //! scale = 1.0                   # optional, about the file's origin; optical depths stay as they are

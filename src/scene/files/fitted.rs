@@ -8,7 +8,8 @@ use glam::DVec3;
 /// Direction in which the light travels: across, into the depth, up.
 const LIGHT: DVec3 = DVec3::new(0.47, 0.3, -0.83);
 
-/// Direction in which the camera looks, in the same axes: from another side and a bit above, so that shadows are seen from the side.
+/// Direction in which the camera looks, in the same axes. It looks from another side than the light shines from, and slightly downwards, so
+/// that shadows are seen from the side.
 const VIEW: DVec3 = DVec3::new(-0.45, 0.8, -0.32);
 
 const FOV_Y_DEGREES: f64 = 38.0;
@@ -19,8 +20,8 @@ const ASPECT: f64 = 16.0 / 9.0;
 /// The share of the picture's width and height that is filled.
 const FILLED: f64 = 0.92;
 
-/// Turns a vector given across, into the depth and up into world axes. Depth is +y where z is up, and −z where y is up, so that the camera
-/// sees the front of a glTF model, which faces +z.
+/// Turns a vector into world axes; its coordinates are across, into the depth, and up. The depth is +y where z is up, and −z where y is up,
+/// so that the camera sees the front of a glTF model, which faces +z.
 fn oriented(vector: DVec3, up: DVec3) -> DVec3 {
     (DVec3::X * vector.x + up.cross(DVec3::X) * vector.y + up * vector.z).normalize()
 }

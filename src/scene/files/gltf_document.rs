@@ -122,8 +122,8 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     None
 }
 
-/// Removes content that is not read. Extensions may give it a form that the glTF crate rejects: textures with unknown kinds of images,
-/// animations of other properties, attributes of any name.
+/// Removes content that is not read. Extensions may give such content a form that the glTF crate rejects: textures with unknown kinds of
+/// images, animations of other properties, attributes of any name.
 fn keep_what_is_read(root: &mut Value) {
     const READ: [&str; 11] = [
         "accessors",

@@ -1,9 +1,9 @@
 //! Lights (KHR_lights_punctual) and cameras of glTF files.
 //!
 //! glTF intensities are in lux (directional) and candela (spot, point). A [`Light`] has the same radiance at any distance, and 1 lights a
-//! white surface fully. So each light gets its colour times its illuminance in the middle of the file's meshes. Then all are scaled
-//! together so that the brightest channel is 1. A light among the meshes counts as if it were at their outer radius; otherwise a lamp in
-//! the middle would outshine all others.
+//! white surface fully. So each light's radiance is its colour times the illuminance that it gives in the middle of the file's meshes. Then
+//! all radiances are scaled by one factor, so that the brightest channel is 1. The illuminance of a light among the meshes is computed as
+//! if the light were at their outer radius; otherwise a lamp in the middle would outshine all others.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::files::stage::{self, CameraEntry, finite, unit};

@@ -1,19 +1,19 @@
-//! Strands from HAIR files (Cem Yuksel, <http://www.cemyuksel.com/research/hairmodels>), little-endian: a header of
-//! 128 bytes, then the arrays that its bits name, in this order.
+//! Strands from HAIR files (Cem Yuksel, <http://www.cemyuksel.com/research/hairmodels>), little-endian: a header of 128 bytes, then the
+//! arrays in this order. The file has array N where bit N of the header is set.
 //!
-//! | byte | header | bit | array |
+//! | byte | header | array | content |
 //! |---|---|---|---|
 //! | 0 | `HAIR` | 0 | segments of each hair, u16 |
-//! | 4 | hairs, u32 | 1 | points, 3 × f32, segments + 1 of each hair, root first |
+//! | 4 | hairs, u32 | 1 | points, 3 × f32, segments + 1 for each hair, root first |
 //! | 8 | points, u32 | 2 | thickness of each point, f32 |
 //! | 12 | bits, u32 | 3 | transparency of each point, f32 |
-//! | 16 | segments of every hair without bit 0, u32 | 4 | colour of each point, 3 × f32; passed over |
-//! | 20 | thickness without bit 2, f32 | | |
-//! | 24 | transparency without bit 3, f32 | | |
-//! | 28 | colour without bit 4, 3 × f32; 88 bytes of text | | |
+//! | 16 | segments per hair, u32, for files without array 0 | 4 | colour of each point, 3 × f32; passed over |
+//! | 20 | thickness, f32, for files without array 2 | | |
+//! | 24 | transparency, f32, for files without array 3 | | |
+//! | 28 | colour, 3 × f32, for files without array 4; then 88 bytes of text | | |
 //!
-//! The format does not define *thickness*, and programs differ; here it is the diameter. *Opacity* is 1 − transparency. A segment has the
-//! mean of its two points' values.
+//! The format does not define *thickness*, and programs differ; here it is the diameter. *Opacity* is 1 − transparency. A segment takes the
+//! mean of the values at its two points.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -34,8 +34,8 @@ const TRANSPARENCY: u32 = 3;
 /// Loads and places the segments of all hairs. Segments of no length are left out, since they cover nothing.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no HAIR file, counts that do not fit together; a
-/// position, radius or opacity that [`Strand`] does not allow, with the hair's number.
+/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, not a HAIR file, counts that do not fit together; a position,
+/// radius or opacity that [`Strand`] does not allow, with the hair's number.
 pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
     let bytes = input::read(path)?;
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);

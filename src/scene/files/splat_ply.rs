@@ -1,10 +1,11 @@
 //! Splats from PLY files: in the format of Kerbl et al. 2023 (*3D Gaussian Splatting for Real-Time Radiance Field Rendering*), or as
 //! PlayCanvas compresses them.
 //!
-//! The former: element `vertex` with `x y z`, `scale_0..2` (logarithms of deviations), `rot_0..3` (w, x, y, z, of any length), `opacity`
-//! (before a logistic function) and `f_dc_0..2` (colour as a spherical harmonic). The latter: element `chunk` with bounds for 256
-//! splats each, element `vertex` with four words: position and scale of 11, 10 and 11 bits between the chunk's bounds, the quaternion's
-//! three smaller numbers of 10 bits, colour and opacity of 8 bits.
+//! Kerbl's format: element `vertex` with `x y z`, `scale_0..2` (logarithms of deviations), `rot_0..3` (w, x, y, z, of any length),
+//! `opacity` (before a logistic function) and `f_dc_0..2` (colour as a spherical harmonic). PlayCanvas' format: element `chunk`, each with
+//! the bounds of 256 splats, and element `vertex` with four words. The first word is the position and the second the scale, as numbers of
+//! 11, 10 and 11 bits between the chunk's bounds. The third holds the three smaller numbers of the quaternion, of 10 bits each. The fourth
+//! is colour and opacity, of 8 bits each.
 
 use crate::Result;
 use crate::scene::files::ply::{self, PlyFile};
@@ -137,8 +138,8 @@ fn packed_row(n: &[f64; 32], bounds: &[f64; 18]) -> Row {
     }
 }
 
-/// Decodes a quaternion. The top bits say which of w, x, y, z is greatest in magnitude; then come the others in this order, from −1/√2 to
-/// 1/√2.
+/// Decodes a quaternion. The top bits say which of w, x, y, z is greatest in magnitude; the other three follow in this order, each as 10
+/// bits that span −1/√2 to 1/√2.
 fn smallest_three(word: u32) -> [f64; 4] {
     let number = |shift: u32| (f64::from(word >> shift & 1023) / 1023.0 - 0.5) * 2.0_f64.sqrt();
     let others = [number(20), number(10), number(0)];

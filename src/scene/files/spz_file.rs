@@ -2,12 +2,12 @@
 //!
 //! | bytes per splat | what |
 //! |---|---|
-//! | 9, of version 1: 6 | position: 24-bit whole numbers of 2^-fraction world units, of version 1 half floats |
+//! | 9; version 1: 6 | position: three 24-bit whole numbers, in units of 2^-fraction world units; version 1: three half floats |
 //! | 1 | opacity |
-//! | 3 | colour, as a spherical harmonic: byte/255 − ½, by 0.15 |
+//! | 3 | colour, as coefficients of a spherical harmonic: (byte/255 − ½) / 0.15 |
 //! | 3 | logarithms of deviations: byte/16 − 10 |
-//! | 3, of version 3: 4 | rotation: x, y, z of a quaternion; of version 3 its three smaller numbers of 10 bits |
-//! | … | what is seen from other sides, which is not read |
+//! | 3; version 3: 4 | rotation: x, y, z of a quaternion; version 3: its three smaller numbers, 10 bits each |
+//! | … | how the colour changes with the viewing direction; not read |
 
 use crate::Result;
 use crate::scene::files::input;
@@ -104,8 +104,8 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     Ok(())
 }
 
-/// Decodes a quaternion. The top bits say which of x, y, z, w is greatest in magnitude. The others follow, the last in the lowest bits,
-/// each as a sign and 9 bits that span 1/√2.
+/// Decodes a quaternion. The top bits say which of x, y, z, w is greatest in magnitude. The other three follow in this order, so the last
+/// stands in the lowest bits. Each is a sign and 9 bits for a size from 0 to 1/√2.
 fn smallest_three(mut word: u32) -> [f64; 4] {
     let greatest = (word >> 30) as usize;
     let mut xyzw = [0.0; 4];

@@ -21,8 +21,8 @@ use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a TressFX file and was copied whole";
 
-/// For a file without thickness: the longest side of its bounds, in radii of a hair. So a hair is 1/400 of that side wide. This is ten
-/// times as wide as a real hair, but real heads have ten times as many hairs.
+/// The longest side of the box about all strands, in radii of a hair, for a file without thickness. So a hair is 1/400 of that side wide.
+/// That is ten times the width of a real hair, but real heads have ten times as many hairs.
 const SIZE_A_RADIUS: f64 = 800.0;
 
 /// Opacity of hairs where the scene file gives none.

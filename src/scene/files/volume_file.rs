@@ -114,7 +114,7 @@ pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
     Ok(volume)
 }
 
-/// Loads and places one file of a sequence. Its densities may all be 0, as at the beginning of smoke.
+/// Loads and places one file of a sequence. All of its densities may be 0, as before any smoke has risen.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): a faulty file; numbers out of range after placing.

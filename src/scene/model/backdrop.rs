@@ -5,14 +5,15 @@ use crate::scene::model::view::{across, some_up, vec};
 use crate::scene::{LightKind, Mesh, Scene};
 use glam::DVec3;
 
-/// Colours of the sky at the horizon and at the zenith, linear RGB: by day, and by night, which is where the scene has no sun.
+/// Two colours of the sky, linear RGB: at the horizon and at the zenith. `DAY` is for scenes with a sun, `NIGHT` for scenes without one.
 const DAY: [[f32; 3]; 2] = [[0.15, 0.19, 0.26], [0.03, 0.055, 0.12]];
 const NIGHT: [[f32; 3]; 2] = [[0.055, 0.065, 0.090], [0.008, 0.012, 0.025]];
 
 /// A mesh is a ground if its height is at most this share of its width.
 const FLAT: f64 = 0.05;
 
-/// Where a ground begins to fade at the latest, as a share of its reach. If something stands farther out, the ground does not fade.
+/// The greatest distance from a ground's middle at which the ground may begin to fade, as a share of its reach. If something stands farther
+/// out, the ground does not fade.
 const LATEST: f64 = 0.9;
 
 /// Where a ground begins to fade at the earliest, as a share of its reach.
@@ -76,8 +77,8 @@ fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec
     Some((axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z, 0.5 * (high - low)))
 }
 
-/// The ground is the widest flat mesh: its middle, the distances of its fade, and half its height. None where another mesh stands so far
-/// out that fading would hide it.
+/// Finds the ground, which is the widest flat mesh. Returns its middle, the two distances between which it fades, and half its height. None
+/// where another mesh stands so far out that fading would hide it.
 fn ground(scene: &Scene, up: DVec3) -> Option<(DVec3, [f64; 2], f64)> {
     let (right, forward) = across(up, some_up(up));
     let axes = [right, forward, up];

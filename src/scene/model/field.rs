@@ -210,8 +210,8 @@ mod tests {
         assert!(Field::new([([0; 3], 0.0)]).expect("empty").is_empty());
     }
 
-    /// A lone sample fills eight cells, which lie in eight blocks where it stands at a block's corner. All cubes together hold its
-    /// integral, 1.
+    /// A lone sample of density 1 fills the eight cells about it. Where the sample stands at a corner of a block, these cells lie in eight
+    /// different blocks. The cubes together hold the integral of the density, which is 1.
     #[test]
     fn cubes_hold_what_the_field_does() {
         for place in [[3, 4, 5], [0, 0, 0], [-8, 7, 16], [-1, -1, -1]] {

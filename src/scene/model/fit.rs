@@ -9,14 +9,14 @@ use glam::DVec3;
 pub enum Casting {
     /// The translucent casters.
     Volume,
-    /// The meshes alone, so that the view stays while smoke moves. Light passes points in front of the meshes and beside them. Behind all
-    /// meshes, a point is in the shadow of the nearest one on its ray, or lit.
+    /// The meshes alone, so that the view does not change while smoke moves. Points in front of the meshes or beside them are lit. Behind
+    /// all meshes, a point is lit, or lies in the shadow of the nearest mesh on its ray.
     Opaque,
 }
 
 impl Casting {
-    /// The range of a view relative to what casters need: a tenth more for the opaque map, so that its bias does not push the farthest
-    /// surface out of range.
+    /// The range of a view, relative to the range that the casters need. The opaque map has a tenth more, so that its bias does not push
+    /// the farthest surface out of range.
     fn range(self) -> f32 {
         if self == Self::Opaque { 1.1 } else { 1.0 }
     }
@@ -31,13 +31,13 @@ const ROUNDING: f64 = 5e-7;
 /// The least range of a parallel view, as a share of its width. Twin: THINNEST.
 const THINNEST: f64 = 1e-3;
 
-/// Texels by which a point light's face of `size` texels reaches past its 90° on each side: room for the widest filter,
-/// which reaches 8 texels, and one more for rounding. Small maps have less, and take narrower filters.
+/// Texels by which a point light's face of `size` texels reaches past its 90° on each side: 9, which is room for the widest filter, which
+/// reaches 8 texels, and one more for rounding. On small maps it reaches less far, and only narrower filters fit.
 pub fn gutter_texels(size: u32) -> u32 {
     (size / 8).clamp(1, 9)
 }
 
-/// Tangent of half the angle that such a face covers, at most 2. That holds even where a map is too small for its gutter.
+/// Tangent of half the angle that such a face covers. It is at most 2, even where the gutter would take up more of a very small map.
 fn face_tangent(size: u32) -> f64 {
     let share = (f64::from(gutter_texels(size)) / f64::from(size)).min(0.25);
     1.0 / (1.0 - 2.0 * share)
@@ -55,8 +55,9 @@ pub struct Aim<'a> {
 }
 
 impl Scene {
-    /// The data by which the scene's views are aimed. Their origins are the place of the first caster by x, then y, then z, so that casters
-    /// in another order give the same bits. The opaque view uses the first mesh vertex, if there are meshes.
+    /// The data by which the scene's views are aimed. The volume views of directional lights begin at the place of the first caster, and
+    /// their opaque views at the first mesh vertex, if there are meshes. Here, first means least in x, then in y, then in z, so that
+    /// another order of casters gives the same bits.
     pub fn aim(&self) -> Aim<'_> {
         let anchors = [anchor(self, Casting::Volume), anchor(self, Casting::Opaque)];
         Aim { lights: &self.lights, anchors, has_triangles: self.has_triangles() }

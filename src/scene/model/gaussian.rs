@@ -30,8 +30,8 @@ pub struct Gaussian {
     pub deviations: [f32; 3],
     /// The rotation of its axes: a quaternion x, y, z, w of length 1.
     pub rotation: [f32; 4],
-    /// The share of light that it takes from a ray through its middle along its shortest axis, in [0, 1]; the optical depth is −ln(1 −
-    /// opacity), at most [`MAX_OPTICAL_DEPTH`].
+    /// The share of light that the splat takes from a ray through its middle along its shortest axis, in [0, 1]; the optical depth is −ln(1
+    /// − opacity), at most [`MAX_OPTICAL_DEPTH`].
     pub opacity: f32,
     /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
@@ -69,8 +69,8 @@ fn deviation(radius: f32, octaves: u32) -> f64 {
     f64::from(radius) / REACH * (-OCTAVES / 4095.0 * f64::from(octaves)).exp2()
 }
 
-/// A direction as two numbers below 65536; the opposite direction gives the same. They are coordinates in the upper half of an octahedron,
-/// turned by 45°.
+/// A direction as two numbers below 65536; the opposite direction gives the same. The direction is projected onto the upper half of an
+/// octahedron. The numbers are its coordinates there, in axes turned by 45°.
 fn half_octahedron(direction: DVec3) -> [u32; 2] {
     let d = if direction.z < 0.0 { -direction } else { direction };
     let sum = d.x.abs() + d.y.abs() + d.z;
@@ -93,8 +93,8 @@ fn across(n: DVec3) -> [DVec3; 2] {
     [DVec3::new(1.0 + n.x * n.x * a, b, -n.x), DVec3::new(b, 1.0 + n.y * n.y * a, -n.y)]
 }
 
-/// Packs the shortest and the longest axis, and the ratios of axes, into bits of three floats that are neither NaN nor denormal, so that
-/// drivers keep them. `mark` gives the kind of caster.
+/// Packs three things into the bits of three floats: the shortest axis, the longest axis, and the ratios of the axes' lengths. The floats
+/// are neither NaN nor denormal, so that drivers keep their bits. `mark` gives the kind of caster.
 pub(super) fn packed(mark: u32, shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
     let [u, v] = half_octahedron(shortest);
     let [first, second] = across(of_half_octahedron([u, v])).map(|axis| axis.dot(longest));

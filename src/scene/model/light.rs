@@ -31,8 +31,8 @@ pub enum LightKind {
         position: DVec3,
         /// The surface's normal, unit length, on the side that shines.
         normal: DVec3,
-        /// A distance, world units. Nearer points get the light of this distance, since 1/d² of a point grows without
-        /// bound where that of a patch does not.
+        /// World units. Points nearer than this distance get the light of a point at this distance. The light's 1/d² grows without bound
+        /// near it, while the light of the patch that it stands for does not.
         nearest: f64,
     },
 }
@@ -49,10 +49,10 @@ pub struct Light {
     pub radius: f64,
 }
 
-/// The maps of a point light, in order: name and direction of the faces of the cube around it.
+/// The maps of a point light, in order: for each face of the cube around the light, its name and its direction.
 ///
-/// A cube and not an octahedron: a face is an ordinary perspective view, in which spheres have exact segments and tight
-/// bounds, while an octahedral map bends rays' footprints and with them every bound.
+/// The maps form a cube and not an octahedron, since a face of a cube is an ordinary perspective view. In such a view spheres have exact
+/// segments and tight bounds. An octahedral map would bend the footprints of rays, and all bounds with them.
 pub const FACES: [(&str, DVec3); 6] = [
     ("+x", DVec3::X),
     ("-x", DVec3::NEG_X),

@@ -53,8 +53,9 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     Order { casters, volumes }
 }
 
-/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. Moving smoke needs it in every frame, so this is a
-/// radix sort by three digits of each number's upper half; equal halves are then sorted by the whole number.
+/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. Smoke that moves is sorted in every frame, so this
+/// must be fast: it is a radix sort by three digits of each number's upper half. Numbers with equal upper halves are then sorted by the
+/// whole number.
 fn falling(depths: &[f64]) -> Vec<u32> {
     const DIGIT: u32 = 11;
     let key = |depth: &f64| {

@@ -6,8 +6,8 @@ use crate::scene::{Projection, View};
 use glam::{DQuat, DVec3};
 
 impl View {
-    /// A view with the axes of such a map, with `size` texels per side, of a light at `position` that shines along `normal`. It matches the
-    /// map only about the normal; for other directions take [`View::about`].
+    /// A view with the axes of a paraboloid map: of a light at `position` that shines along `normal`, with `size` texels per side. The view
+    /// matches the map only near the direction of the normal; for other directions take [`View::about`].
     pub fn paraboloid(position: DVec3, normal: DVec3, size: u32) -> Self {
         let forward = normal.as_vec3().as_dvec3();
         // Source: Duff et al. 2017. Twin: axes_of.
@@ -30,9 +30,9 @@ impl View {
         }
     }
 
-    /// A view that looks at `position` and matches a paraboloid map there. The map keeps angles: seen from the light, a texel at an angle θ
-    /// to the normal is a square, 2 (1 + cos θ) / size wide. The view's axes are the map's, rotated the shortest way from the normal to
-    /// that direction. Positions behind the light's plane, which are in no map, count as on the plane.
+    /// A view that looks at `position` and matches a paraboloid map there. A paraboloid map keeps angles: seen from the light, a texel at
+    /// an angle θ to the normal is a square, 2 (1 + cos θ) / size wide. The view's axes are the map's, rotated the shortest way from the
+    /// normal to that direction. Positions behind the light's plane, which are in no map, count as on the plane.
     pub fn about(&self, position: DVec3) -> Self {
         let [normal, right, up] = [self.forward, self.right, self.up].map(vec);
         let forward = (position - vec(self.origin)).normalize_or(normal);
@@ -50,7 +50,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Two directions up to a texel apart in the map, by its formula, are apart by the same offset in the view about one of them.
+        /// Takes two directions that are up to a texel apart in the map, by the map's formula. In the view about one of them, they are
+        /// apart by the same offset.
         #[test]
         fn texels_about_a_place_are_the_maps(
             normal in prop::array::uniform3(-1.0f64..1.0),

@@ -15,17 +15,17 @@ pub struct Resolution {
     pub view: View,
     /// Whether the view's texels are those of a [paraboloid](View::paraboloid).
     pub paraboloid: bool,
-    /// Whether the view is one of a light's six faces: a receiver that is moved out of it is looked up in the next face.
+    /// Whether the view is one of a light's six faces. A receiver that is moved out of its face is then looked up in the next face.
     pub faces: bool,
     /// How far across the light's rays a surface may affect a look-up, texels.
     pub reach_texels: f64,
-    /// Where the bias of a comparison follows the slope of the point's surface: how far a compared texel's centre may be from the point,
+    /// For techniques whose bias follows the slope of the point's surface: how far the centre of a compared texel may be from the point,
     /// texels across and down. 0 for other techniques.
     pub pushed_texels: f64,
     /// How much nearer to the light than a surface point its caster must be to shadow it, in widths of a texel.
     pub nearer_texels: f64,
-    /// For maps whose depths are compared with a surface's plane: how far from a texel's centre its depth may have been taken, texels. 0
-    /// for other techniques.
+    /// For maps whose depths are compared with the plane of a surface: how far from a texel's centre the place may be at which its depth
+    /// was taken, texels. 0 for other techniques.
     pub snap_texels: f64,
     /// How far along its normal a surface point is moved before its look-up.
     pub moved: Moved,
@@ -34,11 +34,11 @@ pub struct Resolution {
     pub free_inside: bool,
     /// How far along the rays a surface may affect a look-up, as a share of the view's range.
     pub depth: f64,
-    /// Side of a voxel, world units, where rays go through a grid along the world's axes; else 0. In a grid, a surface anywhere in a ray's
-    /// voxels may affect the look-up, and the fields about texels do not count.
+    /// Where rays go through a grid along the world's axes, the side of a voxel, world units; else 0. In a grid, a surface anywhere in a
+    /// ray's voxels may affect the look-up, and the fields that are in texels are not used.
     pub voxel: f64,
-    /// Whether rays are tested against triangles instead of voxels. Then `voxel` is the distance by which rounding may move a ray, and a
-    /// surface that near may also be missed.
+    /// Whether rays are tested against triangles instead of voxels. Then `voxel` is the distance by which rounding may move a ray. A
+    /// surface within that distance may be hit wrongly, and may also be missed.
     pub rounded: bool,
     /// How far a surface point is moved along its ray in such a grid, after it was moved off the surface, voxels.
     pub bias: f64,
@@ -56,9 +56,10 @@ impl Resolution {
     }
 
     /// The resolution of a paraboloid map with view `view`. A look-up reads four texels, each up to a texel away from the place and
-    /// covering half a texel about its middle. The surface's plane is compared on the rays through these middles, at no more than the
-    /// point's distance. So casters are missed that are before the point by less than the plane's change over a texel, or by less than half
-    /// a texel. Twins: NEARER_TEXELS, surface_distance in glsl/technique/ism/visibility.glsl.
+    /// covering half a texel about its middle. The depth in each texel is compared with the distance of the surface's plane on the ray
+    /// through the texel's middle, but with no more than the point's own distance. So a caster is missed if it is in front of the point by
+    /// less than the plane's depth changes over a texel, or by less than half a texel. Twins: NEARER_TEXELS, surface_distance in
+    /// glsl/technique/ism/visibility.glsl.
     pub fn of_paraboloid(view: View) -> Self {
         let (reach_texels, pushed_texels, nearer_texels) = (1.5, 1.0, 0.5);
         Self { paraboloid: true, reach_texels, pushed_texels, nearer_texels, ..Self::exact(view) }
@@ -83,8 +84,8 @@ impl Resolution {
         }
     }
 
-    /// Where a surface point with normal `normal` is looked up, world units; in a grid, before it is moved along its ray. A grid moves a
-    /// virtual light off its surface the same way.
+    /// The place at which a surface point with normal `normal` is looked up, world units. In a grid, a look-up moves that place further
+    /// along the ray. A grid moves a virtual light off its surface in the same way.
     pub fn looked_up(&self, position: DVec3, normal: DVec3) -> DVec3 {
         if self.voxel > 0.0 {
             return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;
@@ -127,14 +128,14 @@ impl Resolution {
     }
 }
 
-/// How far a surface point is moved along its normal n, so that its surface stays behind it. The move is the sum of the first three parts,
-/// and at least the fourth. All are 0 where points are not moved.
+/// How far a surface point is moved along its normal n, so that its surface stays behind it. The move is the sum of `across`, `along` and
+/// `always`, but at least `least_world`. All fields are 0 where points are not moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
     /// Texels, times |right · n| + |up · n|.
     pub across: f64,
-    /// A share of the view's range, times |d · n|, where d is the ray's direction with length 1 along forward. The surface then stays
-    /// behind the moved point by this share along the light's rays.
+    /// A share of the view's range, times |d · n|. Here d is the direction of the ray, scaled so that its part along forward has length 1.
+    /// The surface then stays behind the moved point by this share of the range along the light's rays.
     pub along: f64,
     /// Texels, for any normal.
     pub always: f64,

@@ -26,13 +26,13 @@ impl Side {
     }
 }
 
-/// The least volume of a closed thing, relative to its surface to the power of 3/2. A leaf with a back of its own has a volume of rounding
-/// only, and is not closed.
+/// The least volume of a closed thing, divided by its surface to the power of 3/2. A leaf whose back is modelled too has no volume but that
+/// of rounding, and must not count as closed.
 const LEAST_VOLUME: f64 = 1e-9;
 
-/// The side of each triangle. In a solid mesh all are [`Side::Outward`]. In other meshes, triangles that share an edge belong to one thing;
-/// vertices at the same position count as one. A thing is closed if every edge is used equally often in both directions, and the thing has
-/// a volume. A triangle with two equal corners belongs to the thing of its edge.
+/// The side of each triangle. In a solid mesh all triangles have [`Side::Outward`]. In other meshes, triangles that share an edge belong to
+/// one thing; vertices at the same position count as one. A thing is closed if every edge is used equally often in both directions, and the
+/// thing has a volume. A triangle with two equal corners is only an edge, and belongs to the thing that has this edge.
 pub fn sides(mesh: &Mesh) -> Vec<Side> {
     if mesh.solid {
         return vec![Side::Outward; mesh.triangles.len()];

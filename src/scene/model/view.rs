@@ -5,8 +5,8 @@ use crate::scene::{Camera, Caster, Casting, FACES, Gaussian, Mesh, Motion, Parti
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
-/// A depth or z farther than any other: of an unused node, or where no mesh ends the light. Twins: EMPTY in glsl/maps/curve/node.glsl,
-/// INFINITY in glsl/maps/bins/tiles.glsl.
+/// A depth or z that is farther than any other. An unused node has it, and a place where no mesh ends the light. Twins: EMPTY in
+/// glsl/maps/curve/node.glsl, INFINITY in glsl/maps/bins/tiles.glsl.
 pub const FARTHEST: f32 = 3e38;
 
 /// Parallel rays or rays from one point.
@@ -161,16 +161,17 @@ impl View {
         self.width as usize * self.height as usize
     }
 
-    /// The views of all maps of all lights before they are fitted (a point light has one for each of [`crate::scene::FACES`]), `size`
-    /// texels per side: origin and axes, and in perspective the scale. A directional light's origin is a place among the casters of
-    /// `casting`; for simulated casters, it is a corner of their box. So distances from it stay small. `near` is the least share of the
-    /// range at which the view may begin; `far` is its range, relative to the range that the casters need.
+    /// The views of all maps of all lights before they are fitted, `size` texels per side. A point light has one view for each of
+    /// [`crate::scene::FACES`]. These views have an origin and axes, and in perspective a scale. A directional light's origin is a place
+    /// among the casters of `casting`, or a corner of their box where they are simulated, so that distances from it are small. `near` is
+    /// the least share of the range at which the fitted view may begin. `far` is the range of the fitted view, relative to the range that
+    /// the casters need.
     pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
         aimed(aim, size, casting)
     }
 
-    /// The views of the translucent casters, one for each map of each light, fitted to them (to the meshes where there are none), `size`
-    /// texels per side. Computed in f64, as the truth for the views that the device fits.
+    /// The views of all maps of all lights, fitted to the translucent casters, or to the meshes where there are none, `size` texels per
+    /// side. They are computed in f64, as the truth for the views that the device fits.
     pub fn volumes(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Volume)
     }

@@ -25,7 +25,8 @@ pub struct Placed {
     pub extinction: f64,
     /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
-    /// Cells of the field per side of each caster: 1, 2, 4 or 8. It is raised where there would be more than [`MOST_CELLS`] casters.
+    /// How many cells of the field one caster spans along each axis: 1, 2, 4 or 8. The number is raised where there would be more than
+    /// [`MOST_CELLS`] casters.
     pub side: u32,
 }
 
@@ -120,8 +121,8 @@ impl Volume {
     }
 }
 
-/// A box by its middle and half of its sides, which are at right angles. Sides of different length are rounded by 0.11 % at most;
-/// extinction makes up for it, so that extinction times volume is exact.
+/// A caster that is a box, by its middle and half of each of its sides, which are at right angles. Where the sides differ in length,
+/// packing rounds them by at most 0.11 %. The extinction is changed to make up for that, so that extinction times volume is exact.
 pub(crate) fn cell(centre: DVec3, halves: [DVec3; 3], extinction: f64) -> Caster {
     let mut sides = halves;
     sides.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));

@@ -82,9 +82,9 @@ impl Curves {
         Ok(Some(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64))
     }
 
-    /// The nodes, (depth, transmittance), of the one curve that a look-up at a texel's centre reads. Empty where a look-up there
-    /// averages several curves: with a filter wider than the bilinear one, and with detail=adaptive where finer texels meet at the
-    /// centre.
+    /// The nodes, (depth, transmittance), of the curve that a look-up at a texel's centre reads. Empty where a look-up there averages
+    /// several curves. That is so with a filter wider than the bilinear one, and with detail=adaptive where the corners of four finer
+    /// texels meet at the centre.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
@@ -116,8 +116,8 @@ impl Curves {
 }
 
 impl Curves {
-    /// The index of the curve of the finer texel whose centre is also this texel's centre. `None` where the tile has an even number of
-    /// finer texels across this one: their corners meet at the centre then. Twin: detailed_transmittance in
+    /// With detail=adaptive, the index of the curve of that finer texel whose centre is also the centre of this texel of the map. `None`
+    /// where an even number of finer texels lies across this texel: then their corners meet at its centre. Twin: detailed_transmittance in
     /// glsl/technique/avsm/visibility.glsl.
     fn place(&self, map: u32, [x, y]: [u32; 2]) -> Result<Option<usize>> {
         let [across, down] = self.size.map(|texels| texels.div_ceil(TILE_TEXELS));
@@ -131,8 +131,8 @@ impl Curves {
     }
 }
 
-/// The most blocks that detail=adaptive may build; `None` with detail=even. Without `bytes=`, adaptive maps may take as many bytes as
-/// detail=even would, with nodes stored as `even` says.
+/// The most blocks that detail=adaptive may build; `None` with detail=even. Without `bytes=`, adaptive maps may take as many bytes as maps
+/// with detail=even whose nodes are stored as `even` says.
 ///
 /// # Errors
 /// [`Error::Refused`] where there is no room for a block of each tile.

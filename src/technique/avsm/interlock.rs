@@ -15,8 +15,8 @@ pub struct Interlock {
     clear: Kernel<GroupPush>,
     insert: Kernel<SplatPush>,
     pack: Kernel<GroupPush>,
-    /// Full nodes of a group of maps, before they are packed: fragments read nodes back, and must not read rounded ones. None where
-    /// nodes are not packed.
+    /// The nodes of a group of maps in full precision, before they are packed: each fragment reads back the nodes that earlier fragments
+    /// wrote, and those must not be rounded. None where nodes are not packed.
     full: Option<Buffer>,
     /// Maps that are drawn at once.
     at_once: u32,

@@ -14,28 +14,29 @@ use crate::technique::keys::word_of;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Spare nodes: those that a curve has while it is built, beyond those that it keeps (WORK − NODES in glsl/maps/curve/curve.glsl). This
-/// many where a texel's whole curve is compressed at once. 112 spare nodes would hold almost every curve exactly. With 16, nodes are
-/// removed on the way, those first that change the area least: the error on plume_8k is within 2 % of that with 112.
+/// Spare nodes: those that a curve has while it is built, beyond those that it keeps (WORK − NODES in glsl/maps/curve/curve.glsl).
+/// `WHOLE_NODES` is their number where a texel's whole curve is compressed at once. 112 spare nodes would hold almost every curve exactly.
+/// With 16, some nodes are removed before the curve is complete, those first whose removal changes the area least. The error on plume_8k is
+/// then within 2 % of that with 112.
 const WHOLE_NODES: u32 = 16;
 
-/// Spare nodes, as for [`WHOLE_NODES`], of the binned path, whose curves stay in registers. They make up for casters being sorted
-/// per tile and not per texel.
+/// Spare nodes, as for [`WHOLE_NODES`], of the binned path, whose curves stay in registers. Casters are sorted per tile and not per texel,
+/// so they arrive slightly out of order; the spare nodes make up for that.
 const BINNED_NODES: u32 = 4;
 
-/// Spare nodes, as for [`WHOLE_NODES`], of curves from cells, which are even ranges of depth. The ends of cells are few and come
-/// in order, so that more nodes would gain little.
+/// Spare nodes, as for [`WHOLE_NODES`], of curves from cells, which are even ranges of depth. The ends of cells are few and arrive in order
+/// of depth, so more spare nodes would gain little.
 const CELLS_NODES: u32 = 2;
 
-/// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles then have very different numbers of
-/// casters, and the build waits for the fullest tile.
+/// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters. The numbers of casters per tile then differ
+/// widely, and the whole build waits for the fullest tile.
 const MANY_GROUPS: u32 = 16;
 
 /// Threads per texel of cells.comp with 16 nodes, which take so many registers that few workgroups run at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// Casters that a thread of cells.comp tests before it adds up those that its ray hits, where there are very many casters, which are
-/// small then.
+/// Where there are very many casters, they are small. A thread of cells.comp then tests this many casters before it adds up those that its
+/// ray hits.
 const MOST_AHEAD: u32 = 32;
 
 /// Turns of fit=refined: it moves the odd nodes in one turn and the even nodes in the next. Two turns reach four fifths of the gain of
@@ -67,14 +68,15 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Casters that shared memory holds at a time: 32 for each of `groups`, or more where they fit into the memory that the nodes need
-    /// later, while they are fitted. [`Cells::Lanes`] holds none there.
+    /// Casters that shared memory holds at a time: 32 for each of `groups`. The nodes use the same memory later, while they are fitted;
+    /// where they need more room than that, as many casters as fit into their room. [`Cells::Lanes`] holds no casters there.
     fn batch(self, groups: u32, nodes: u32) -> u32 {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Bytes of shared memory. Per texel: 65 cells, four sets of cells' ends, and two ranges of depth. Per workgroup: casters of 32
-    /// bytes, whose memory later holds at most 16 nodes per texel; a bound; and totals over all texels.
+    /// Bytes of shared memory. Per texel: 65 cells of 4 bytes; four masks of 64 bits, one per threshold, of the cells' ends that stay; and
+    /// four depths of 4 bytes. Per workgroup: a batch of casters of 32 bytes each, in whose memory up to 16 nodes per texel stand later; 8
+    /// bytes for a bound; and 24 bytes for totals over all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }
@@ -223,9 +225,9 @@ impl Plan {
     }
 }
 
-/// Limits of a path: a device that has less is refused. For curves from cells they are those of [`Cells::Half`], which needs the least
-/// shared memory, and the same amount on every device; every device has enough threads for it. With detail=adaptive the bytes of
-/// curves are a setting.
+/// Limits of a path: a device that has less is refused. For curves from cells they are the limits of [`Cells::Half`], the variant that
+/// needs the least shared memory; every device has enough threads for it. With detail=adaptive there is no limit on the bytes of curves,
+/// since they are a setting.
 pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
     let mut limits = Vec::new();

@@ -117,8 +117,8 @@ map_settings! {
             Setting::auto("auto: binned, save for what software devices do faster and for order=captured");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// Whether the whole map has the resolution `size`, or each tile between half and four times that, as its casters need. The
-        /// second works only with binned tiles and the bilinear filter.
+        /// Whether every tile of a map has the resolution `size`, or each tile has its own, from half to four times `size`, as its casters
+        /// need. The second works only with binned tiles and the bilinear filter.
         detail: Fineness = Setting::word(
             "even", "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)");
         /// Bytes that the curves of all maps may take where `detail` is adaptive, 1 or more; none: as many as with even detail.
@@ -140,15 +140,15 @@ map_settings! {
         /// not.
         nudge: bool = Setting::word(
             "on", "keep the area under the curve when a node is removed (exponential only); off: as published");
-        /// Where nodes stand. [`Fit::Refined`] is for exponential curves: from cells, or on the two-pass path from whole curves. None:
-        /// refined for exponential curves from cells.
+        /// How the depths of nodes are chosen. [`Fit::Refined`] works for exponential curves that are made from cells, or on the two-pass
+        /// path from whole curves. None: refined for exponential curves from cells, else not refined.
         fit: Option<Fit> = Setting::auto(
             "exponential: nodes on the curve, or moved to fit all of it (resolve=cells; two-pass whole); auto: refined for cells");
         /// Segments, over all texels, that the list of the two-pass path holds, 1 to 2^28; later ones are lost. None: the list grows.
         capacity: Option<u32> =
             Setting::auto_number(1, 1 << 28, "segments that the list holds (two-pass); auto grows to the demand");
-        /// How nodes are stored. None: in full; where `detail` is adaptive, tight for scenes with hair, else packed, so that the bytes hold
-        /// more texels.
+        /// How nodes are stored. None: in full where `detail` is even. Where it is adaptive, tight for scenes with hair, and packed for
+        /// other scenes, so that the bytes hold more texels.
         storage: Option<Storage> = Setting::auto(
             "full: 8 bytes per node; packed: 4, and 8 per texel; tight: 2; auto: full, or with detail=adaptive tight (hair) or packed");
         /// Where a tile's casters stand while all texels look at them. None: in lanes for hair and on software devices, else in shared

@@ -62,8 +62,9 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
 };
 
-/// `error=` bounds the error of a curve at any depth; with removal=area the mean error is below it too. The tail is exact. Sums of whole
-/// numbers do not depend on order. With `bytes=` the error is the least that fits, so that no mean is promised.
+/// `error=` bounds the error of a curve at any depth; with removal=area the mean error is below it too. The tail is exact. Optical depths
+/// are summed in whole numbers, so the order of casters changes nothing. With `bytes=` the error is the least with which the curves fit
+/// into the bytes, so no mean error is promised.
 fn promises(spec: &Spec) -> Promises {
     let settings: Settings = spec.settings();
     let error = f64::from(settings.error());

@@ -44,8 +44,8 @@ map_settings! {
         /// Bytes that the curves of all maps may take, 1 or more; the build finds the least error that fits. None: `error` decides.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "bytes that the curves of all maps may take: the least error is found that fits; auto: error= decides");
-        /// Which nodes are left out of a curve. [`Removal::Bound`]: those without which the curve stays within the error.
-        /// [`Removal::Area`], as in AVSM: those whose removal changes the area under the curve by no more than four times the error's
+        /// Which nodes are left out of a curve. [`Removal::Bound`]: nodes without which the curve stays within the error.
+        /// [`Removal::Area`], as in AVSM: nodes whose removal changes the area under the curve by no more than four times the error's
         /// square; this needs fewer nodes for the same mean error. None: by area where `bytes` is given, else by bound.
         removal: Option<Removal> = Setting::auto(
             "remove nodes that a curve stays within error= without, or that change its area by 4 error²; auto: bound, with bytes= area");

@@ -50,8 +50,8 @@ push_struct! {
 pub struct Adapt {
     settings: Settings,
     light_count: u32,
-    /// Points that each light takes, light after light: the point's place in the pool, and the share of its cluster's area that it stands
-    /// for.
+    /// The points that each light takes, light after light. Each entry holds the point's place in the pool, and the share of its cluster's
+    /// area that the point stands for.
     pub taken: Buffer,
     /// [`ClusterData`].
     pub clusters: Buffer,

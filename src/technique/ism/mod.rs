@@ -84,8 +84,8 @@ pub struct Ism {
     constants: Constants,
 }
 
-/// Refuses other kinds of light, which have no hemisphere. Each build checks this, since a light may change its kind after the
-/// technique is opened.
+/// Refuses all kinds of light but virtual lights: only these shine into a hemisphere, which is what a map covers. Each build checks this,
+/// since a light may change its kind after the technique is opened.
 fn lights_are_virtual(world: &World) -> Result<()> {
     match world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
         true => Ok(()),
@@ -140,8 +140,8 @@ impl Ism {
         Ok((self.sample.head.read(1)?[0], self.sample.pool.read(count)?))
     }
 
-    /// With adaptive points: the clusters, and light after light the points that it takes. Each is a word: the point's place in the pool,
-    /// plus 2^18 times how often the area of its cluster was halved.
+    /// With adaptive points: the clusters, and the points that each light takes, light after light. A point is one word: its place in the
+    /// pool, plus 2^18 times the number of times that the area of its cluster was halved.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
@@ -159,8 +159,8 @@ impl Ism {
     }
 }
 
-/// How finely each map knows the meshes: as finely as its texels lie. All faces of the cube about a light have the same resolution. Empty
-/// where the host does not know the lights. Twin: light_visibility.
+/// The resolution with which each map knows the meshes: that of its texels. A light has one map but six entries, one per face of the cube
+/// about it, and all six are equal. Empty where the host does not know the lights. Twin: light_visibility.
 fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
     if !world.knows_lights() {
         return Vec::new();

@@ -56,8 +56,8 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Makes room for points, and their passes. Each light takes `points` of them, a power of two. `adaptive`: lights choose their
-    /// points, and points that are neighbours in the pool are neighbours on their triangles.
+    /// Makes room for the pool of points on the meshes, and the passes that fill it. Each light takes `points` of them, a power of two.
+    /// With `adaptive`, each light chooses its points, and points that are neighbours in the pool are neighbours on their triangles.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

@@ -66,8 +66,8 @@ settings! {
         /// Each light takes more points from places that cover more of its map or are nearer to the viewer.
         adaptive: bool =
             Setting::word("off", "each light takes its points where it and the viewer see more of them");
-        /// Whether points on the near sides of closed things are left out, on the far sides, or none. Where points are drawn, a pass lists
-        /// those that are left (Tokuyoshi 2014).
+        /// Which points on closed meshes are left out: those on the sides that face the light, those on the sides that face away, or none.
+        /// Where points are drawn, a pass first lists those that remain (Tokuyoshi 2014).
         culling: Culling = Setting::word(
             "on", "leave out the near sides of closed things, or the far ones, or none; where points are drawn, the rest are listed");
         /// How to tell whether a point lies on the side of a closed mesh that faces the light; by the normals alone in

@@ -12,12 +12,14 @@ use crate::world::World;
 /// Workgroups per tile: two, of half a tile each, where the tile has casters; one where it has none and is written over.
 const PARTS: [u32; 2] = [2, 1];
 
-/// Rows of 8 texels that a workgroup builds at the same time, out of the four in half a tile; and bytes of shared memory per slice.
+/// `ROWS_AT_A_TIME`: rows of 8 texels that are built at the same time by each workgroup, out of the four rows of half a tile.
+/// `SLICE_BYTES`: bytes of shared memory that each slice takes for these texels.
 const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
-/// Casters that shared memory holds at the same time where it has room, fewer than threads; bytes per caster; and more bytes per caster
-/// where there are strands or splats. Without strands and splats, two workgroups fit into some 48 KiB of shared memory.
+/// `BATCH_CASTERS`: how many casters shared memory holds at the same time where it has room; they are fewer than the threads.
+/// `CASTER_BYTES`: bytes per caster. `AXIS_BYTES`: further bytes per caster where there are strands or splats. Without strands and splats,
+/// two workgroups fit into some 48 KiB of shared memory.
 const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
@@ -53,9 +55,9 @@ pub fn threads(context: &Context) -> u32 {
     (room / least * least).clamp(least, most)
 }
 
-/// Casters that shared memory holds beside the slices: fewer than threads; a half or a quarter of that where there is less room; or none.
-/// With the least number of threads it holds none: software devices have that number, and their threads, which take turns, gain
-/// nothing from shared memory.
+/// How many casters shared memory holds beside the slices. The number is less than that of the threads, or a half or a quarter of that
+/// where there is less room, or 0. With the least number of threads it is 0: software devices have that number, and their threads, which
+/// take turns, gain nothing from shared memory.
 fn batch(context: &Context, slices: u32, threads: u32, axes: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;

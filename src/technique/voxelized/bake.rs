@@ -232,8 +232,8 @@ impl Bake {
         commands.pass("voxelized.shortcuts", |pass| pass.dispatch(&self.shortcuts, &push, [x, y, 1]));
     }
 
-    /// Records the passes that find the range of each block of columns, its least exit and greatest entry, for the
-    /// levels above `from`, three levels at a time.
+    /// Records the passes that find the range of each block of columns on the levels above `from`, three levels at a time. A block's range
+    /// is the least exit and the greatest entry of its columns.
     fn ranges(&self, commands: &mut Commands, base: BuildPush, from: u32, to: u32, at: impl Fn(u32) -> u32) {
         for level in (from..to).step_by(3) {
             let width = base.width >> (level - from);

@@ -139,8 +139,8 @@ pub const PIECES_OFFSET: u64 = std::mem::offset_of!(BuildState, pieces) as u64;
 /// Words per projected triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
 const PROJECTED_WORDS: u64 = 12;
 
-/// Words per triangle whose place is stored for the next bake, and per box about a triangle in a tree. Twins:
-/// SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
+/// `SEEN_WORDS`: words per triangle whose place is stored, so that the next bake can see whether it has moved. `BOX_WORDS`: words per box
+/// about a triangle in a tree. Twins: SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
 const SEEN_WORDS: u64 = 10;
 const BOX_WORDS: u64 = 4;
 

@@ -1,5 +1,5 @@
-//! Whether look-ups stay within the words that a file has. A checksum finds damage but not a file that was written wrong,
-//! and a device may fail on a pointer that leads outside.
+//! Checks that look-ups stay within the words that a file has. A pointer that leads outside may crash a device. A checksum finds damage,
+//! but not a file that was written with wrong pointers.
 
 use super::buffers::Shape;
 use super::settings::Plan;

@@ -102,8 +102,9 @@ fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
     View { origin: front.as_vec3().into(), scale_x: scale, scale_y: scale, near: 0.0, far: side as f32, ..aimed }
 }
 
-/// A pyramid from the light to the farthest mesh, or as far as the light shines. A face has room about its 90 degrees for every filter. A
-/// spot's pyramid has room about its cone for every filter, and for points that are moved off their surface.
+/// A pyramid from the light to the farthest mesh, or as far as the light shines. A face of a point light is wider than its 90 degrees, so
+/// that every filter has room. The pyramid of a spot light is wider than its cone for the same reason, and since points are moved off their
+/// surface.
 fn pyramid(hull: impl Iterator<Item = [f32; 3]>, light: &Light, aimed: View) -> View {
     let along = |position: [f32; 3]| aimed.axes(DVec3::from(position.map(f64::from))).z;
     let farthest = hull.map(along).fold(least(&aimed), f64::max).min(light.radius);

@@ -33,8 +33,8 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Opens the file that `settings` name, and copies its nodes to the device. The file states the settings of its bake. They must agree
-    /// with `settings` for those keys for which `held` is true.
+    /// Opens the file that `settings` name, and copies its nodes to the device. The file states the settings of its bake. For those keys
+    /// for which `held` is true, these settings must agree with `settings`.
     ///
     /// # Errors
     /// [`Error::Input`] that names the file where it cannot be read, is no bake, is damaged, is of another scene, or was baked with other

@@ -78,8 +78,8 @@ fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Techniq
 
 const TILES: &str = "tiles";
 
-/// The most nodes per level, and the most triangles in bins, that there may be room for: tables have twice as many slots, and number them
-/// in 32 bits.
+/// The most nodes per level, and the most triangles in bins, for which room is made. Tables have twice as many slots as that, and number
+/// them in 32 bits.
 const MOST_NODES: u32 = 1 << 28;
 
 /// Times a bake may begin anew with more room.
@@ -296,8 +296,8 @@ impl Voxelized {
         Ok(true)
     }
 
-    /// Makes room for the look-ups' data, with one word more than needed, since a pointer's second half may be read from it. A single tree
-    /// keeps its nodes, which are packed once more; with several trees the bake begins anew.
+    /// Makes room for the words that look-ups read. One word more than needed is kept, since a look-up may read it as the second half of a
+    /// pointer. A single tree keeps its nodes, and only packs them once more. With several trees the bake begins anew.
     fn grow_data(&mut self) -> Result<Settled> {
         let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
         if self.cubes.views.len() > 1 {

@@ -5,8 +5,8 @@ use super::cube::Cubes;
 use crate::scene::{Projection, View};
 use bytemuck::{Pod, Zeroable};
 
-/// The most levels of a tree: leaves, bricks of 8 voxels per side, and nodes of up to 65,536 voxels per side. Twin: Tree in
-/// glsl/technique/voxelized/tree.glsl.
+/// The most levels of a tree. The lowest are leaves, the next are bricks of 8 voxels per side, and the highest are nodes of 65,536 voxels
+/// per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
 /// A tree of a light. Twin: Tree in glsl/technique/voxelized/tree.glsl.
@@ -17,8 +17,8 @@ pub struct TreeData {
     pub origin: [f32; 3],
     /// Voxels per side.
     pub size: u32,
-    /// Voxels per world unit along the cube's x. For a light with a position, the product with a point's offset is the column, counted from
-    /// the middle, times the depth in voxels.
+    /// Voxels per world unit along the cube's x. For a light with a position, the dot product with a point's offset from the light is a
+    /// column times a depth. The column is counted from the middle, and the depth is in voxels.
     pub right: [f32; 3],
     /// The root's level plus one.
     pub levels: u32,

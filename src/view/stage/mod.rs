@@ -52,8 +52,8 @@ pub struct Stage {
     version: u64,
     /// The same for changes of casters and lights alone.
     cast: u64,
-    /// The state `cast`, and a scene with its casters and lights, once another thread has asked for it. The camera of
-    /// that scene may be another.
+    /// A scene that another thread has asked for, and the number `cast` of the casters and lights that it has. The
+    /// camera in this scene may not be the present one.
     kept: Option<(u64, Arc<Scene>)>,
     /// The state `version`, the pictures' size, and the camera's view for both.
     camera: Option<(u64, [u32; 2], View)>,
@@ -61,8 +61,8 @@ pub struct Stage {
     smoke: Smoke,
     /// Moves particles on the device; made when they first move.
     simulation: Option<Simulation>,
-    /// Copies to the host the particles that the device has moved. Their drawing order comes from the copy and, once
-    /// they stand still, so does everything else.
+    /// Copies the particles that the device has moved to the host. While they move, the copy gives only their drawing
+    /// order; once they stand still, the host's scene takes all of their data from it.
     simulated: Option<Simulated>,
     sides: [Option<Lit>; 2],
     /// Specs that cannot be shown, and why.

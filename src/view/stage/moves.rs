@@ -19,8 +19,9 @@ pub(super) struct Simulated {
 }
 
 impl Stage {
-    /// The world's scene for threads that take longer than a frame: a camera, and casters and lights, which are copied
-    /// once until they change. None while only the device knows the particles' positions.
+    /// The world's scene, for threads that take longer than a frame: its camera, and a scene with its casters and
+    /// lights. These are copied once, and again only after they have changed. None while only the device knows the
+    /// particles' positions.
     pub fn shared(&mut self) -> Option<(Camera, Arc<Scene>)> {
         let camera = self.world.scene().ok()?.camera;
         self.scene_of_now().map(|scene| (camera, scene))
@@ -95,8 +96,8 @@ impl Stage {
         Ok(())
     }
 
-    /// Takes over the particles' positions of a frame that is over. They give the drawing order; where the particles
-    /// have not moved since, they are also the scene's.
+    /// Takes over the particles' positions from a frame that is over. These give the drawing order. Where the particles
+    /// have not moved since that frame, they are also the positions in the host's scene.
     pub(super) fn take_particles(&mut self, over: u64) -> Result<()> {
         let Some(simulated) = self.simulated.as_mut().filter(|simulated| simulated.is_moving) else { return Ok(()) };
         let stands = simulated.frame <= over;

@@ -232,8 +232,8 @@ mod tests {
                 let end = (cell + 1) as f32 / CELLS as f32;
                 let taken = |s: &Segment| f64::from(s.optical_depth) * f64::from(((end - s.entry) / length).clamp(0.0, 1.0));
                 let exact: f64 = list.iter().map(taken).sum::<f64>() * 65536.0;
-                // Each segment's share of a cell is rounded by at most half a unit (root mean square), over as many cells as a segment is
-                // long.
+                // In each cell that a segment crosses, its share is rounded by at most half a unit (root mean square). `cells_long` is the
+                // number of cells that a segment crosses.
                 let most = 5.0 * (MANY as f64).sqrt() * f64::from(0.5 * cells_long + 1.0);
                 let off = f64::from(cells.sums[cell]) - exact;
                 prop_assert!(off.abs() < most, "{off} units of {exact}, not {most}");

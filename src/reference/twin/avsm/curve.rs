@@ -28,8 +28,8 @@ pub struct Curve {
     pub(super) build: Build,
     /// (depth, value), depths rising.
     pub(super) nodes: Vec<(f32, f32)>,
-    /// Smallest relative gap in cost between the cheapest and the second cheapest removal so far. Where it is tiny, a device that rounds
-    /// differently may correctly remove another node.
+    /// The smallest difference in cost, over all removals so far, between the node whose removal is cheapest and the next one, as a share
+    /// of the cost. Where it is tiny, a device that rounds differently may correctly remove the other node.
     pub margin: f32,
 }
 
@@ -222,8 +222,8 @@ impl Curve {
     }
 }
 
-/// When the first node is removed, the second node moves towards it: how far behind the first it then stands, as a share of the first span.
-/// Twin: remove_cheapest.
+/// When the first node is removed, the second node moves towards its place. This is how far behind that place the second node then stands,
+/// as a share of the first span. Twin: remove_cheapest.
 fn share(first: &Span, second: &Span) -> f32 {
     if second.mean < 0.999 { ((first.mean - second.mean) / (1.0 - second.mean)).clamp(0.0, 1.0) } else { 1.0 }
 }

@@ -92,8 +92,8 @@ pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
     curve
 }
 
-/// Sum of the squared differences between a curve and the mean of the four, at the ends of even steps from their first node to their last.
-/// No curve with nodes at these ends has a lower cost than [`merged`].
+/// The cost of a curve that stands for the four curves `below`: the sum of the squared differences from their mean, at the ends of even
+/// steps from their first node to their last. No curve with nodes at such ends costs less than [`merged`].
 pub fn cost(below: [&[(f32, f32)]; 4], build: Build, transmittance: impl Fn(f32) -> f32) -> f32 {
     let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
     let casts = below.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 != unshadowed));

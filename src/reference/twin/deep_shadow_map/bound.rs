@@ -18,8 +18,8 @@ pub fn dark_from(error: f32) -> f32 {
 fn window(value: f32, error: f32) -> [f32; 2] {
     let through = (-value).exp();
     let low = -(through + error).min(1.0).ln();
-    // Where `error` is more than half of the light left, the bound is the tangent to the exact bound instead. The exact bound is curved,
-    // and a line below it at two points must be below it between them.
+    // Where `error` is more than half of the light left, the tangent to the exact bound is the bound. The exact bound is curved: a line
+    // that is below it at two points may exceed it between them.
     let high = if through >= 2.0 * error {
         -(through - error).ln()
     } else {

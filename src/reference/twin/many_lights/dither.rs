@@ -1,7 +1,7 @@
 //! Twin of glsl/consume/many_lights/dither.glsl.
 
-/// The place at which a pixel asks with ordered dither: along a step, then in two axes across a voxel, each 0 to 1. `phase` is that of
-/// `ManyLightsPush`.
+/// The offset at which a pixel asks for light with ordered dither. The first number is a place within a step along the ray, the others are
+/// places across a voxel along two axes; each goes from 0 to 1. `phase` is that of `ManyLightsPush`.
 pub fn ordered([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
     // Bayer's matrix of 4 × 4, made from that of 2 × 2.
     let two = |x: u32, y: u32| [[0, 2], [3, 1]][(y & 1) as usize][(x & 1) as usize];

@@ -12,8 +12,8 @@ pub struct Source {
     pub margin: f32,
 }
 
-/// The source of each pixel. `now` and `before` are the surfaces that this frame and the one before saw, per pixel: z as bits, and the
-/// packed normal.
+/// The source of each pixel. `now` and `before` hold, per pixel, the surface that the pixel shows in this frame and in the frame before:
+/// its z as bits, and its packed normal.
 pub fn reproject(frames: &[Frame; 2], now: &[[u32; 2]], before: &[[u32; 2]]) -> Vec<Source> {
     let width = frames[0].camera.width;
     let pixel = |i: u32| source(frames, [i % width, i / width], now[i as usize], before);

@@ -7,9 +7,9 @@ const SUB_VOXELS: f32 = 256.0;
 /// Near plane of a pyramid, as a share of its depth. Twin: NEAREST.
 const NEAREST: f32 = 1e-6;
 
-/// A cube of voxels for a directional light, which shines along the last axis: the cube's corner, and axes in voxels per world unit. For a
-/// light with a place it is a pyramid with the light at its tip. There the last coordinate is the depth in voxels, and the others are
-/// columns from the middle, times the depth.
+/// The voxels of a light. For a directional light they form a cube, with the light shining along its last axis; this struct holds the
+/// cube's corner, and its axes in voxels per world unit. For a light with a place they form a pyramid with the light at its tip. In a
+/// pyramid the last coordinate is the depth in voxels, and each other coordinate is the depth times the column, counted from the middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube {
     /// World units.
@@ -111,9 +111,9 @@ fn cut(polygon: Vec<[f32; 3]>, size: f32) -> Vec<[f32; 3]> {
     })
 }
 
-/// Entry and exit of every column, row after row. `conservative`: a triangle meets a column if it touches the column's square, not only its
-/// middle. Twin: glsl/technique/voxelized/columns.comp, which computes edges in two words of 32 bits instead of one of 64, and divides less
-/// exactly.
+/// The entry and the exit of the shadow in every column, row after row. `conservative`: a triangle meets a column if it touches any part of
+/// the column's square, not only its middle. Twin: glsl/technique/voxelized/columns.comp, which uses two words of 32 bits where this uses
+/// one of 64, and divides less exactly.
 pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: bool) -> Vec<[u32; 2]> {
     let facets: Vec<_> = triangles.iter().filter_map(Facet::of).collect();
     let mut met: Vec<Vec<(f32, i32)>> = vec![Vec::new(); (size * size) as usize];
@@ -124,8 +124,8 @@ pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: b
         let nearest: Vec<_> =
             met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
         let mut touched = vec![f32::INFINITY; met.len()];
-        // Only triangles count that touch the column more than a voxel in front of all that meet its middle: these are not part of the same
-        // surface.
+        // Among the triangles that touch the column's square, only those count that lie more than a voxel in front of all triangles that
+        // meet its middle. Any other may be part of the same surface.
         for facet in &facets {
             facet.columns(size, true, |column, z| {
                 if facet.range[1] + 1.0 < nearest[column] {
@@ -155,7 +155,8 @@ struct Facet {
     z: f32,
     /// Change of depth per 256th of a voxel to the right and up.
     slope: [f32; 2],
-    /// In a pyramid: 1 / depth in the middle of all columns with its change per column to the right and up; and half the number of columns.
+    /// Only in a pyramid. The first part holds 1 / depth in the middle of all columns, and its change per column to the right and up. The
+    /// second is half the number of columns.
     plane: Option<([f32; 3], f32)>,
     /// Least and greatest z of the corners.
     range: [f32; 2],

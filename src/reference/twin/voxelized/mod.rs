@@ -1,7 +1,8 @@
 //! Voxelized shadows: bakes triangles to columns and columns to a tree of nodes, and looks voxels up in the tree. Twin of
 //! glsl/technique/voxelized/.
 //!
-//! A bake gives the same words here and on the device, since everything but a triangle's depth is computed in whole numbers.
+//! A bake gives the same 32-bit words here and on the device. Projected corners are rounded to 256ths of a voxel. From there on, only a
+//! triangle's depth is computed in f32, in the same steps on both.
 
 mod columns;
 
@@ -38,7 +39,8 @@ pub struct Baked {
     pub words: Vec<u32>,
 }
 
-/// Blocks of columns on one level: the least exit and greatest entry of each block's columns, and the numbers of its nodes along the light.
+/// All blocks of one level; a block is a square of columns. `ranges` holds, per block, the least exit and the greatest entry of its
+/// columns; `nodes` holds the numbers of its nodes along the light.
 #[derive(Clone, Default)]
 struct Blocks {
     across: u32,
