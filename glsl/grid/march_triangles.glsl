@@ -51,8 +51,8 @@ vec3 sheared(Shear shear, vec3 corner) {
     return vec3(beside, v.z * shear.by.z);
 }
 
-// Twice the area of the triangle between the ray and a side, with a sign. The other triangle at that side has the same area with
-// the other sign, to the bit, so that no ray goes between the two.
+// Twice the signed area of the triangle that the ray, at the origin, forms with an edge. A mesh triangle across that edge runs along it the
+// other way and gets exactly the negated value, to the bit. So no ray slips through between the two mesh triangles.
 float side_area(vec2 from, vec2 to) {
     precise float area = from.x * to.y - from.y * to.x;
     return area;

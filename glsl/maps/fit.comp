@@ -15,7 +15,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer AllExtents { Extents extent
 layout(push_constant, scalar) uniform FitPush {
     uint map_count;
     uint only_meshes;  // nothing translucent casts: the volume is fitted to the meshes
-    uint cascade_maps; // maps of all lights in one cascade; each further cascade has as many more
+    uint cascade_maps; // maps of all lights in one cascade; each cascade has this many maps, stored one cascade behind the other
     vec3 eye;
     vec3 ahead;        // of the camera, unit length
 };

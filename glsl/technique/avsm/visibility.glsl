@@ -4,7 +4,8 @@
 //              coarser levels, as maps/level_place.glsl says
 //   binding 4  casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false); where DETAIL is true,
 //              maps/detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
-// Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS as the curves were built.
+// Give the specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS the values with which the curves were
+// built.
 // flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE avsm_transmittance
 #include "maps/curve/look_up.glsl"

@@ -3,7 +3,7 @@
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  texels as technique/layers/layers.glsl states them, map after map, rows of texels; then those of
 //              coarser levels, as maps/level_place.glsl says
-// Specialization constants PLANES, SUM_RANGE, SUM_STORAGE and LEVELS as the texels were made.
+// Give the specialization constants PLANES, SUM_RANGE, SUM_STORAGE and LEVELS the values with which the texels were built.
 // flat: bindings 96, constants 192: PLANES SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #include "maps/sums/look_up.glsl"
 #include "technique/layers/read.glsl"

@@ -3,7 +3,7 @@
 // texel by itself, on a surface with the depth of the surface's plane at that texel; all have the same weight. A wide filter fetches four
 // texels at once.
 //
-// Bindings 0 to 2: maps/look_up_set.glsl. The specialization constant PCF must be the one that the map was made for.
+// Bindings 0 to 2: maps/look_up_set.glsl. Give the specialization constant PCF the value for which the map was built.
 // flat: bindings 40, constants 80: PCF GATHERS NORMAL_BIAS CASCADES CASCADE_MAPS
 #include "maps/look_up_set.glsl"
 #include "maps/opaque.glsl"

@@ -3,7 +3,7 @@
 // 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  the products, R8_UNORM or R16_SFLOAT, the maps one above the other
 //   binding 4  those of coarser levels, floats, as maps/level_place.glsl says (any buffer where LEVELS is 1)
-// Specialization constant LEVELS as the texels were made.
+// Give the specialization constant LEVELS the value with which the texels were built.
 // flat: bindings 48, constants 96: FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE leveled_transmittance
 #include "maps/levels.glsl"
