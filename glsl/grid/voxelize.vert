@@ -44,8 +44,8 @@ void main() {
     uint corner = uint(gl_VertexIndex) % 3u;
     vec2 at;
     if (abs(area) > SLIVER * longest) {
-        // Each side moves outwards by as much as a square of half side `reach` reaches across it; the corners are where
-        // the moved sides meet.
+        // Each side moves outwards, so far that squares with half side `reach` around all points of the triangle lie inside. The corners
+        // are where the moved sides meet.
         vec2 one = area < 0.0 ? -sides[(corner + 2u) % 3u] : sides[(corner + 2u) % 3u];
         vec2 other = area < 0.0 ? -sides[corner] : sides[corner];
         float by_one = reach * (abs(one.x) + abs(one.y)), by_other = reach * (abs(other.x) + abs(other.y));

@@ -62,9 +62,10 @@ float span_mean(float through_0, float through_1, float rise) {
                        : (through_0 - through_1) / rise;
 }
 
-// Where each insertion removes as many nodes as it adds, areas are approximated by trapezoids. A removal then changes the area by the
-// triangle of the node and its neighbours, times the light around them. That saves a division per span, takes 0.6 of the instructions and
-// has about the same error. With spare nodes, exact areas are up to 7 % better.
+// Where each insertion removes as many nodes as it adds, areas are approximated by trapezoids. Removing a node then changes the area by the
+// area of the triangle whose corners are the node and its two neighbours, in depth and optical depth, times the transmittance around them.
+// That saves a division per span, takes 0.6 times as many instructions and has about the same error. Where WORK is more than NODES, exact
+// areas have up to 7 % less error.
 bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 
 // Removes that one of `count` nodes whose removal changes the area under the transmittance least.
@@ -98,8 +99,9 @@ void remove_cheapest(int count) {
             least = abs(change);
             cheapest = i;
             excess = change;
-            // By how much the area falls as the neighbours' optical depths grow alike. If a neighbour is the first or the
-            // last node, which stays, this is too much: but half a nudge does better there than all of it.
+            // How much the area falls per unit of optical depth that is added to both neighbours of the removed node. If a neighbour is the
+            // first or the last node, which stays, the area falls less than this says. So the other neighbour moves only about half as far
+            // as it should; that does better there than the whole way.
             weight = 0.5 * (i > 1 ? area[max(i - 2, 0)] : 0.0) + area[i - 1] + area[i] + 0.5 * area[i + 1];
             low = i > 1 ? -rise[max(i - 2, 0)] : -both;
             high = i + 2 < count ? rise[min(i + 1, WORK)] : both;

@@ -22,8 +22,8 @@ const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
 
-// First the curves of the texels below, rows of the tile, depth and value of each node; then, for each texel that is made, the cost of the
-// line between every two ends.
+// First `scratch` holds the curves of the texels below: row after row of the tile, each node's depth and value. Later it holds, for each
+// texel that is made, the cost of the line between every two ends.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
 // The lines' costs need more room than the curves, except with 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
@@ -32,8 +32,8 @@ shared float scratch[SCRATCH];
 shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
 shared float values[MADE * ENDS];
-// For each end, of the curves that have a node there: the least cost up to that end, and which ends are nodes, a bit
-// each. Two copies, written in turns.
+// For each end, `costs` has the least cost that a curve with a node at that end can have up to there, and `chosen` has one bit per end, set
+// where that cheapest curve has a node. There are two copies of both, written in turns.
 shared float costs[2u * MADE * ENDS];
 shared uint chosen[2u * MADE * ENDS];
 

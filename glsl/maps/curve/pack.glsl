@@ -21,9 +21,9 @@ uint pack_depth(float depth, vec2 range) {
 
 float unpack_depth(uint code, vec2 range) { return range.x + float(code) * (range.y * (1.0 / last_code())); }
 
-// Transmittances are coded evenly. An optical depth t has the code t / (1 + t). Half a code of it changes the light by
-// at most 2 / e of an even code. In the dark it is still a small share of t, so that a ramp into darkness fades as it
-// should.
+// A transmittance is coded in even steps. An optical depth t is coded as t / (1 + t), in even steps. Rounding that code by half a step
+// changes the transmittance by at most 2 / e of one even step. In the dark half a step is still a small share of t, so that a ramp into
+// darkness fades as it should.
 uint pack_value(float value) {
     float code = EXPONENTIAL ? float(CODES) * (value / (1.0 + value)) : last_code() * (1.0 - value);
     return uint(clamp(code + 0.5, 0.0, last_code()));

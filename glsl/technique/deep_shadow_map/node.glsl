@@ -14,8 +14,9 @@ struct Node {
 
 uint node_words() { return PACKED ? 1u : 2u; }
 
-// One word: 18 bits of depth, and 14 bits of t / (1 + t), t being the optical depth. Half a code of that changes the light by at
-// most 2 / e of an even code. Both keep the order of nodes. Twin: technique::deep_shadow_map::curves::unpack.
+// A packed node is one word: 18 bits of depth, and 14 bits of t / (1 + t), t being the optical depth. Rounding t / (1 + t) by half a step
+// changes the transmittance by at most 2 / e of a step of 2⁻¹⁴. Both codes keep the order of nodes. Twin:
+// technique::deep_shadow_map::curves::unpack.
 const uint VALUE_BITS = 14u;
 const float VALUE_CODES = 16384.0;
 const float LAST_DEPTH = 262143.0;
