@@ -10,8 +10,8 @@ const float DIRECTION_UNITS = 4194304.0;
 // A strand's extinction across its axis, divided by its mean over all directions: 4 / π.
 const float ACROSS = 1.27323954;
 
-// For a voxel whose strands do not run in one direction: where E[|sin|] is assumed to lie between E[sin²], which is 0, and the square root
-// of E[sin²], which is 1.
+// For a voxel whose strands do not run in one direction: where E[|sin|] is assumed to lie between E[sin²] and its square root, as a share
+// of the way: 0 is E[sin²], 1 the square root.
 const float SPREAD_SHARE = 0.75;
 
 // A voxel's extinction in the direction `towards`. `sum`: its mean over all directions. `diagonal` and `beside`: the matrix of the voxel's

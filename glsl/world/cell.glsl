@@ -1,6 +1,6 @@
-// Cells of a volume: boxes of even extinction, turned as the volume is. Packed as a Gaussian is, but for the exponent that marks it and
-// the radius, which is half the diagonal. Source: docs/notebook/volumes.md. Twins: scene::Volume, reference::twin::cell,
-// reference::truth::volume::cell.
+// Cells of a volume: boxes of even extinction, turned as the volume is. A cell is packed as a Gaussian is, with two differences: an
+// exponent marks it as a cell, and its radius is half its diagonal. Source: docs/notebook/volumes.md. Twins: scene::Volume,
+// reference::twin::cell, reference::truth::volume::cell.
 #ifndef WORLD_CELL_GLSL
 #define WORLD_CELL_GLSL
 #include "world/gaussian.glsl"

@@ -39,11 +39,12 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     return position;
 }
 
-// The distance from the light to a surface's plane, on the ray through the middle of a texel; `plane`: the plane's normal · a point of it.
-// Texels of coarser maps around it count too, if points of the plane may be splatted there: the least distance is returned. There `along`
-// is half of ahead in splat.glsl, which changes by at most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. The result is at
-// most `distance`, the point's own, since farther out a slanted plane would lie behind things that stand on it; and at least half of that,
-// as in own_distance.
+// The distance from the light to a surface's plane, on the ray through the middle of a texel. `plane`: the dot product of the plane's
+// normal and any point of the plane. Points of the surface may also have been splatted into a coarser map, into the texel that holds this
+// one. So the plane's distance in the middle of that texel counts too, and the least distance is returned. A coarser map counts only where
+// points of the plane may be splatted into it. There `along` is half of `ahead` in splat.glsl, which changes by at most 2 per unit, and a
+// disc reaches 1 + 2 BESIDE / WIDEST radii. The result is at most `distance`, the distance of the point that is looked up: farther out, a
+// slanted plane would lie behind things that stand on it. It is at least half of `distance`, as in own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
     float least = distance;
     for (uint level = 0u; level_side(level) >= 4u; ++level) {

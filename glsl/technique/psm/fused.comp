@@ -44,8 +44,8 @@ const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS
 // RUNS is how many runs of slices are summed at the same time, each by one thread per texel. RUN is how many slices a
 // run has: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
-// Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
-// for each addition: a quarter of a step of a half float.
+// Fewer than MANY casters are summed in a unit that depends on their number alone and suits any casters. Their sum is wrong by at most
+// 2⁻¹³, half a unit per addition. That is a quarter of a step of a half float.
 const uint MANY = SPLIT ? 128u : 256u;
 
 // Optical depth of each slice of each texel, in units; sum_place says where. Before there are sums, two of the words are used to
@@ -191,9 +191,9 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     barrier();
 }
 
-// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. A few casters are taken to
-// have 2⁴, DARK, each, or twice that with SPLIT; for many, their bounds are added up. Writes to the slices; all threads
-// call it alike.
+// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. Fewer than MANY casters are assumed to have an
+// optical depth of DARK = 2⁴ each, or twice that with SPLIT. For MANY casters or more, bounds of their optical depths are added up. Writes
+// to the slices; all threads call it alike.
 float part_scale(TilePart part) {
     if (part.count < MANY) {
         return exp2(float(min(22, (SPLIT ? 26 : 27) - findMSB(part.count))));

@@ -5,10 +5,11 @@
 // do triangles count that the ray meets within that distance.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place in
+//   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place among the triangles
 //   binding 2  triangles (world/triangle.glsl)
 //   binding 3  the largest coordinate of the meshes, either sign
-//   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
+//   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a
+//              primitive is its place among the casters
 //   binding 5  casters (world/caster.glsl)
 // flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS
 #extension GL_EXT_ray_query : require

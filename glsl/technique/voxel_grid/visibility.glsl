@@ -6,7 +6,7 @@
 //   binding 1  the grid (grid/grid.glsl)
 //   binding 2  its bits
 //   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
-//   binding 4  their bits, likewise
+//   binding 4  the bits of the media, or any buffer where MEDIA is false
 //   binding 5  its cells (grid/cells.glsl) where CONE is true, its lists (grid/lists/place.glsl) where CELL is 2, or any buffer
 //   binding 6  triangles (world/triangle_rows.glsl)
 //   binding 7  its masks (grid/masks.glsl), or any buffer where CELL is not 1

@@ -115,8 +115,8 @@ void main() {
     int enters = 0, inside = 0;
     bool open = true, searching = true;
     for (uint round = 0u;; ++round) {
-        // The first round finds the nearest surface, and the nearest back face of anything. Each further round tests whether
-        // all that was entered has been left at the back face found before, and finds the next back face behind it.
+        // The first round finds the nearest surface, and the nearest back face of any mesh. Each further round tests the back face that the
+        // round before found: whether the column has left there as many faces as it has entered. It also finds the next back face behind.
         float next = FARTHEST;
         inside = 0;
         for (uint batch = first; batch < end; batch += FACETS) {
@@ -140,8 +140,8 @@ void main() {
                 }
             }
         }
-        // Round 0 guesses the exit: the nearest back face. While the column is still inside there, later rounds try the
-        // next back face; a ground has none.
+        // Round 0 guesses that the column's exit is at the nearest back face. While the column is still inside a mesh there, later rounds
+        // try the next back face. A ground has no back face.
         open = round == 0u ? enters <= 0 : open;
         if (searching) {
             bool left = round == 0u ? open : inside <= 0;
@@ -161,9 +161,9 @@ void main() {
         barrier();
     }
     if (CONSERVATIVE) {
-        // A triangle that lies more than a voxel in front of the nearest surface, with all its corners, is no part of that
-        // surface: it touches the column and misses its middle. Smooth surfaces, whose triangles touch each other's columns, stay
-        // as they are.
+        // A triangle whose corners all lie more than a voxel in front of the nearest surface is no part of that surface: it touches the
+        // column's square and misses the column's middle. Only such triangles count here. So a smooth surface, whose triangles touch each
+        // other's columns, keeps its depth.
         float touched = FARTHEST;
         for (uint batch = first; batch < end; batch += FACETS) {
             take_batch(batch, end, corner, true);
@@ -198,9 +198,10 @@ void main() {
     }
     uint boundary = FREE == FREE_EXIT ? range.y : range.x;
     if (FREE == FREE_SHARED) {
-        // As few boundaries as the block's columns allow: the least exit serves all columns that have entered by then, then
-        // the least exit of the others, and so on. Each boundary is the possible z with the most trailing zeros, so that
-        // blocks have the same ones.
+        // Chooses as few different boundaries as the block's columns allow. The first boundary lies at or before the least exit of all
+        // columns, and serves all columns that have entered by that exit. The next one serves the columns that are left in the same way,
+        // and so on. Each boundary is that possible z whose binary number has the most trailing zeros, so that different blocks tend to
+        // have the same boundaries.
         bool placed = false;
         for (uint turn = 0u; turn < 64u; ++turn) {
             // The values of the turn before are no longer read.

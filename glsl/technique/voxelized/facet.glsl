@@ -31,8 +31,9 @@ int edge_value(ivec2 from, ivec2 edge, bool squares) {
     Wide value = wide_cross(edge, corner - from);
     int columns = value.high < -64 ? -0x40000000 : value.high > 63 ? 0x40000000
                                                  : int((uint(value.high) << 24) | (value.low >> 8));
-    // A value of 0 is inside for one of the two triangles at the edge; for the other it is lowered. A square may be touched
-    // by both.
+    // A column's middle may lie exactly on the edge, where the value is 0, which counts as inside. One of the two triangles at the edge
+    // keeps this value; for the other the value is lowered, so that only one of them has the column. With `squares` both triangles may
+    // touch the same square.
     return !squares && (value.low & 255u) == 0u && !owns_edge(edge) ? columns - 1 : columns;
 }
 

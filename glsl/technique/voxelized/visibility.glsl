@@ -67,10 +67,10 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
     return shadowed;
 }
 
-// Moves a point off its surface along the normal, so far that the surface stays behind it in every column that is read. A
-// surface's plane counts at the middle of a column, which is up to PCF / 2 voxels to either side, and is rounded by half a
-// voxel. With CONSERVATIVE a triangle may count at the farthest corner of a column's square instead: half a voxel farther
-// away. ROUNDING is what corners and depths are rounded by.
+// Moves a point off its surface along the normal, so far that the surface lies behind the point in every column that the look-up reads. In
+// a column, the surface has the depth of its plane at the column's middle, rounded by half a voxel; the middle is up to PCF / 2 voxels
+// beside the point. With CONSERVATIVE the depth may instead be that at the farthest corner of the column's square, half a voxel farther
+// aside. ROUNDING allows for the rounding of corners and depths.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
@@ -95,7 +95,8 @@ float light_visibility(uint light, vec3 position) {
     if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-beyond))) && all(lessThan(voxel.xy, vec2(size + beyond))))) {
         return 1.0;
     }
-    // Light shines outside of its pyramid too: a point that was moved there, or a filter that reaches there, is kept at the pyramid's edge.
+    // A light with a place also lights points outside of its pyramid. A point that was moved out of the pyramid, or a filter that reaches
+    // out of it, is kept at the pyramid's edge.
     voxel.xy = perspective ? clamp(voxel.xy, vec2(reach), vec2(size - reach - 0.5)) : voxel.xy;
     ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[tree].size) - 1);
     if (PCF == 1u) {
