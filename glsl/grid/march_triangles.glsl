@@ -26,8 +26,8 @@ float grid_rounding(Grid grid) {
     return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
-// A ray, as the shear that turns it into the z axis from the origin: the axis along which it goes most, and its slopes
-// along the other two.
+// A ray, as the shear that turns it into the z axis and moves its beginning to the origin. `axis`: the world's axis along which the ray
+// goes most. `by`: its slopes along the other two axes.
 struct Shear {
     vec3 origin;
     uint axis;

@@ -1,8 +1,8 @@
-// Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly. The map holds depths in the
-// light's range, 1 where there is nothing (maps/opaque.frag). A look-up keeps a surface out of its own shadow: a texel darkens a
-// surface's point only where its depth is nearer than the point's and also lies above the surface's plane, from which the point is
-// moved by NORMAL_BIAS. A point in space has no plane. All maps stand in one texture: see opaque_corner. Twin:
-// reference::twin::receiver.
+// Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly. The map holds depths in the light's
+// range, 1 where there is nothing (maps/opaque.frag). A look-up keeps a surface out of its own shadow: a texel darkens a point of a surface
+// only if two things hold. The texel's depth is nearer than the point's depth, and the place at the texel's depth lies above the surface's
+// plane. Both are tested for a point that NORMAL_BIAS has moved off the surface, and for the plane through that point. A point in space has
+// no plane. All maps stand in one texture: see opaque_corner. Twin: reference::twin::receiver.
 #ifndef MAPS_OPAQUE_GLSL
 #define MAPS_OPAQUE_GLSL
 #extension GL_EXT_samplerless_texture_functions : require

@@ -50,8 +50,8 @@ float inside(View view, vec3 corner, uint plane) {
     return away;
 }
 
-// Where the edge from `a`, which is inside by `here`, to `b`, which is not, meets the plane: the same for both
-// triangles that share it.
+// Where the edge from `a` to `b` meets the plane. `a` is inside the plane by `here`, `b` is not, so that both triangles that share the edge
+// call this alike and get the same place.
 vec3 cut(vec3 a, float here, vec3 b, float there) {
     precise float along = here - there;
     precise vec3 place = a + (here * reciprocal(along)) * (b - a);
@@ -154,8 +154,8 @@ int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(ed
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
 
-// Draws the part of a triangle whose first texel is `first`, at most OPAQUE_TILE texels per side: the texel at `offset`
-// of each square of `every` × `every`.
+// Draws a part of a triangle: at most OPAQUE_TILE × OPAQUE_TILE texels, from `first` on. Of each square of `every` × `every` texels it
+// draws only the texel at `offset`, so that threads share the part.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
     bool perspective = view.projection != VIEW_PARALLEL;
@@ -177,8 +177,8 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
             all_z = all_z.xzy;
             area = wide_cross(b - a, c - a);
         }
-        // Edges, each opposite a corner. An edge's value at the first centre is twice the area of the triangle that the
-        // edge and the centre make.
+        // Edges, each named by the corner opposite. An edge's value at a texel's centre is twice the area of the triangle of the edge and
+        // the centre; here it is the value at the first texel.
         ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
         Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
         bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);

@@ -1,8 +1,8 @@
-// The segment that a caster leaves in a texel: that of the ray through the texel's centre, or with AREA one that lets as much light
-// through as the mean of all rays through the texel. texel_part averages each caster by itself: whether two casters cover the same part of
-// the texel is left to chance. A shader that goes through casters in order also calls area_seen, which knows how much light is left in
-// each of 4×4 cells of the texel. So strands one behind the other take the same light, and strands side by side do not. Source: ours;
-// coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
+// The segment that a caster leaves in a texel. Without AREA it is the segment of the ray through the texel's centre. With AREA it is a
+// segment that lets as much light through as all rays through the texel do on average. texel_part averages each caster by itself: whether
+// two casters cover the same part of the texel is left to chance. A shader that goes through casters in order also calls area_seen, which
+// knows how much light is left in each of 4×4 cells of the texel. So strands one behind the other take the same light, and strands side by
+// side do not. Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require

@@ -71,8 +71,8 @@ bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 // Removes that one of `count` nodes whose removal changes the area under the transmittance least.
 void remove_cheapest(int count) {
     bool nudged = EXPONENTIAL && NUDGE;
-    // `through`: each node's transmittance. The others are of the span behind each node: its extent, the rise of the
-    // value over it, its mean transmittance and its area.
+    // `through`: each node's transmittance. The other arrays describe the span from each node to the next: its extent in depth, how much
+    // the value rises over it, its mean transmittance, and the area under its transmittance.
     float through[WORK + 2], extent[WORK + 1], rise[WORK + 1], mean[WORK + 1], area[WORK + 2];
     through[0] = EXPONENTIAL ? exp(-node_values[0]) : 0.0;
     area[WORK + 1] = 0.0;

@@ -1,8 +1,8 @@
 #version 460
-// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts in each
-// tile with the greatest share that it may have of any, which is enough to tell tiles apart. Inputs: maps, casters, horizon. Outputs:
-// surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole numbers, so that the order of the
-// casters does not matter; a cell is marked if any ray through it meets a caster.
+// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts alike in all
+// tiles that it meets, with the greatest edge and optical depth that it may have in any tile. That is exact enough to tell tiles apart.
+// Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole
+// numbers, so that the order of the casters does not matter; a cell is marked if any ray through it meets a caster.
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/set.glsl"
 #include "maps/detail/casters.glsl"

@@ -1,6 +1,7 @@
-// How much of a ray's optical depth lies before a place, from its moments. Among all distributions with these moments, the one that has the
-// fewest places, this place among them, gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial. The
-// weight of each is one over a sum of squares, so that bounds stay within 0 to 1 whatever rounding does. Twin: reference::twin::moments.
+// How much of a ray's optical depth lies before a place, from its moments. Many distributions of optical depth have the same moments. The
+// sharpest bounds come from that one which has weight at the fewest places, the asked place among them (Markov's problem). The other places
+// of this distribution are the roots of a polynomial. The weight of a place is one over a sum of squares, so that the bounds stay within 0
+// to 1 whatever rounding does. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_SHARE_GLSL
 #define TECHNIQUE_MOMENTS_SHARE_GLSL
 #include "technique/moments/parts.glsl"

@@ -34,8 +34,8 @@ BINS_COUNTS(readonly buffer)
 // set 2: psm_volume
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
-// Rows of texels that are built at the same time; then texels of a row, rows of half a tile, and texels that are built
-// at the same time.
+// ROWS is how many rows of texels are built at the same time, ROW how many texels a row has, HALF how many rows half a tile has, TEXELS how
+// many texels are built at the same time.
 CONSTANT(uint, ROWS, 2u)
 const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
 // SPAN is how many texels of a row one thread reads a caster for: more where it takes longer to fetch a caster. SPANS is

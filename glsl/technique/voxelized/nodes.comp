@@ -31,8 +31,8 @@ void main() {
         }
         uvec2 range = ranges[child_region + child];
         uint kind = INTERSECTED;
-        // A child may lie both in front of every exit and behind every entry. Then no look-up can tell lit from
-        // shadowed, and shadowed merges a little better.
+        // A child may lie both in front of every exit and behind every entry, so that its voxels may count as lit or as shadowed. It
+        // becomes SHADOWED, with which a few more nodes are equal and merge.
         if (child_z * child_side >= range.y) {
             kind = SHADOWED;
         } else if ((child_z + 1u) * child_side <= range.x) {

@@ -1,6 +1,7 @@
-// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns around it, the share whose voxel
-// at the position's depth is lit. Columns are counted leaf by leaf, in at most four leaves, below the nodes that all columns share
-// (shared_way). Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
+// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: the share of the PCF × PCF columns around the position
+// whose voxel at the position's depth is lit. The look-up first goes down the nodes that all these columns share (shared_way). Below them
+// it counts columns leaf by leaf, in at most four leaves. Source: Sintorn et al. 2014, section 5. Twin:
+// reference::twin::voxelized::look_up.
 //   binding 0  the trees of all lights (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
 // flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF NORMAL_BIAS
