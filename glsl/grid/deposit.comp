@@ -7,8 +7,8 @@
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 
-// The most voxels of a sphere's box, or points of a strand, that one thread takes, and that one workgroup takes. Any numbers
-// give the same bytes.
+// SMALL: one thread takes a caster of at most this many parts, which are the voxels of a sphere's box or the points of a strand. BOXED: one
+// workgroup takes a caster of at most this many parts. The bytes are the same with any other numbers.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 

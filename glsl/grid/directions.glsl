@@ -1,7 +1,8 @@
 // The directions of strands in the voxels of a grid: a symmetric matrix per voxel, the sum over strands of extinction times the outer
 // product of the direction with itself. Voxels are in the order of grid/media.glsl, numbers in the order xx, yy, zz, xy, yz, zx. The trace
-// is the strands' extinction. Numbers are whole, so that the order of sums does not matter, and have two bits fewer than those of media:
-// unless a voxel is full, none passes 31 bits. Source: ours. Twin: reference::twin::soft::Directions.
+// is the strands' extinction. Numbers are whole, so that the order of sums does not matter, and have two bits fewer than the numbers of
+// media: unless a voxel's sum of media overflowed, none of its numbers needs more than 31 bits. Source: ours. Twin:
+// reference::twin::soft::Directions.
 #ifndef GRID_DIRECTIONS_GLSL
 #define GRID_DIRECTIONS_GLSL
 

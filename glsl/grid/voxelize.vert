@@ -14,8 +14,8 @@ CONSTANT(bool, CONSERVATIVE, false)
 
 layout(location = 0) flat out uint triangle;
 
-// Texels from a column's middle to its border; and how far rasterizers may move corners: a 16th where a corner stands, a 16th
-// where it is clipped, and rounding.
+// In texels. HALF_COLUMN: from a column's middle to its border. MOVED: how far a rasterizer may move a corner: a 16th by placing it, a 16th
+// by clipping, and a little by rounding.
 const float HALF_COLUMN = 0.5;
 const float MOVED = 0.14;
 

@@ -8,15 +8,15 @@
 #extension GL_EXT_samplerless_texture_functions : require
 #include "world/light.glsl"
 
-// The upper left texel of a map among all: one above the other, and where that is more rows than an image has, in
-// further columns. Twin: maps::opaque_corner.
+// The upper left texel of a map in the image of all maps. Maps stand one above the other; where an image may not have so many rows, they go
+// on in further columns. Twin: maps::opaque_corner.
 ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
     uint rows = max(uint(textureSize(depth_map, 0).y) / view.height, 1u);
     return ivec2(map / rows * view.width, map % rows * view.height);
 }
 
-// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; those outside the map are other
-// maps' texels.
+// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch. Texels outside the map are
+// texels of other maps.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
     // The corner that the four texels share: there a gather returns these four and no others.
     vec2 middle = vec2(corner + texel + 1);

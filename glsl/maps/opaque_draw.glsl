@@ -1,7 +1,7 @@
-// Drawing triangles into opaque maps, in whole numbers: corners are moved to the nearest 256th of a texel, a texel is
-// covered where its centre is inside, and of triangles that share an edge exactly one has a centre on it. So the same
-// texels are covered on every device, with the same depths, of which each texel keeps the least. Source: Pineda 1988;
-// clipping: Sutherland and Hodgman 1974. Twin: reference::twin::opaque.
+// Draws triangles into opaque maps, in whole numbers. Corners are moved to the nearest 256th of a texel. A triangle covers a texel if the
+// texel's centre is inside the triangle. A centre exactly on an edge is inside only one of the two triangles that share the edge. So the
+// same texels are covered on every device, with the same depths, of which each texel keeps the least. Source: Pineda 1988; clipping:
+// Sutherland and Hodgman 1974. Twin: reference::twin::opaque.
 #ifndef MAPS_OPAQUE_DRAW_GLSL
 #define MAPS_OPAQUE_DRAW_GLSL
 #define EXACT

@@ -1,8 +1,8 @@
 #version 460
 // Chooses the texels that become virtual lights, by flux. Each map has lights in proportion to its share of the flux. Each light of a map
-// has its own place in a square, the same in every frame. The square is laid over the map so that equal parts of it have equal flux: first
-// over its rows, then over the texels of each. So a small motion moves the chosen rows and texels by little. Inputs: fluxes, sums, starts.
-// Output: picks. Twin: reference::twin::indirect::draw.
+// has a fixed place in a square, the same in every frame. The square is laid over the map so that equal parts of the square have equal
+// flux: one side over the map's rows, the other over the texels of the chosen row. So a small motion moves the chosen rows and texels by
+// little. Inputs: fluxes, sums, starts. Output: picks. Twin: reference::twin::indirect::draw.
 #include "lights/indirect/drawn.glsl"
 
 layout(local_size_x = 64) in;

@@ -29,8 +29,8 @@ float optical_depth_of(float taken) {
     return taken < 1e-3 ? taken + 0.5 * taken * taken : -log(1.0 - taken);
 }
 
-// A ribbon (a strand, as the ray sees it) measured on parallel lines across a texel. Lines lie along x (`turned`) or y, whichever
-// is more across the ribbon.
+// A ribbon, which is a strand as the ray sees it, measured on parallel lines across a texel. The lines run along x (`turned`) or along y:
+// along the axis that crosses the ribbon more steeply.
 struct Lines {
     float z;
     float middle;

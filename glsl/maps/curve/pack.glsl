@@ -1,7 +1,7 @@
-// Codes of packed curves: a node is a word of 16 bits of depth within the texel's own range and 16 bits of value, both rounded to nearest
-// and both 0 for a node at the very front without shadow. Tight, both have 8 bits, and depth is within the light's range. Twin:
-// reference::twin::avsm::pack. Invariant: words keep the order of nodes; packed and not tight, a curve's first node is kept to the bit in
-// depth.
+// Codes of packed curves: a node is a word of 16 bits of depth, within the texel's own range, and 16 bits of value. Both are rounded to
+// nearest, and both are 0 for a node at the very front that has no shadow. With TIGHT, depth and value have 8 bits each, and the depth is
+// within the light's range. Twin: reference::twin::avsm::pack. Invariant: words keep the order of nodes; without TIGHT, the depth of a
+// curve's first node is kept to the bit.
 #ifndef MAPS_CURVE_PACK_GLSL
 #define MAPS_CURVE_PACK_GLSL
 #include "maps/curve/node.glsl"
@@ -33,8 +33,8 @@ float unpack_value(uint code) {
     return EXPONENTIAL ? float(code) / float(CODES - code) : float(CODES - 1u - code) / last_code();
 }
 
-// The word of a node, given that of the node before it (0 for the first). Rounding never turns the order of nodes, and an
-// unused node repeats the last.
+// The word of a node, given that of the node before it (0 for the first). Rounding never changes the order of nodes. The word of an unused
+// node repeats the word before.
 uint pack_node(uint before, Node node, vec2 range) {
     if (node.depth >= EMPTY) {
         return before;

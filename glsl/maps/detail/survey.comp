@@ -9,8 +9,8 @@
 #include "maps/detail/set.glsl"
 #include "maps/detail/survey.glsl"
 
-// TALLY 0: each caster adds to its tiles. TALLY 1: a workgroup first adds up in shared memory. That is for maps of few tiles,
-// whose casters would wait for each other.
+// TALLY 0: each caster is added to its tiles in memory. TALLY 1: a workgroup first adds up its casters in shared memory. That is for maps
+// of few tiles, where many casters would wait for each other at one tile.
 // variants: TALLY 0 1
 #if TALLY == 1
 layout(local_size_x_id = ID_WORKGROUP) in;

@@ -1,6 +1,6 @@
 // The layout of curves while fragments insert into them: the first pairs of nodes of eight texels in a row, then their second pairs, and so
-// on, in the same memory that the eight curves take afterwards. Neighbouring fragments then read and write one cache line, not one each.
-// technique/avsm/pack.comp reorders them, curve by curve.
+// on, in the same memory that the eight curves take afterwards. Neighbouring fragments then read and write the same cache line; otherwise
+// each of them would need its own. technique/avsm/pack.comp reorders them, curve by curve.
 #ifndef TECHNIQUE_AVSM_BESIDE_GLSL
 #define TECHNIQUE_AVSM_BESIDE_GLSL
 #include "maps/curve/node.glsl"

@@ -4,8 +4,8 @@
 // Outputs: nodes of tiles that have casters. Invariant: the result depends only on the casters, not on the order in
 // which they were binned. Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
 
-// LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (maps/bins/batch.glsl);
-// each subgroup leaves out casters that cannot meet its texels.
+// LANES 0: shared memory holds the tile's casters, some at a time. LANES 1: the lanes of each subgroup hold them (maps/bins/batch.glsl),
+// and the subgroup leaves out casters that cannot meet its texels.
 // variants: LANES 0 1
 #define BINS_ENTRIES_WRITTEN
 #define BATCH_SOURCE(view, entry) sorted_caster(view, entry)

@@ -11,8 +11,8 @@
 #include "maps/curve/look_up.glsl"
 #include "maps/detail/blocks.glsl"
 
-// The mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another
-// tile, that tile's own texel is taken in which its centre lies.
+// The mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another tile, which may
+// have another resolution, the texel of that other tile is taken in which the centre of the first lies.
 float detailed_transmittance(LookUp l) {
     uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
     uint first = l.map * tiles.x * tiles.y;

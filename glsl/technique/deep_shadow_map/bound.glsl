@@ -1,10 +1,10 @@
 // Finds the fewest nodes whose lines stay within an error of a texel's curve, greedily: a line that begins at a node is prolonged as long
 // as there is a slope with which it passes through the windows of all points on the way. A point's window is a range of optical depths:
 // those whose transmittance differs from the curve's transmittance at the point by at most the error. Source: Lokovic and Veach 2000;
-// windows in optical depth, and those between the ends of long rises, are ours. Needs, declared before: keep_node(Node), of a node that is
-// final, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: at every depth, at points and between them, the lines'
-// transmittance is within the error of the curve's; depths never fall, nor do optical depths; behind the last node the transmittance is
-// within TAIL of the product of all segments' transmittances.
+// windows in optical depth, and those between the ends of long rises, are ours. Needs, declared before: keep_node(Node), which is called
+// for each final node, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: at every depth, at points and between
+// them, the lines' transmittance is within the error of the curve's; depths never fall, nor do optical depths; behind the last node the
+// transmittance is within TAIL of the product of all segments' transmittances.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"

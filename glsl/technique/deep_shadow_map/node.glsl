@@ -1,6 +1,6 @@
-// The layout of nodes: a texel's by rising depth, then the next texel of the tile's 8×8, tile after tile. Between two nodes optical depth
-// is a straight line, which is exact within a sphere of constant extinction; two at one depth are a step. In front of the first node all
-// light arrives; behind the last the transmittance stays. Twin: technique::NodeData.
+// The layout of nodes. A texel's nodes stand by rising depth, the texels of a tile of 8×8 one after the other, tile after tile. Between two
+// nodes the optical depth is a straight line, which is exact within a sphere of constant extinction. Two nodes at the same depth are a
+// step. In front of the first node all light arrives; behind the last the transmittance stays. Twin: technique::NodeData.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
 

@@ -109,8 +109,8 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds
     splat.texel = ivec2(floor(middle));
     precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
     splat.plane = plane;
-    // A slanted disc is narrower, by the angle between its normal and the map's axes there; but on its near side it reaches farther
-    // than an ellipse.
+    // A slanted disc is narrower on the map: how much depends on the angle between the disc's normal and the map's axes at that place. But
+    // on its near side the disc reaches farther than an ellipse would.
     precise float wide = reach + BESIDE, slant = splat.normal.z + plane / splat.distance;
     precise vec2 across = splat.normal.xy - (2.0 * place - 1.0) * slant;
     precise vec2 narrow = sqrt(max(1.0 - across * across, 0.0)) * (1.0 + 2.0 * wide / side);

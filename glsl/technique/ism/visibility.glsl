@@ -23,8 +23,8 @@ CONSTANT(uint, ISM_STRIDE, 4096u)
 // The normal of a surface's point, which light_receiver sets for the next look-up; 0 for a point in space.
 vec3 visibility_normal = vec3(0.0);
 
-// A caster shadows a surface if it is nearer to the light by at least so many texels: the error of rounding and of the points'
-// planes.
+// A caster shadows a surface only if it is nearer to the light than the surface by at least this many texels, which is more than the error
+// of rounding and of the points' planes.
 const float NEARER_TEXELS = 0.5;
 // The sine of the angle by which a surface has to turn away from the light to be dark for that alone.
 const float AWAY = 1e-4;

@@ -38,8 +38,8 @@ layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 // many texels are built at the same time.
 CONSTANT(uint, ROWS, 2u)
 const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
-// SPAN is how many texels of a row one thread reads a caster for: more where it takes longer to fetch a caster. SPANS is
-// how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
+// SPAN is the number of texels of a row for which a thread uses a caster that it has read. It is greater where fetching a caster takes
+// longer. SPANS is how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
 // RUNS is how many runs of slices are summed at the same time, each by one thread per texel. RUN is how many slices a
 // run has: whole layers.
@@ -51,9 +51,9 @@ const uint MANY = SPLIT ? 128u : 256u;
 // Optical depth of each slice of each texel, in units; sum_place says where. Before there are sums, two of the words are used to
 // find a bound of the sums.
 shared uint slices[SLICES * TEXELS];
-// The batch: centres with radii; densities with places among the slices; axes of strands and Gaussians. A plain sphere has the square
-// of its radius, and its optical depth in units per half of a chord's length; other casters have minus their radius. `filled`: how many
-// casters this batch has, and the next.
+// The batch: centres with radii; densities with places among the slices; axes of strands and Gaussians. A plain sphere has the square of
+// its radius, and its optical depth in units per half of a chord's length; other casters have minus their radius. `filled`: how many
+// casters this batch has, and how many the next batch has.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
 shared vec3 batch_axes[BATCH_AXES + 1u];

@@ -37,9 +37,9 @@ int edge_value(ivec2 from, ivec2 edge, bool squares) {
     return !squares && (value.low & 255u) == 0u && !owns_edge(edge) ? columns - 1 : columns;
 }
 
-// Triangle `i` for the block whose first column is `corner`; false where no column of the block meets it. A column is met in its
-// middle, or with `squares` anywhere in its square: then depths are those at the corner that is farthest away, so that none
-// lies in front of the triangle.
+// Triangle `i` for the block whose first column is `corner`; false where no column of the block meets it. A triangle meets a column if it
+// covers the column's middle, or with `squares` if it touches the column's square anywhere. With `squares`, a column's depth is the depth
+// at the corner of its square that is farthest from the light, so that no depth lies in front of the triangle.
 bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
     ivec2 middle = 256 * ivec2(corner) + 128;
     ivec2 a = projected_corner(i, 0u) - middle, b = projected_corner(i, 1u) - middle, c = projected_corner(i, 2u) - middle;

@@ -1,7 +1,8 @@
 #version 460
-// Nodes: a mask with the kind of each of eight children, and the numbers of those with children of their own. A brick's children are its
-// eight slices of 8 × 8 voxels, any other node's its octants. One thread per node. Source: Kämpe et al. 2016. Inputs: ranges, values, slots
-// and table of the level below. Output: candidates, nine words each. Twin: reference::twin::voxelized::node.
+// Makes nodes. A node is a mask with the kind of each of its eight children, and the numbers of those children that have children of their
+// own or are leaves. The children of a brick are its eight slices of 8 × 8 voxels; the children of any other node are its octants. One
+// thread per node. Source: Kämpe et al. 2016. Inputs: ranges, values, slots and table of the level below. Output: candidates, nine words
+// each. Twin: reference::twin::voxelized::node.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/find.glsl"

@@ -17,8 +17,8 @@ CONSTANT(float, NORMAL_BIAS, 1.0)
 // In voxels: corners are rounded to 256ths, and depths and positions among 65,536 voxels to 128ths.
 const float ROUNDING = 1.0 / 32.0;
 
-// A mask of the four rows of a leaf's word from row `first` on: the bits `row` in each of the rows `rows.x` to
-// `rows.y`.
+// A mask for one of a leaf's two words, which has the four rows from row `first` on. The mask has the bits of `row` in each of the rows
+// `rows.x` to `rows.y`.
 uint leaf_rows(uint row, ivec2 rows, int first) {
     int low = max(rows.x - first, 0), high = min(rows.y - first, 3);
     return low > high ? 0u : (row * 0x01010101u) & (0xffffffffu >> (8 * (3 - high))) & (0xffffffffu << (8 * low));
