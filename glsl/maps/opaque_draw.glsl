@@ -50,8 +50,8 @@ float inside(View view, vec3 corner, uint plane) {
     return away;
 }
 
-// Where the edge from `a` to `b` meets the plane. `a` is inside the plane by `here`, `b` is not, so that both triangles that share the edge
-// call this alike and get the same place.
+// Where the edge from `a` to `b` meets the plane. `a` is inside the plane by `here`; `b` is outside, by the negative number `there`. The
+// edge is always given from its inside end, so that both triangles that share it get the same place.
 vec3 cut(vec3 a, float here, vec3 b, float there) {
     precise float along = here - there;
     precise vec3 place = a + (here * reciprocal(along)) * (b - a);
@@ -159,8 +159,8 @@ bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
     bool perspective = view.projection != VIEW_PARALLEL;
-    // Vectors from a texel to the next, and the middle ray: its direction in perspective, else its origin. A texel's
-    // offset from the middle is exact.
+    // `right`, `up`: how rays change from one texel to the next. `ray_from`: the ray through the middle of the map, as its direction in
+    // perspective, else as its origin. A texel's offset from the middle is exact.
     precise vec3 right = view.right * (2.0 * reciprocal(float(view.width) * view.scale_x));
     precise vec3 up = view.up * (2.0 * reciprocal(float(view.height) * view.scale_y));
     vec2 half_size = 0.5 * vec2(view.width, view.height);

@@ -1,6 +1,6 @@
 // The depth that an opaque map stores where the ray through a texel's centre meets a surface: a little more than the true one, so that
-// rounding alone puts nothing into shadow. Included by all passes that draw opaque maps. With EXACT to the same bits on every device, else
-// as fast as the device divides. Twin: reference::twin::opaque::stored.
+// rounding alone puts nothing into shadow. Included by all passes that draw opaque maps. With EXACT it has the same bits on every device;
+// without EXACT it is computed with the device's own, faster division. Twin: reference::twin::opaque::stored.
 #ifndef MAPS_STORED_GLSL
 #define MAPS_STORED_GLSL
 #include "world/view.glsl"

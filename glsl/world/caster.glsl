@@ -63,8 +63,8 @@ const float MAX_OPTICAL_DEPTH = 80.0;
 // Where this has been taken, nothing is left to take: exp(-16) is about a ten-millionth.
 const float DARK = 16.0;
 
-// Squared sine of the angle between ray and axis below which a ribbon is edge on: it has no width there, and the
-// nearest point of its axis is no one point.
+// Squared sine of the angle between ray and axis below which a ribbon is edge on: then the ribbon has no width, and no single point of its
+// axis is nearest to the ray.
 const float EDGE_ON = 1e-10;
 
 // Where the axis comes nearest to the ray: 0 at the strand's start, 1 at its end, not clamped. `start` and `axis` are

@@ -31,8 +31,9 @@ Caster sorted_caster(View view, uint entry) {
 const uint THREADS = TILE_THREADS;
 #include "maps/bins/batch.glsl"
 
-// Inserts a caster's segment, as texel_part returned it. Casters come in the tile's order, which is nearly each texel's. Where it differs,
-// the transmittance behind is right, but not which of two strands took the light.
+// Inserts a caster's segment, as texel_part returned it. Casters come in the order of the tile, which is nearly the order along each
+// texel's ray. Where the two orders differ, the transmittance behind the casters is right, but the light may be taken at the wrong one of
+// two strands.
 void insert_part(View view, Ray ray, Caster caster, vec2 z, float optical_depth) {
     optical_depth = area_seen(view, ray, caster, MAX_OPTICAL_DEPTH, optical_depth);
     curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);

@@ -102,8 +102,8 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     return vec2(min(max(low + moved / per_cell, p.x), end), value);
 }
 
-// Fits the curve that the texel's thread of `group` 0 has in maps/curve/curve.glsl, by all `groups` threads of the
-// texel. That thread has the result too.
+// Fits a texel's curve, with all `groups` threads of the texel. Before and afterwards the curve is in the arrays of maps/curve/curve.glsl
+// of one of these threads, whose `group` is 0.
 void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float dark_from) {
     if (group == 0u) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {

@@ -42,8 +42,9 @@ void line_begin(float error, float total) {
 vec2 window(float value, float error) {
     float through = exp(-value);
     float low = -log(min(through + error, 1.0));
-    // Where the error is more than half of the light that is left, the bound is replaced by its tangent at that place: the bound is curved,
-    // and a line that is below it at two points must also be below it between them.
+    // The upper bound is a curve over the optical depth. A line that is below the bound at two points must also be below it between them.
+    // So where the error is more than half of the light that is left, the bound is replaced by its tangent at the place where the error is
+    // exactly half.
     float high = through >= 2.0 * error ? -log(through - error) : 2.0 * value + log(2.0 * error) * 2.0 - log(error);
     return vec2(max(low, 0.0), high);
 }

@@ -34,8 +34,8 @@ void wide_down(uint thread, uint threads) {
     }
 }
 
-// Neighbours with more than three quarters of the whole weight, 16, must have a distance: a hole has points on all sides, while a texel
-// beside a straight edge is no hole.
+// A texel is a hole only if neighbours with at least this weight have a distance, which is more than three quarters of the weight of all
+// neighbours, 16. A hole has points on all sides; a texel beside a straight edge is no hole.
 const float SURROUNDED = 13.0;
 
 // Takes those of four distances that belong to the same surface as the nearest one, and returns their mean if their weights add up to at

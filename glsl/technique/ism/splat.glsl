@@ -56,8 +56,8 @@ struct Splat {
     Bounds bounds;  // about the light
 };
 
-// How far a point must lie before the light's plane: a share of its distance, and one of the light's coordinates. So the surface that
-// the light stands on is not before the plane, however it is rounded.
+// How far a point must lie before the light's plane: SLANT of its distance from the light, plus ROUNDING of the light's coordinates. So the
+// surface that the light stands on never counts as before the plane, however it is rounded.
 const float SLANT = 1e-3;
 const float ROUNDING = 1e-6;
 

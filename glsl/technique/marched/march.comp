@@ -76,8 +76,8 @@ float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// Marches all of the ray that is in the grid. A voxel reaches farther than the casters in it: parts in front of the range of depths, or
-// behind it, count at its ends.
+// Marches all of the ray that is in the grid. A voxel reaches farther than the casters in it, so the march may meet smoke in front of the
+// light's range of depths or behind it. Such parts count at the ends of the range.
 void march_ray(View view, uvec2 texel) {
     View about = view;
     about.origin -= grid.origin;

@@ -68,9 +68,10 @@ const float RECEIVER_MARGIN = 1e-3;
 // A cell's side, world units.
 float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
 
-// Moves a point of a surface along its normal out of the cells that the surface occupies, by a cell's extent along the normal: the cell
-// there lies beyond the surface, and so do all cells that a ray away from it enters. A cone also reads the voxels beside its own, and is
-// moved half as far again. Where triangles are tested, a virtual light is moved off its own triangle by the rounding alone.
+// Moves a point of a surface along its normal, by a cell's extent along the normal, so that it is in no cell that the surface occupies.
+// Then the moved point's cell lies wholly in front of the surface, and so does every cell that a ray away from the surface enters. A cone
+// also reads the voxels beside its own; there the point is moved half as far again. Where triangles are tested, a virtual light is moved
+// off its own triangle by the rounding alone.
 vec3 off_the_surface(vec3 position, vec3 normal) {
     float cells = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
     return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));
