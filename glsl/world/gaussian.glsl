@@ -18,7 +18,8 @@ const uint GAUSSIAN_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
 // Within its reach a splat has all of its extinction but a share of exp(−4.5). This factor makes up for the missing share, so that on
-// average many splats take as much light as splats without a reach would. Twin: WHOLE.
+// average many splats take as much light as splats without a reach would.
+// Twin: WHOLE.
 const float GAUSSIAN_WHOLE = 1.01123452;
 
 bool gaussian_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == GAUSSIAN_MARK; }

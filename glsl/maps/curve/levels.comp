@@ -3,8 +3,8 @@
 // steps from the first to the last of their nodes. A texel's nodes are those ends between which interpolation errs least, by the sum of
 // squares over all ends. Dynamic programming finds them, with one thread per end, so that no thread walks along curves by itself. A texel
 // past the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output:
-// nodes of the levels. Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, to the
-// rounding of storing.
+// nodes of the levels.
+// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, to the rounding of storing.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 

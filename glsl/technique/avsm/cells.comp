@@ -1,10 +1,11 @@
 #version 460
 // Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters. The shader divides each texel's own depth
 // range into CELLS even cells and adds up the casters' optical depth in each cell. The curve through the cells' ends is exact at these
-// ends. The shader compresses that curve and fits the nodes that are left to all of the cells' ends. Inputs: maps, casters, parts, entries.
-// Outputs: nodes of tiles that have casters. Invariants: cells are whole numbers, so the result depends only on the casters, not on the
-// order they come in; the first segment that lets no light through keeps its own two depths, and segments behind it are left out. Source:
-// ours. Twin: reference::twin::avsm::cells.
+// ends. The shader compresses that curve and fits the nodes that are left to all of the cells' ends.
+// Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
+// Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; the first segment that
+// lets no light through keeps its own two depths, and segments behind it are left out. Source: ours.
+// Twin: reference::twin::avsm::cells.
 
 // LANES 0: a whole tile. LANES 1: half a tile, with casters in lanes (maps/bins/batch.glsl), for software devices. LANES 2: half a tile,
 // otherwise as LANES 0, for devices of little shared memory or of few threads.

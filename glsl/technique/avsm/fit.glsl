@@ -3,8 +3,10 @@
 // best at the cells' ends that it passes. The node goes to where the two turned lines meet. That is a Gauss-Newton step for least squares
 // of transmittance. Needs, declared before: CELLS and TEXELS; cells[], whose elements are the bits of the optical depth up to a cell's end;
 // FITTED, a shared vec4[NODES / 2 * TEXELS] or more. All threads of a workgroup take part. Nodes of odd and of even number take turns,
-// since a node's new place depends on its two neighbours alone. Invariants: depths never fall, nor do optical depths; the optical depth of
-// the last node stays; nodes from `dark_from` on stay as they are. Source: ours. Twin: reference::twin::avsm::fit.
+// since a node's new place depends on its two neighbours alone.
+// Invariants: depths never fall, nor do optical depths; the optical depth of the last node stays; nodes from `dark_from` on stay as they
+// are.
+// Source: ours. Twin: reference::twin::avsm::fit.
 #ifndef TECHNIQUE_AVSM_FIT_GLSL
 #define TECHNIQUE_AVSM_FIT_GLSL
 #extension GL_EXT_control_flow_attributes : require

@@ -1,8 +1,9 @@
 // Removes a node where that changes the area under the transmittance by little, and moves its neighbours so that the area stays, as in the
 // curves of Salvi et al. 2010; but the number of nodes is not fixed. A window of nodes goes along the curve: if no node in it can be
 // removed within the limit, its first node is final. Needs, declared before: keep_node(Node), which is called for each final node, and
-// `kept`, the number of final nodes. Source: ours, but for the removal. Twin: reference::twin::deep_shadow_map::area. Invariants: depths
-// never fall, nor do optical depths; the first node and the last stay as they are.
+// `kept`, the number of final nodes. Source: ours, but for the removal.
+// Twin: reference::twin::deep_shadow_map::area.
+// Invariants: depths never fall, nor do optical depths; the first node and the last stay as they are.
 //
 // The arrays are meant for registers: loops are unrolled, every index is a constant, and a node that is picked at run time is picked by
 // comparison. That also spares drivers whose invocations have few rounds of loops (maps/rounds.glsl).

@@ -1,7 +1,8 @@
 // Wavelet look-up: how much of light `light` reaches `position`, 0 to 1, from means of the optical depth over even intervals of each
 // texel's range. Each mean is taken as the optical depth at the middle of its interval. At the range's beginning the optical depth is 0, at
 // the range's end it is that of all casters. Between these places it is interpolated linearly. Source: Aizenshtein, Smal and McGuire 2022,
-// Wavelet Transparency. Bindings 0 to 2: maps/look_up_set.glsl. Then
+// Wavelet Transparency.
+// Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  texels, map after map, rows of texels: the range (maps/sums/range.glsl), then MEANS + 1 sums (maps/sums/halves.glsl);
 //              then those of coarser levels, as maps/level_place.glsl says
 // Give the specialization constants MEANS, SUM_RANGE, SUM_STORAGE and LEVELS the values with which the texels were built.
