@@ -1,7 +1,7 @@
 // AVSM look-up: how much of light `light` reaches `position`, 0 to 1. Source: Fife and Strugar 2013, Sampling from the AVSM data structure.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then those of
-//              coarser levels, as maps/level_place.glsl says
+//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then the curves
+//              of coarser levels, as maps/level_place.glsl says
 //   binding 4  how many casters each tile of 8×8 texels has, map-major, tile rows (any buffer where TILED is false); where DETAIL is
 //              true, the words of each tile's blocks instead (maps/detail/blocks.glsl), and the curves stand block by block
 // Give the specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS the values with which the curves were

@@ -2,7 +2,8 @@
 // with depth until it reaches the texel's greatest optical depth. Source: Hillaire 2020.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  texels as technique/beer_shadow_map/texel.glsl states them, R16G16B16A16_SFLOAT, the maps one above the other
-//   binding 4  those of coarser levels, floats of red, green and alpha, as maps/level_place.glsl says (any buffer where LEVELS is 1)
+//   binding 4  the texels of coarser levels, floats of red, green and alpha, as maps/level_place.glsl says (any buffer where LEVELS
+//              is 1)
 // Give the specialization constant LEVELS the value with which the texels were built.
 // flat: bindings 8, constants 16: FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE leveled_transmittance

@@ -4,7 +4,7 @@
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
-//   binding 2  its media (grid/media.glsl)
+//   binding 2  the grid's media (grid/media.glsl)
 //   binding 3  the bits of the media
 //   binding 4  how strands run in the voxels (grid/directions.glsl), or any buffer where DIRECTION is false
 //   binding 5  the greatest number of any voxel, in units of media, or any buffer where MARCH is not 2

@@ -3,7 +3,7 @@
 // reference::twin::ism::look_up.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  what is known of all points (technique/ism/points.glsl)
+//   binding 1  numbers that hold for all points (technique/ism/points.glsl)
 //   binding 2  maps, ISM_STRIDE texels after one another, rows of distances as floats' bits
 // flat: bindings 16, constants 32: ISM_SIZE ISM_STRIDE
 #include "technique/ism/map.glsl"

@@ -4,12 +4,13 @@
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
-//   binding 2  its bits
-//   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
+//   binding 2  the grid's bits
+//   binding 3  the grid's media (grid/media.glsl), or any buffer where MEDIA is false
 //   binding 4  the bits of the media, or any buffer where MEDIA is false
-//   binding 5  its cells (grid/cells.glsl) where CONE is true, its lists (grid/lists/place.glsl) where CELL is 2, or any buffer
+//   binding 5  the grid's cells (grid/cells.glsl) where CONE is true, the grid's lists (grid/lists/place.glsl) where CELL is
+//              2, else any buffer
 //   binding 6  triangles (world/triangle_rows.glsl)
-//   binding 7  its masks (grid/masks.glsl), or any buffer where CELL is not 1
+//   binding 7  the grid's masks (grid/masks.glsl), or any buffer where CELL is not 1
 // flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
 #include "world/colors.glsl"
 #include "world/light.glsl"
