@@ -35,8 +35,8 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
     return hits;
 }
 
-// How far a point of a surface is moved along its normal, as a share of a texel's extent along the normal: more than the rasterizer's grid
-// and rounding can move it.
+// How far a point of a surface is moved along the surface's normal, as a share of a texel's extent along that normal. This is more than the
+// rasterizer's grid and rounding can move the surface.
 CONSTANT(float, NORMAL_BIAS, 0.3)
 
 // The normal of the surface at the next point, towards the side whose light is asked for; 0 for a point in space.

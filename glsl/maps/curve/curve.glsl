@@ -15,9 +15,9 @@
 
 // Nodes while segments are inserted, >= NODES. More cost time and lose less.
 CONSTANT(int, WORK, 8)
-// True: a removal moves the node's neighbours so that the area under the transmittance stays the same, and the first
-// node may go too, which leaves a step there. False: other nodes stay as they are, and the first and last are never
-// removed (Salvi et al. 2010).
+// True: when a node is removed, its neighbours move so that the area under the transmittance stays the same. The first node may be removed
+// too, which leaves a step there. False: the other nodes stay as they are, and the first and the last node are never removed (Salvi et al.
+// 2010).
 CONSTANT(bool, NUDGE, true)
 
 int node_count;

@@ -48,19 +48,20 @@ const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 // 2⁻¹³, half a unit per addition. That is a quarter of a step of a half float.
 const uint MANY = SPLIT ? 128u : 256u;
 
-// Optical depth of each slice of each texel, in units; sum_place says where. Before there are sums, two of the words are used to
-// find a bound of the sums.
+// The optical depth of each slice of each texel, in units, at the place that sum_place says. Before casters are added, two of the words are
+// used to find a bound of the sums.
 shared uint slices[SLICES * TEXELS];
-// The batch: centres with radii; densities with places among the slices; axes of strands and Gaussians. A plain sphere has the square of
-// its radius, and its optical depth in units per half of a chord's length; other casters have minus their radius. `filled`: how many
-// casters this batch has, and how many the next batch has.
+// The batch of casters. batch_balls: centres with radii. batch_takes: densities with places among the slices. batch_axes: axes of strands
+// and Gaussians. For a plain sphere, the square of the radius stands in place of the radius, and units of optical depth per half of a
+// chord's length in place of the density. For other casters, minus the radius stands in place of the radius. `filled`: how many casters
+// this batch has, and how many the next batch has.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
 shared vec3 batch_axes[BATCH_AXES + 1u];
 shared uint filled[2];
 
-// Where the sum of slice k of a texel stands: the threads of a subgroup, which have the same slice of one run or of two, never
-// meet in a bank.
+// Where the sum of slice k of a texel stands. The threads of a subgroup take the same slice of one run, or of two runs, at the same time.
+// With this order they never meet in a bank of shared memory.
 uint sum_place(uint k, uint texel) {
     return (k ^ (TEXELS == 16u ? k / RUN & 1u : 0u)) * TEXELS + texel;
 }
@@ -128,8 +129,8 @@ void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float
     }
 }
 
-// Adds the casters of the part to the rows from the corner on. The slices are 0 before, and all threads call it alike. `again`:
-// the batch has all of these casters already.
+// Adds the casters of the part to the slices of ROWS rows, from `corner` on. The slices are 0 before. All threads call this function alike.
+// `again`: the batch holds all of these casters already.
 void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale) {
     uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN, rotation = thread / SPANS;
     Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));

@@ -24,8 +24,9 @@ struct Facet {
 
 float projected_float(uint i, uint word) { return intBitsToFloat(projected[PROJECTED_WORDS * i + word]); }
 
-// The value of the edge from `from` along `edge`, in columns: at the origin, or with `squares` at the corner of the square
-// around it that is farthest inside. Values whose sign no column of the block changes are clamped.
+// The value of the edge that begins at `from` and runs along `edge`, in columns. It is the value at the origin, or with `squares` the value
+// at that corner of the square around the origin that is farthest inside the edge. Values whose sign no column of the block changes are
+// clamped.
 int edge_value(ivec2 from, ivec2 edge, bool squares) {
     ivec2 corner = squares ? 128 * ivec2(edge.y < 0 ? 1 : -1, edge.x > 0 ? 1 : -1) : ivec2(0);
     Wide value = wide_cross(edge, corner - from);
