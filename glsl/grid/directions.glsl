@@ -1,7 +1,7 @@
 // The directions of strands in the voxels of a grid: a symmetric matrix per voxel, the sum over strands of extinction times the outer
 // product of the direction with itself. Voxels are in the order of grid/media.glsl, numbers in the order xx, yy, zz, xy, yz, zx. The trace
-// is the strands' extinction. Numbers are whole, so that the order of sums does not matter, and have two bits fewer than the numbers of
-// media: unless a voxel's sum of media overflowed, none of its numbers needs more than 31 bits. Source: ours. Twin:
+// is the strands' extinction. Numbers are whole, so that the order of sums does not matter. They have two bits fewer than the numbers of
+// media. So none of a voxel's numbers needs more than 31 bits unless its sum of media overflowed. Source: ours. Twin:
 // reference::twin::soft::Directions.
 #ifndef GRID_DIRECTIONS_GLSL
 #define GRID_DIRECTIONS_GLSL
@@ -11,8 +11,8 @@ const float DIRECTION_UNITS = 4194304.0;
 // A strand's extinction across its axis, divided by its mean over all directions: 4 / π.
 const float ACROSS = 1.27323954;
 
-// For a voxel whose strands do not run in one direction: where E[|sin|] is assumed to lie between E[sin²] and its square root, as a share
-// of the way: 0 is E[sin²], 1 the square root.
+// For a voxel whose strands do not run in one direction: where E[|sin|] is assumed to lie, from E[sin²] (0) to the square root of E[sin²]
+// (1).
 const float SPREAD_SHARE = 0.75;
 
 // A voxel's extinction in the direction `towards`. `sum`: its mean over all directions. `diagonal` and `beside`: the matrix of the voxel's

@@ -58,8 +58,9 @@ float side_area(vec2 from, vec2 to) {
     return area;
 }
 
-// How far rounding may move a point off a plane that it lies in: by a share of the grid's largest coordinate, for the point
-// itself, and by a share of the point's distance from the triangle's corner. docs/notebook/voxel-grid.md derives both.
+// How far rounding may move a point off a triangle's plane, in which the point lies. ROUNDING_OF_POINT: a share of the grid's largest
+// coordinate, for the rounding of the point itself. ROUNDING_OF_PLANE: a share of the point's distance from a corner of the triangle.
+// docs/notebook/voxel-grid.md derives both.
 const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
 const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
 

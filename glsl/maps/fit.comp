@@ -80,8 +80,8 @@ void fit(inout View view, Range range) {
     }
 }
 
-// Narrows a view by a power of two for a cascade in front of the camera: the camera stands at one side of the cascade and looks across it,
-// but the cascade never leaves the whole view. The cascade moves by whole texels.
+// Narrows a view by a power of two, for a cascade in front of the camera. The camera stands at one side of the cascade and looks across it.
+// But the cascade never leaves the whole view. The cascade moves by whole texels.
 void narrow(inout View view, uint cascade) {
     float share = 1.0 / float(1u << cascade);
     vec2 whole = 1.0 / vec2(view.scale_x, view.scale_y), half_size = whole * share;

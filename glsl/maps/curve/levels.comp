@@ -32,8 +32,8 @@ shared float scratch[SCRATCH];
 shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
 shared float values[MADE * ENDS];
-// For each end, `costs` has the least cost that a curve with a node at that end can have up to there, and `chosen` has one bit per end, set
-// where that cheapest curve has a node. There are two copies of both, written in turns.
+// For each end, among all curves that have a node at that end: `costs` is the least cost of such a curve up to the end. `chosen` says at
+// which ends that cheapest curve has nodes, one bit per end. There are two copies of both, written in turns.
 shared float costs[2u * MADE * ENDS];
 shared uint chosen[2u * MADE * ENDS];
 

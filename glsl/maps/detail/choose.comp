@@ -175,8 +175,8 @@ int greatest_scale() {
         greatest = placed = 0u;
     }
     barrier();
-    // For each tile and each side that it may have: the blocks that the tile has with that side are added at the scale at which the tile
-    // reaches that side, and subtracted at the scale at which the tile reaches the next side.
+    // For each tile and each side that the tile may have: counts the blocks that the tile has with that side. They are added at the scale
+    // at which the tile reaches that side. They are subtracted at the scale at which it reaches the next side.
     [[dont_unroll]] for (uint i = thread; i < tile_count * 8u; i += THREADS) {
         uint tile = i / 8u, side = i % 8u + 1u;
         Survey survey = surveyed(tile);

@@ -1,6 +1,7 @@
-// The layout of curves while fragments insert into them: the first pairs of nodes of eight texels in a row, then their second pairs, and so
-// on, in the same memory that the eight curves take afterwards. Neighbouring fragments then read and write the same cache line; otherwise
-// each of them would need its own. technique/avsm/pack.comp reorders the pairs, so that they stand curve by curve.
+// The layout of curves while fragments insert into them. Eight texels in a row stand together: first the first pair of nodes of each of
+// them, then the second pair of each, and so on. They use the same memory that the eight curves take afterwards. Neighbouring fragments
+// then read and write the same cache line; otherwise each of them would need its own. technique/avsm/pack.comp reorders the pairs, so that
+// they stand curve by curve.
 #ifndef TECHNIQUE_AVSM_BESIDE_GLSL
 #define TECHNIQUE_AVSM_BESIDE_GLSL
 #include "maps/curve/node.glsl"

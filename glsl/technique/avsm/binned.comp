@@ -106,8 +106,8 @@ void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
 #else
 uvec2 texel_in_tile() { return uvec2(gl_LocalInvocationIndex % 8u, gl_LocalInvocationIndex / 8u); }
 
-// Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as often as the
-// busiest of them has hits, and not once for every caster that one of them meets.
+// Each thread looks for its next hit before any thread inserts. Then the threads of a subgroup insert together. They do so as often as the
+// busiest thread has hits, and not once for every caster that any of them meets.
 void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
     for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
         uint filled = min(batch_size(), tile.count - begin);

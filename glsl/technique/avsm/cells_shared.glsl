@@ -5,9 +5,9 @@
 #define TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 
 // How many casters a thread tests before it goes on with those that it hits, 32 at most. Where casters are small, the threads of a subgroup
-// then go on together: as often as the busiest of them has hits, not once for every caster that one of them hits. If this number is not 1,
-// casters that cannot extend the range of any texel are also left out, and a workgroup must have at least as many threads as a batch has
-// casters.
+// then go on with hits together. They do so as often as the busiest thread has hits, and not once for every caster that any of them hits.
+// If this number is not 1, casters that cannot extend the range of any texel are also left out, and a workgroup must have at least as many
+// threads as a batch has casters.
 CONSTANT(uint, AHEAD, 1u)
 
 // Over all texels, for this batch and the next: the greatest of low_bits and the least of high_bits, and how many casters the

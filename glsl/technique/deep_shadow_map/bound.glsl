@@ -1,4 +1,4 @@
-// Finds the fewest nodes whose lines stay within an error of a texel's curve, greedily: a line that begins at a node is prolonged as long
+// Finds the fewest nodes whose lines stay within an error of a texel's curve, greedily. A line that begins at a node is prolonged as long
 // as there is a slope with which it passes through the windows of all points on the way. A point's window is a range of optical depths:
 // those whose transmittance differs from the curve's transmittance at the point by at most the error. Source: Lokovic and Veach 2000;
 // windows in optical depth, and those between the ends of long rises, are ours. Needs, declared before: keep_node(Node), which is called

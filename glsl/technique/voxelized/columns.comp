@@ -1,11 +1,12 @@
 #version 460
 // Finds where each column of voxels enters the first mesh and leaves it, the least exit and the greatest entry of each block of 8 × 8
-// columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of a closed mesh, the
-// column leaves it where as many faces have been left as entered, so that closed meshes that overlap are one; voxels between entry and exit
-// may count as lit or as shadowed. With CONSERVATIVE, triangles in front of that entry that touch a column's square but miss its middle
-// shadow the column as an open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects),
-// Scandolo et al. 2016 (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries,
-// ranges, values (nodes of each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
+// columns, and where each column's shadow begins. A column enters at its nearest surface. If that surface is the outside of a closed mesh,
+// the column's exit is where it has left as many faces as it has entered, so that closed meshes that overlap count as one. Voxels between
+// entry and exit may count as lit or as shadowed. With CONSERVATIVE, triangles in front of that entry that touch a column's square but miss
+// its middle shadow the column as an open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed
+// objects), Scandolo et al. 2016 (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs:
+// boundaries, ranges, values (nodes of each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <=
+// exit.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"

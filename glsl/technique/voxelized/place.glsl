@@ -22,7 +22,7 @@ vec3 tree_voxel(uint tree, vec3 position) {
     return voxel;
 }
 
-// How far a point of a surface must be moved along its normal, in world units, so that the moved point lies beside the surface's plane by
+// How far a point of a surface must be moved along its normal, in world units. The moved point then lies beside the surface's plane by
 // `across` columns plus `always`, and in front of the plane by `along` voxels.
 float receiver_way(uint tree, vec3 position, vec3 normal, float across, float along, float always) {
     vec3 right = visibility_trees[tree].right, forward = visibility_trees[tree].forward;
