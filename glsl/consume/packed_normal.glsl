@@ -3,8 +3,8 @@
 #ifndef CONSUME_PACKED_NORMAL_GLSL
 #define CONSUME_PACKED_NORMAL_GLSL
 
-// The length of a packed normal, and the least dot product of two that count as one surface: 0.9 · NORMAL_UNIT², at
-// most 26° apart.
+// The length of a packed normal; and the least dot product of two packed normals that count as the same surface, 0.9 · NORMAL_UNIT²: they
+// are at most 26° apart.
 const int NORMAL_UNIT = 511;
 const int SAME_NORMAL = 235009;
 

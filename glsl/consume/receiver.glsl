@@ -1,7 +1,7 @@
 // The place at which a point of a surface looks up its light. A technique that resolves surfaces coarsely, as voxels do, moves the point
-// off its surface. It defines TECHNIQUE_RECEIVERS and, in its visibility.glsl, vec3 light_receiver(uint light, vec3 position, vec3 normal),
-// with `normal` of unit length on the side that light is asked for. It may keep the normal for the light_visibility that follows
-// (maps/opaque.glsl). To be included behind visibility.glsl.
+// off its surface. Such a technique defines TECHNIQUE_RECEIVERS and vec3 light_receiver(uint light, vec3 position, vec3 normal) in its
+// visibility.glsl. `normal` has unit length and points to the side of the surface whose light is asked for. The function may keep the
+// normal for the call of light_visibility that follows (maps/opaque.glsl). Include this file after visibility.glsl.
 #ifndef CONSUME_RECEIVER_GLSL
 #define CONSUME_RECEIVER_GLSL
 

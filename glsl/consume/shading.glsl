@@ -22,9 +22,9 @@ vec3 shade_caster(vec3 albedo, vec3 light) { return albedo * light; }
 // The colour of casters without a colour of their own.
 vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO; }
 
-// Where to ask for the light that arrives at `position` of a caster. A strand takes its light in one step of depth, and its own
-// points lie on the edge of that step, so that they would be shadowed at random: ask one width in front of it, towards the light. A
-// splat is a piece of a surface: ask in front of the whole splat, and of its neighbours, which it overlaps.
+// Where to ask for the light that arrives at `position` of a caster. A strand takes its light in one step of depth. Its own points lie on
+// the edge of that step, so that they would be shadowed at random. So a strand asks one width in front of itself, towards the light. A
+// splat is a piece of a surface. It asks in front of all of itself and of its neighbours, which it overlaps.
 vec3 lit_side(Light light, Caster caster, vec3 position) {
     if (caster_is_gaussian(caster)) {
         vec3 towards = light_direction(light, position);

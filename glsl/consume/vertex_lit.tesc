@@ -17,9 +17,9 @@ layout(push_constant, scalar) uniform SpacingPush {
 // What every device with tessellation can do.
 const float MAX_LEVEL = 64.0;
 
-// Into how many parts a side of so many pixels is cut. One part has vertices only at its ends, on or past the
-// silhouette, where there is the most light. So a side has two parts from half of `spacing` on. A smaller caster has
-// fewer pixels than the nine vertices of 2 × 2 parts.
+// Into how many parts a side of a caster's quad is cut. `pixels`: the side's length. A side of one part has vertices only at its ends, on
+// the caster's silhouette or past it, where there is more light than inside. So a side is cut into two parts from half of `spacing` on. A
+// smaller caster is not cut: it has fewer pixels than 2 × 2 parts have vertices, which is nine.
 float parts(float pixels) {
     return clamp(ceil(pixels / spacing), pixels > 0.5 * spacing ? 2.0 : 1.0, MAX_LEVEL);
 }

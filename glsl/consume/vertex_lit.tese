@@ -24,10 +24,11 @@ layout(location = 1) patch in vec4 patch_corners;
 layout(location = 0) flat out uint caster_index;
 layout(location = 1) out vec3 light;
 
-// Where a vertex asks for its light. On a sphere: where caster.frag does, at the middle of the ray's stretch in it; past the silhouette at
-// its nearest point, since farther out there may be more light than anywhere inside. A mesh that cuts the sphere cuts this stretch too. A
-// mesh that stands in front of the whole sphere hides this vertex, but perhaps not the pixels beside it, so it is ignored. On a strand: on
-// its axis, where that comes nearest to the ray; most of a strand's quad is far off.
+// Where a vertex asks for its light. On a sphere: where caster.frag asks, at the middle of the stretch that the vertex's ray has inside the
+// sphere. If the ray misses the sphere, at the sphere's point nearest to the ray, since farther out there may be more light than anywhere
+// inside. A mesh that cuts the sphere cuts the stretch too. A mesh in front of the whole sphere is ignored: it hides this vertex, but
+// perhaps not the pixels beside it. On a strand: at the point of the axis that is nearest to the ray, since most of a strand's quad is far
+// from the strand.
 vec3 caster_asked(Ray ray, Caster caster, float farthest) {
     if (caster_is_strand(caster)) {
         vec3 start, axis;

@@ -1,6 +1,6 @@
 #version 460
-// The sides of the triangles of lighting=vertex, black and as dense as the middle of their caster, so that smoke does not drown in the
-// lines of thin casters. Inputs: camera, casters, z of the meshes. Output: premultiplied colour, blended over.
+// Draws the sides of the triangles of lighting=vertex in black. A line is as dense as the middle of its caster, so that the lines of thin
+// casters do not hide the smoke. Inputs: camera, casters, z of the meshes. Output: premultiplied colour, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/colored.glsl"
 #include "consume/distances_set.glsl"

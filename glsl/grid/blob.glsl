@@ -1,13 +1,14 @@
 // How much a caster puts into which voxels, in the units of grid/media.glsl. Source: ours. Twin: reference::twin::media, to the
 // bit: no operation here may be fused or reordered, and only integers are divided, never floats.
 //
-// A voxel's number is its mean extinction: the integral of extinction over the voxel, divided by its volume. In units of voxels, a
-// sphere adds σ times the share of the voxel that it fills. A caster smaller than a voxel adds the share of light that it takes, 1 −
-// exp(−τ), times its silhouette; τ is its optical depth. The reason: such casters stand anywhere in a voxel, so the number n of them
-// on a ray is Poisson distributed. With m for its mean, E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
-//   A sphere: silhouette π r², and τ of its mean chord 4/3 r; where it is thin, the product is σ times its volume.
-//   A strand: silhouette 2 r l |sin| of its angle to the ray, by the mean of |sin| over all directions, π/4; τ of one
-//   crossing.
+// A voxel's number is its mean extinction: the integral of extinction over the voxel, divided by its volume. Lengths are in voxels; σ is a
+// caster's extinction, τ its optical depth, r its radius. A sphere larger than a voxel adds σ times the share of the voxel that it fills. A
+// caster smaller than a voxel adds the share of light that it takes, 1 − exp(−τ), times the area of its silhouette. This is less than τ
+// times that area, because such casters stand anywhere in a voxel: how many of them are on a ray, n, is Poisson distributed. If the mean of
+// n is m, the mean transmittance is E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
+//   A sphere: its silhouette is π r²; τ is that of its mean chord, 4/3 r. Where τ is small, the product is σ times its volume.
+//   A strand of length l at an angle a to the ray: its silhouette is 2 r l |sin a|. For |sin a| stands its mean over all
+//   directions, π/4. τ is that of a ray that crosses the strand once.
 #ifndef GRID_BLOB_GLSL
 #define GRID_BLOB_GLSL
 #include "grid/media.glsl"

@@ -23,8 +23,9 @@ layout(push_constant, scalar) uniform GridPush {
 layout(set = 0, binding = 0, scalar) GRID_ACCESS buffer BuildGrid { Grid grid; };
 layout(set = 0, binding = 1, scalar) GRID_ACCESS buffer BuildBits { uint grid_bits[]; };  // two words for 64 bits
 layout(set = 0, binding = 2, scalar) readonly buffer BuildTriangles { Triangle triangles[]; };
-// Triangles with too many voxels for one thread: the count of those that are taken by one workgroup each, the count of those
-// that all workgroups share; then the former from LISTED on, the latter from the end.
+// Two lists of triangles that have too many voxels for one thread. listed[LARGE]: how many triangles are taken by one workgroup each.
+// listed[HUGE]: how many triangles all workgroups take together. The numbers of the former stand from LISTED on, the numbers of the latter
+// from the end of the buffer backwards.
 layout(set = 0, binding = 3, scalar) GRID_ACCESS buffer BuildLarge { uint listed[]; };
 
 const uint LARGE = 0u;

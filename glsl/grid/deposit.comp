@@ -7,8 +7,8 @@
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 
-// Voxels of a sphere's box, or parts of a strand or a splat, up to which a thread takes a caster, and up to which a workgroup does. Any
-// numbers give the same bytes.
+// SMALL: one thread takes a caster of at most this many parts, which are the voxels of a sphere's box or the points of a strand. BOXED: one
+// workgroup takes a caster of at most this many parts. The bytes are the same with any other numbers.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 

@@ -1,6 +1,6 @@
 // A grid of voxels along the world's axes, around all casters. One bit per voxel is set where meshes occupy it, in bricks of 4 × 4 × 4
-// bits. Two levels above have a bit per brick, and a bit per block of 64 bricks, set where it is not empty. Source: ours. Twins:
-// grid::GridData, reference::twin::grid.
+// bits. There are two levels above: one bit per brick, and one bit per block of 64 bricks. A bit is set if its brick or block is not empty.
+// Source: ours. Twins: grid::GridData, reference::twin::grid.
 #ifndef GRID_GRID_GLSL
 #define GRID_GRID_GLSL
 #extension GL_EXT_scalar_block_layout : require

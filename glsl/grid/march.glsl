@@ -24,9 +24,9 @@ bool grid_has_voxel(uvec3 voxel) {
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Visits every voxel on the way, and no other. From each voxel the march goes on into the next one that the way enters, or leaves the
-// largest empty cube around it at once. Where voxels have masks, the march visits cells of these, and a voxel is one more level that may be
-// empty.
+// Visits every voxel on the way, and no other. From each voxel the march goes on into the next voxel on the way; if the voxel is empty, it
+// leaves the largest empty cube around it in one step. Where voxels have masks, the march visits the cells of the masks, and voxels are one
+// more level that may be empty.
 bool march_exact(vec3 from, vec3 way) {
     const float cells = float(1u << CELL_SHIFT);
     March march;

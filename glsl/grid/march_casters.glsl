@@ -1,8 +1,8 @@
 // Optical depth of smoke and hair along a way through a grid that lists them. The march visits every voxel on the way that has a list, and
-// tests the list's casters. A caster that is listed in many voxels counts once, in the voxel in which the way enters the caster, or begins.
-// This works since all voxels compute places along the way alike, as floats, and each voxel ends where the next begins. Casters that are
-// listed for all voxels are tested first. Needs visibility_cast_bits, visibility_cast_lists (glsl/grid/lists/place.glsl),
-// visibility_casters and GRID_SIZE. Source: ours. Twin: the truth, in f64.
+// tests the list's casters. A caster that is listed in many voxels counts once: in the voxel in which the way enters the caster, or in
+// which the way begins if it begins inside the caster. This works since all voxels compute places along the way alike, as floats, and each
+// voxel ends where the next begins. Casters that are listed for all voxels are tested first. Needs visibility_cast_bits,
+// visibility_cast_lists (glsl/grid/lists/place.glsl), visibility_casters and GRID_SIZE. Source: ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_CASTERS_GLSL
 #define GRID_MARCH_CASTERS_GLSL
 #include "grid/lists/place.glsl"

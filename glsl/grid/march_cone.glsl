@@ -9,8 +9,8 @@
 // Less light than this counts as none.
 const float CONE_DARK = 1.0 / 256.0;
 
-// Makes walls opaque. Between the middles of two cells a wall's cover is interpolated, and with steps half a cell apart
-// one step has at least ¾ of it: 1.34 · ¾ > 1.
+// A factor that makes walls opaque. The cover is interpolated between the middles of cells. Steps are half a cell apart, so that at least
+// one step finds ¾ or more of a wall's cover: 1.34 · ¾ > 1.
 const float CONE_GAIN = 1.34;
 
 // The share of light that a cell stops along an axis: its occupied voxels, as a share of one layer of voxels across it. 0 outside

@@ -1,8 +1,9 @@
 // How much light smoke and hair take along a way through a grid: in every voxel on it (media_exact), or in voxels at even steps
 // (media_steps). Needs visibility_media, visibility_media_bits, the constant GRID_SIZE, and `media_towards`: a voxel's extinction in the
-// way's direction, from its mean extinction. Where MEDIA_VISIT is defined, `media_visit` is called for each stretch of a way in turn,
-// with the stretch's extinction times the way's length, and with where on the way, 0 to 1, it begins and ends. Source: after Amanatides
-// and Woo 1987; skipping empty space on the levels above is ours. Twin: reference::twin::media::Media, march_exact and march_steps.
+// way's direction, from its mean extinction. Where MEDIA_VISIT is defined, `media_visit` is called for each stretch of a way in turn. Its
+// arguments are the stretch's extinction times the way's length, and the places on the way, 0 to 1, at which the stretch begins and ends.
+// Source: after Amanatides and Woo 1987; skipping empty space on the levels above is ours. Twin: reference::twin::media::Media, march_exact
+// and march_steps.
 #ifndef GRID_MARCH_MEDIA_GLSL
 #define GRID_MARCH_MEDIA_GLSL
 #include "grid/media.glsl"

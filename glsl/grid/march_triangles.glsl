@@ -26,8 +26,8 @@ float grid_rounding(Grid grid) {
     return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
-// A ray, as the shear that turns it into the z axis from the origin: the axis along which it goes most, and its slopes
-// along the other two.
+// A ray, as the shear that turns it into the z axis and moves its beginning to the origin. `axis`: the world's axis along which the ray
+// goes most. `by`: its slopes along the other two axes.
 struct Shear {
     vec3 origin;
     uint axis;
@@ -51,15 +51,16 @@ vec3 sheared(Shear shear, vec3 corner) {
     return vec3(beside, v.z * shear.by.z);
 }
 
-// Twice the area of the triangle between the ray and a side, with a sign. The other triangle at that side has the same area with
-// the other sign, to the bit, so that no ray goes between the two.
+// Twice the signed area of the triangle that the ray, at the origin, forms with an edge. A mesh triangle across that edge runs along it the
+// other way and gets exactly the negated value, to the bit. So no ray slips through between the two mesh triangles.
 float side_area(vec2 from, vec2 to) {
     precise float area = from.x * to.y - from.y * to.x;
     return area;
 }
 
-// How far rounding may move a point off a plane that it lies in: by a share of the grid's largest coordinate, for the point
-// itself, and by a share of the point's distance from the triangle's corner. docs/notebook/voxel-grid.md derives both.
+// How far rounding may move a point off a triangle's plane, in which the point lies. ROUNDING_OF_POINT: a share of the grid's largest
+// coordinate, for the rounding of the point itself. ROUNDING_OF_PLANE: a share of the point's distance from a corner of the triangle.
+// docs/notebook/voxel-grid.md derives both.
 const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
 const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
 

@@ -1,7 +1,7 @@
-// Smoke and hair in the voxels of a grid: a number per voxel, the optical depth of a way of one voxel's length, in whole units so that the
-// order of sums does not matter. They stand brick by brick, each the 64 numbers of 4 × 4 × 4 voxels. Bits in the layout of grid/grid.glsl:
-// on level 0 for voxels whose sum overflowed 32 bits, above for bricks and blocks that are not empty. Source: ours. Twin:
-// reference::twin::media::Media.
+// Smoke and hair in the voxels of a grid. Each voxel has a number: the optical depth of a way of one voxel's length, in whole units, so
+// that the order of sums does not matter. The numbers stand brick by brick; a brick has the 64 numbers of 4 × 4 × 4 voxels. There are also
+// bits in the layout of grid/grid.glsl. On level 0, a voxel's bit is set if its sum overflowed 32 bits. On the levels above, the bit of a
+// brick or block is set if it is not empty. Source: ours. Twin: reference::twin::media::Media.
 #ifndef GRID_MEDIA_GLSL
 #define GRID_MEDIA_GLSL
 #include "grid/grid.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// Counts the occupied voxels before each brick, in three steps: each workgroup adds up its run of bricks (STEP 0), one workgroup adds up
-// all runs (STEP 1), and each workgroup adds the sum before its run to its bricks (STEP 2). Source: ours. Input: bits. Outputs: runs, the
-// first part of masks. Twin: reference::twin::masks::Masks.
+// Counts the occupied voxels before each brick, in three steps. STEP 0: each workgroup adds up its own run of bricks. STEP 1: one workgroup
+// adds up the sums of all runs. STEP 2: each workgroup adds the sum of all runs before its own to its bricks. Source: ours. Input: bits.
+// Outputs: runs, the first part of masks. Twin: reference::twin::masks::Masks.
 // variants: STEP 0 1 2
 #include "grid/masks_set.glsl"
 

@@ -5,8 +5,8 @@
 
 layout(local_size_x = 64) in;
 
-// The most voxels of a triangle's box that one thread takes, and the most columns that one workgroup takes. Any numbers give the
-// same bits.
+// SMALL: one thread takes a triangle whose box has at most this many voxels. COLUMNS: one workgroup takes a triangle of at most this many
+// columns of voxels. The bits are the same with any other numbers.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
 

@@ -1,6 +1,7 @@
-// Transmittance along a way, by voxels' numbers that are interpolated linearly between the middles of voxels: at even steps, or at random
-// places (ratio tracking), which has no bias. Needs the same declarations as grid/march_media.glsl. Sources: Novák et al. 2014 (ratio
-// tracking); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::soft.
+// Transmittance along a way through the grid. The extinction at a place is interpolated linearly between the middles of the voxels around
+// it. It is read at even steps, or at random places (ratio tracking), which has no bias. Needs the same declarations as
+// grid/march_media.glsl. Sources: Novák et al. 2014 (ratio tracking); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin:
+// reference::twin::soft.
 #ifndef GRID_SOFT_GLSL
 #define GRID_SOFT_GLSL
 #include "grid/march_media.glsl"
@@ -47,7 +48,8 @@ uint ratio_hash(uint bits) {
 float media_ratio(vec3 from, vec3 way, float most, uint seed) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float per_voxel = 1.0 / length(way), majorant = min(most, RATIO_MOST), left = 1.0, at = range.x;
-    // A way meets 3 · size voxels at most, with up to 8 random places in each on average.
+    // Bounds the loop. A way through the grid is at most √3 · GRID_SIZE voxels long. On average it takes at most RATIO_MOST = 8 random
+    // steps per voxel of its length: 14 · GRID_SIZE steps in all. 64 · GRID_SIZE leaves room for chance.
     for (uint i = 0u; i < 64u * GRID_SIZE && majorant > 0.0 && left > 0.0; ++i) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;

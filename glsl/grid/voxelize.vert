@@ -14,8 +14,8 @@ CONSTANT(bool, CONSERVATIVE, false)
 
 layout(location = 0) flat out uint triangle;
 
-// Texels from a column's middle to its border; and how far rasterizers may move corners: a 16th where a corner stands, a 16th
-// where it is clipped, and rounding.
+// In texels. HALF_COLUMN: from a column's middle to its border. MOVED: how far a rasterizer may move a corner: a 16th by placing it, a 16th
+// by clipping, and a little by rounding.
 const float HALF_COLUMN = 0.5;
 const float MOVED = 0.14;
 
@@ -44,8 +44,8 @@ void main() {
     uint corner = uint(gl_VertexIndex) % 3u;
     vec2 at;
     if (abs(area) > SLIVER * longest) {
-        // Each side moves outwards by as much as a square of half side `reach` reaches across it; the corners are where
-        // the moved sides meet.
+        // Each side moves outwards, so far that squares with half side `reach` around all points of the triangle lie inside. The corners
+        // are where the moved sides meet.
         vec2 one = area < 0.0 ? -sides[(corner + 2u) % 3u] : sides[(corner + 2u) % 3u];
         vec2 other = area < 0.0 ? -sides[corner] : sides[corner];
         float by_one = reach * (abs(one.x) + abs(one.y)), by_other = reach * (abs(other.x) + abs(other.y));

@@ -13,7 +13,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer AimLights { Light lights[];
 layout(push_constant, scalar) uniform AimPush {
     uint light_count;
     uint map_count;
-    uint cascade_maps;  // maps of all lights in one cascade; each further cascade has as many more
+    uint cascade_maps;  // maps of all lights in one cascade; each cascade has this many maps, stored one cascade behind the other
 };
 
 void aim(inout View view, Light light) {

@@ -1,6 +1,6 @@
-// Reciprocals by Newton's method from a guess in whole numbers. Only products and sums are used, which every device
-// rounds alike, while Vulkan lets a quotient be wrong by 2.5 units in the last place. These reciprocals are wrong by at
-// most two. Twin: reference::twin::exact.
+// Reciprocals by Newton's method from a guess in whole numbers. Only products and sums are used, which every device rounds alike, while
+// Vulkan lets a quotient be wrong by 2.5 units in the last place. These reciprocals are wrong by at most two units in the last place. Twin:
+// reference::twin::exact.
 #ifndef MAPS_EXACT_GLSL
 #define MAPS_EXACT_GLSL
 

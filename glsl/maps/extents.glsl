@@ -5,8 +5,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "maps/float_order.glsl"
 
-// The extents of one map: of its casters, then of the meshes; low and high along right, up and forward. Where there is
-// none, low is above high.
+// The extents of one map: low and high along right, up and forward, first of its casters, then of the meshes. Where there is no caster or
+// no mesh, low is above high.
 struct Extents {
     uint low[6];
     uint high[6];

@@ -15,7 +15,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer AllExtents { Extents extent
 layout(push_constant, scalar) uniform FitPush {
     uint map_count;
     uint only_meshes;  // nothing translucent casts: the volume is fitted to the meshes
-    uint cascade_maps; // maps of all lights in one cascade; each further cascade has as many more
+    uint cascade_maps; // maps of all lights in one cascade; each cascade has this many maps, stored one cascade behind the other
     vec3 eye;
     vec3 ahead;        // of the camera, unit length
 };
@@ -80,8 +80,8 @@ void fit(inout View view, Range range) {
     }
 }
 
-// Narrows a view by a power of two for a cascade in front of the camera: the camera stands at the cascade's side, but the cascade stays
-// within the whole view. The cascade moves by whole texels.
+// Narrows a view by a power of two, for a cascade in front of the camera. The camera stands at one side of the cascade and looks across it.
+// But the cascade never leaves the whole view. The cascade moves by whole texels.
 void narrow(inout View view, uint cascade) {
     float share = 1.0 / float(1u << cascade);
     vec2 whole = 1.0 / vec2(view.scale_x, view.scale_y), half_size = whole * share;

@@ -1,5 +1,5 @@
-// Levels of detail of maps whose texels are an image: coarser ones stand in a buffer, in full floats. A technique says
-// with LEVEL_WORDS how many words each of their texels has.
+// Levels of detail of maps whose texels are an image: the coarser levels stand in a buffer, in full floats. A technique says with
+// LEVEL_WORDS how many words a texel has there.
 #ifndef MAPS_IMAGE_LEVELS_GLSL
 #define MAPS_IMAGE_LEVELS_GLSL
 #include "maps/level_tile.glsl"

@@ -1,5 +1,5 @@
-// Where the texels of levels of detail stand: those of all maps of level 0, then those of level 1, half as many per side, rounded up,
-// and so on. Twin: maps::levels.
+// Where the texels of levels of detail stand: first the texels of level 0 of all maps, then the texels of level 1 of all maps, and so on. A
+// level has half as many texels per side as the level before, rounded up. Twin: maps::levels.
 #ifndef MAPS_LEVEL_PLACE_GLSL
 #define MAPS_LEVEL_PLACE_GLSL
 

@@ -1,6 +1,7 @@
-// Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup turns a tile of 8 × 8 texels of the level below `level` into 4 × 4
-// texels of that level, these into 2 × 2 of the next, and these into one. So fewer passes wait for each other. A technique includes it, and
-// defines make_level, which all threads call. Inputs: maps, texels of the level below. Outputs: those of the levels.
+// Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup takes a tile of 8 × 8 texels of the level below `level`. From these
+// it makes 4 × 4 texels of `level`, then 2 × 2 texels of the next level, then one texel of the level after. So fewer passes wait for each
+// other. A technique includes this file and defines make_level, which all threads call. Inputs: maps, texels of the level below. Outputs:
+// texels of the levels.
 #ifndef MAPS_LEVEL_TILE_GLSL
 #define MAPS_LEVEL_TILE_GLSL
 #extension GL_EXT_control_flow_attributes : require

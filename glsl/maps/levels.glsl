@@ -11,8 +11,8 @@
 // Width of the receiver of the light, such as a pixel, across the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
-// A look-up averages several texels around a place, so that it is wider than one of them. A level finer by half makes
-// up for that.
+// A look-up averages several texels around a place, so that it covers a wider area than one texel does. Taking a level that is finer by a
+// half makes up for that.
 const float LEVEL_BIAS = -0.5;
 
 // Place of a texel of the look-up among those of all maps and levels.

@@ -1,6 +1,6 @@
 // The look-up of every technique with maps: which map answers, visibility past the meshes, and the texels that are averaged. Bindings 0 to
-// 2 are those of maps/look_up_set.glsl, those from 3 on the technique's. A point light's faces have a margin about their 90 degrees that
-// holds every filter, so that no look-up needs two faces. Bound by maps::Maps::look_up.
+// 2 are those of maps/look_up_set.glsl; bindings from 3 on belong to the technique. A point light's faces have a margin about their 90
+// degrees that holds every filter, so that no look-up needs two faces. Bound by maps::Maps::look_up.
 #ifndef MAPS_LOOK_UP_GLSL
 #define MAPS_LOOK_UP_GLSL
 #include "maps/filter.glsl"

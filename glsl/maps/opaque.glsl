@@ -1,22 +1,22 @@
-// Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly. The map holds depths in the
-// light's range, 1 where there is nothing (maps/opaque.frag). A look-up keeps a surface out of its own shadow: a texel darkens a
-// surface's point only where its depth is nearer than the point's and also lies above the surface's plane, from which the point is
-// moved by NORMAL_BIAS. A point in space has no plane. All maps stand in one texture: see opaque_corner. Twin:
-// reference::twin::receiver.
+// Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly. The map holds depths in the light's
+// range, 1 where there is nothing (maps/opaque.frag). A look-up keeps a surface out of its own shadow: a texel darkens a point of a surface
+// only if two things hold. The texel's depth is nearer than the point's depth, and the place at the texel's depth lies above the surface's
+// plane. Both are tested for a point that NORMAL_BIAS has moved off the surface, and for the plane through that point. A point in space has
+// no plane. All maps stand in one texture: see opaque_corner. Twin: reference::twin::receiver.
 #ifndef MAPS_OPAQUE_GLSL
 #define MAPS_OPAQUE_GLSL
 #extension GL_EXT_samplerless_texture_functions : require
 #include "world/light.glsl"
 
-// The upper left texel of a map among all: one above the other, and where that is more rows than an image has, in
-// further columns. Twin: maps::opaque_corner.
+// The upper left texel of a map in the image of all maps. Maps stand one above the other; where an image may not have so many rows, they go
+// on in further columns. Twin: maps::opaque_corner.
 ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
     uint rows = max(uint(textureSize(depth_map, 0).y) / view.height, 1u);
     return ivec2(map / rows * view.width, map % rows * view.height);
 }
 
-// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; those outside the map are other
-// maps' texels.
+// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch. Texels outside the map are
+// texels of other maps.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
     // The corner that the four texels share: there a gather returns these four and no others.
     vec2 middle = vec2(corner + texel + 1);
@@ -35,8 +35,8 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
     return hits;
 }
 
-// How far a point of a surface is moved along its normal, as a share of a texel's extent along the normal: more than the rasterizer's grid
-// and rounding can move it.
+// How far a point of a surface is moved along the surface's normal, as a share of a texel's extent along that normal. This is more than the
+// rasterizer's grid and rounding can move the surface.
 CONSTANT(float, NORMAL_BIAS, 0.3)
 
 // The normal of the surface at the next point, towards the side whose light is asked for; 0 for a point in space.

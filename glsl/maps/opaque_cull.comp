@@ -1,8 +1,7 @@
 #version 460
-// Finds which parts of the list of triangles the rasterizer draws into each map: those with a triangle that the map may see. One
-// thread per triangle; z of the workgroup is the map. Inputs: maps, triangles. Output: draws, which have no instance before.
-// Invariant: a triangle that covers a texel's centre is in a part that is drawn, since the test allows for what rounding may
-// move a corner by.
+// Finds which parts of the list of triangles the rasterizer draws into each map: the parts with at least one triangle that the map may see.
+// One thread per triangle; z of the workgroup is the map. Inputs: maps, triangles. Output: draws, which have no instance before. Invariant:
+// a triangle that covers a texel's centre is in a part that is drawn, since the test allows for what rounding may move a corner by.
 layout(local_size_x = 64) in;
 #include "maps/scene.glsl"
 

@@ -1,7 +1,7 @@
-// Drawing triangles into opaque maps, in whole numbers: corners are moved to the nearest 256th of a texel, a texel is
-// covered where its centre is inside, and of triangles that share an edge exactly one has a centre on it. So the same
-// texels are covered on every device, with the same depths, of which each texel keeps the least. Source: Pineda 1988;
-// clipping: Sutherland and Hodgman 1974. Twin: reference::twin::opaque.
+// Draws triangles into opaque maps, in whole numbers. Corners are moved to the nearest 256th of a texel. A triangle covers a texel if the
+// texel's centre is inside the triangle. A centre exactly on an edge is inside only one of the two triangles that share the edge. So the
+// same texels are covered on every device, with the same depths, of which each texel keeps the least. Source: Pineda 1988; clipping:
+// Sutherland and Hodgman 1974. Twin: reference::twin::opaque.
 #ifndef MAPS_OPAQUE_DRAW_GLSL
 #define MAPS_OPAQUE_DRAW_GLSL
 #define EXACT
@@ -50,8 +50,8 @@ float inside(View view, vec3 corner, uint plane) {
     return away;
 }
 
-// Where the edge from `a`, which is inside by `here`, to `b`, which is not, meets the plane: the same for both
-// triangles that share it.
+// Where the edge from `a` to `b` meets the plane. `a` is inside the plane by `here`; `b` is outside, by the negative number `there`. The
+// edge is always given from its inside end, so that both triangles that share it get the same place.
 vec3 cut(vec3 a, float here, vec3 b, float there) {
     precise float along = here - there;
     precise vec3 place = a + (here * reciprocal(along)) * (b - a);
@@ -154,13 +154,13 @@ int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(ed
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
 
-// Draws the part of a triangle whose first texel is `first`, at most OPAQUE_TILE texels per side: the texel at `offset`
-// of each square of `every` × `every`.
+// Draws a part of a triangle: at most OPAQUE_TILE × OPAQUE_TILE texels, from `first` on. Of each square of `every` × `every` texels it
+// draws only the texel at `offset`, so that threads share the part.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
     bool perspective = view.projection != VIEW_PARALLEL;
-    // Vectors from a texel to the next, and the middle ray: its direction in perspective, else its origin. A texel's
-    // offset from the middle is exact.
+    // `right`, `up`: how rays change from one texel to the next. `ray_from`: the ray through the middle of the map, as its direction in
+    // perspective, else as its origin. A texel's offset from the middle is exact.
     precise vec3 right = view.right * (2.0 * reciprocal(float(view.width) * view.scale_x));
     precise vec3 up = view.up * (2.0 * reciprocal(float(view.height) * view.scale_y));
     vec2 half_size = 0.5 * vec2(view.width, view.height);
@@ -177,8 +177,8 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
             all_z = all_z.xzy;
             area = wide_cross(b - a, c - a);
         }
-        // Edges, each opposite a corner. An edge's value at the first centre is twice the area of the triangle that the
-        // edge and the centre make.
+        // Edges, each named by the corner opposite. An edge's value at a texel's centre is twice the area of the triangle of the edge and
+        // the centre; here it is the value at the first texel.
         ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
         Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
         bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);

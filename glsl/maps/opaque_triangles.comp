@@ -1,7 +1,7 @@
 #version 460
-// Draws the small triangles of all maps and lists the others. One thread per triangle, the map in z; all threads list a
-// large triangle's tiles together, and draw the tiles for which the list has no room: slower, but nothing is lost.
-// Inputs: maps, triangles. Outputs: depths, items. Twin: reference::twin::opaque::draw.
+// Draws the small triangles of all maps and lists the others. One thread per triangle; z of the workgroup is the map. The tiles of a large
+// triangle are listed by all threads of the workgroup together. Tiles for which the list has no room are drawn at once: that is slower, but
+// nothing is lost. Inputs: maps, triangles. Outputs: depths, items. Twin: reference::twin::opaque::draw.
 layout(local_size_x = 64) in;
 #include "maps/opaque_draw.glsl"
 

@@ -5,9 +5,9 @@
 #include "world/caster.glsl"
 #include "world/light.glsl"
 
-// Clips the stretch of a ray in a caster, as caster_overlap gives it (z.y > near): at the near plane, and where an optical depth of `dark`
-// is reached, behind which no light is left. Up to there the light fades as in the whole caster. `ray_length`: that of the ray's
-// direction. Returns the optical depth of the stretch.
+// Clips the stretch of a ray in a caster, which caster_overlap gave (z.y > near). The stretch is cut at the near plane, and at the place
+// where an optical depth of `dark` is reached, behind which no light is left. Up to there the light fades as in the whole caster.
+// `ray_length`: the length of the ray's direction. Returns the optical depth of the stretch.
 float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec3 z) {
     float optical_depth = caster.density;
     if (!caster_is_strand(caster)) {

@@ -1,6 +1,6 @@
 // The depth that an opaque map stores where the ray through a texel's centre meets a surface: a little more than the true one, so that
-// rounding alone puts nothing into shadow. Included by all passes that draw opaque maps. With EXACT to the same bits on every device, else
-// as fast as the device divides. Twin: reference::twin::opaque::stored.
+// rounding alone puts nothing into shadow. Included by all passes that draw opaque maps. With EXACT it has the same bits on every device;
+// without EXACT it is computed with the device's own, faster division. Twin: reference::twin::opaque::stored.
 #ifndef MAPS_STORED_GLSL
 #define MAPS_STORED_GLSL
 #include "world/view.glsl"
@@ -17,8 +17,9 @@ float reciprocal(float a) { return 1.0 / a; }
 float longest3(vec3 a) { return length(a); }
 #endif
 
-// `off` is the possible error of a z, world units: one step of its coordinates for a point that was rounded to floats; ten for its offset
-// from the view and for the rasterizer's z. Twin: maps::opaque::rounding.
+// `off`: the possible error of a z, in world units, as a sum of two bounds. One is 1.2e-7 of the point's coordinates, a step of a float,
+// since the point was rounded to floats. The other is 6e-7 of the point's distance from the view, five such steps: for the offset from the
+// view and for the rasterizer's z. Twin: maps::opaque::rounding.
 float stored_depth(View view, Ray ray, float z) {
     PRECISE vec3 position = ray.origin + z * ray.direction;
     PRECISE vec3 offset = position - view.origin;

@@ -1,10 +1,10 @@
 #version 460
-// One step of every particle: born anew where its life is over; else pulled, slowed, moved along one axis after the other, and
-// turned round by the box and by each occupied voxel that it would enter. One thread per particle. Source: ours, after Pestana's
-// GPU particles (2015); pcg: Jarzynski and Olano 2020. Inputs: law, jets, grid. Input and output: bodies. Output: casters. Twin:
-// reference::twin::simulate::Rules::step, to the bit: no operation here may be fused or reordered, and only whole numbers are
-// divided. Invariants: no particle leaves the box, none enters an occupied voxel; and after its birth a particle's state depends
-// on the step's number alone, whichever step the device began at.
+// One step of every particle. A particle whose life is over is born anew. Any other particle is pulled, slowed, and moved along one axis
+// after the other. It is turned round by the box and by each occupied voxel that it would enter. One thread per particle. Source: ours,
+// after Pestana's GPU particles (2015); pcg: Jarzynski and Olano 2020. Inputs: law, jets, grid. Input and output: bodies. Output: casters.
+// Twin: reference::twin::simulate::Rules::step, to the bit: no operation here may be fused or reordered, and only whole numbers are
+// divided. Invariants: no particle leaves the box, none enters an occupied voxel; and after its birth a particle's state depends on the
+// step's number alone, whichever step the device began at.
 layout(local_size_x = 64) in;
 #include "grid/grid.glsl"
 #include "simulate/body.glsl"

@@ -1,9 +1,8 @@
 #version 460
-// The window's picture in bytes: one of two pictures, both with a wipe between them, their difference, both beside the truth, or values from
-// the host or a slice.
-// Inputs: two pictures in linear light, the least number of each of sRGB's 256 bytes, values of the host's or of a slice. Output: a byte
-// per channel, four per pixel, rows from the top. Twin: view::present::bytes. Invariant: the bytes are those that scene::Picture::to_srgb8
-// has, since both find the last level that a number reaches.
+// The window's picture in bytes. It shows one of two pictures, both pictures with a wipe between them, the difference of the two, or values
+// that the host or a slice gives. Inputs: two pictures in linear light; for each of sRGB's 256 bytes the least number that has it; the
+// values. Output: a byte per channel, four per pixel, rows from the top. Twin: view::present::bytes. Invariant: the bytes are those that
+// scene::Picture::to_srgb8 has, since both find the last level that a number reaches.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_samplerless_texture_functions : require
 

@@ -3,8 +3,8 @@
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"
 
-// cast_depth of a Gaussian, not as a segment but as it is: in front of its reach nothing of it counts, behind its reach
-// all of it.
+// cast_depth of a Gaussian, by its true profile and not by a segment that stands for it. In front of the Gaussian's reach nothing of it
+// counts; behind its reach all of it counts.
 float gaussian_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = gaussian_half(along), low = along.middle - half_chord, high = along.middle + half_chord;

@@ -63,8 +63,8 @@ const float MAX_OPTICAL_DEPTH = 80.0;
 // Where this has been taken, nothing is left to take: exp(-16) is about a ten-millionth.
 const float DARK = 16.0;
 
-// Squared sine of the angle between ray and axis below which a ribbon is edge on: it has no width there, and the
-// nearest point of its axis is no one point.
+// Squared sine of the angle between ray and axis below which a ribbon is edge on: then the ribbon has no width, and no single point of its
+// axis is nearest to the ray.
 const float EDGE_ON = 1e-10;
 
 // Where the axis comes nearest to the ray: 0 at the strand's start, 1 at its end, not clamped. `start` and `axis` are
@@ -79,8 +79,8 @@ bool strand_along(Ray ray, Caster strand, out vec3 start, out vec3 axis, out flo
     return square > EDGE_ON * dot(strand.axis, strand.axis);
 }
 
-// A strand takes its light in one step, z.x = z.y, at the point of its axis that is nearest to the ray. Its start
-// belongs to it and its end does not, so that a joint of two counts once.
+// A strand takes its light in one step, z.x = z.y, at the point of its axis that is nearest to the ray. A strand's start belongs to the
+// strand and its end does not, so that the joint of two strands counts once.
 bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     vec3 start, axis;
     float along;
@@ -94,8 +94,8 @@ bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     return dot(across, across) < strand.radius * strand.radius;
 }
 
-// The segment of even extinction that stands for a Gaussian, within its reach; z.z is the length that it would have with the extinction of
-// the middle.
+// The segment of even extinction that stands for a Gaussian, within the Gaussian's reach. z.z is the length with which the extinction of
+// the Gaussian's middle gives the same optical depth.
 bool gaussian_overlap(Ray ray, Caster caster, out vec3 z) {
     GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = min(GAUSSIAN_CHORD * along.deviation, gaussian_half(along));

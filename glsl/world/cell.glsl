@@ -1,6 +1,6 @@
-// Cells of a volume: boxes of even extinction, turned as the volume is. Packed as a Gaussian is, but for the exponent that marks it and
-// the radius, which is half the diagonal. Source: docs/notebook/volumes.md. Twins: scene::Volume, reference::twin::cell,
-// reference::truth::volume::cell.
+// Cells of a volume: boxes of even extinction, turned as the volume is. A cell is packed as a Gaussian is, with two differences: an
+// exponent marks it as a cell, and its radius is half its diagonal. Source: docs/notebook/volumes.md. Twins: scene::Volume,
+// reference::twin::cell, reference::truth::volume::cell.
 #ifndef WORLD_CELL_GLSL
 #define WORLD_CELL_GLSL
 #include "world/gaussian.glsl"
@@ -22,9 +22,9 @@ const float CELL_ALONG = 1e-6;
 // To a ray that runs along it, a side is soft by this share of half the cell's width, inwards and outwards.
 const float CELL_SOFT = 1e-3;
 
-// Where a ray is inside: z from .x to .y, and the length .z. For a ray along a side, rounding alone would decide whether it is in or out:
-// of two cells that share the side both might have it, or none. So each cell takes a share of its whole chord, around the chord's middle,
-// by where the ray is in a soft strip about the side: together they have it once.
+// Where a ray is inside: z from .x to .y, and the length .z. For a ray along a side, rounding alone would decide whether the ray is inside:
+// of two cells that share the side, both might count the ray, or none. So each side has a soft strip about it. By the ray's place in the
+// strip, each of the two cells keeps a share of its chord, around the chord's middle, and the two shares add up to 1.
 bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z) {
     GaussianShape shape = cell_shape(radius, packed);
     vec3 offset = position - ray.origin;

@@ -1,7 +1,7 @@
-// Visibility of each color from a look-up's answer, where smoke and hair absorb some colors more than others: the transmittance is raised
-// to the power of the color's extinction, a multiple of the casters' own. Meshes leave the same share of each color, so look-ups of both
-// also return the meshes' part by itself. Where all casters have the same ratio of extinctions this is exact (Beer and Lambert): one
-// curve, three exponents. A technique that does not include this file sees meshes alone. Invariants: each color is between 0 and the
+// Visibility of each color from a look-up's answer, where smoke and hair absorb some colors more than others. The transmittance is raised
+// to a power: the color's extinction as a multiple of the casters' own extinction. Meshes leave the same share of each color, so look-ups
+// of both also return the meshes' part by itself. Where all casters have the same ratio of extinctions this is exact (Beer and Lambert):
+// one curve, three exponents. A technique that does not include this file sees meshes alone. Invariants: each color is between 0 and the
 // meshes' visibility, and falls with its extinction; extinction 1 gives the answer itself, to the bit.
 #ifndef WORLD_COLORS_GLSL
 #define WORLD_COLORS_GLSL

@@ -34,14 +34,14 @@ Ray field_ray(FieldPlace place, Ray ray) {
                vec3(dot(ray.direction, place.rows[0]), dot(ray.direction, place.rows[1]), dot(ray.direction, place.rows[2])));
 }
 
-// Where a direction has less than this along an axis, the ray stays in the same cubes along that axis, however far a field
-// reaches.
+// If a ray's direction has no more than this along an axis, the ray counts as parallel to the other two axes: within a field it never
+// leaves a cube along that axis.
 float field_still(vec3 direction) {
     vec3 each = abs(direction);
     return 1e-9 * max(each.x, max(each.y, each.z));
 }
 
-// z from which and to which a ray is within a box from 0 to `size`, no further than z was; false where it misses it.
+// Narrows `z` to the part of the ray that lies in the box from 0 to `size`. False where the ray misses the box.
 bool field_clipped(Ray ray, vec3 size, inout vec2 z) {
     float still = field_still(ray.direction);
     for (uint i = 0u; i < 3u; ++i) {

@@ -1,7 +1,7 @@
 #version 460
 // Particles or strands of the caller's buffer become casters, one thread per caster. Elements behind the count become casters of radius 0,
-// which cast nothing, and so do elements whose place, size or extinction no scene may have. Source: ours. Inputs: their buffer, the
-// count's. Outputs: casters from `first` on, how many there were. Twin: reference::twin::gather::casters.
+// which cast nothing, and so do elements whose place, size or extinction no scene may have. Source: ours. Inputs: the buffer of the
+// elements, the buffer of their count. Outputs: casters from `first` on, how many there were. Twin: reference::twin::gather::casters.
 layout(local_size_x = 64) in;
 #include "world/gather_set.glsl"
 

@@ -1,7 +1,7 @@
 #version 460
-// Lights of the caller's buffer become ours, one thread per light. The kind and the maps come from the host, before. A light behind the
-// count, or with a number that is not finite or out of range, stays where it stood and is dark. Source: ours. Inputs: their buffer, the
-// count's, lights. Outputs: lights, how many there were. Twin: reference::twin::gather::light.
+// Lights of the caller's buffer become the world's lights, one thread per light. The host has set each light's kind and maps before. A
+// light behind the count, or with a number that is not finite or out of range, stays where it stood and is dark. Source: ours. Inputs: the
+// caller's buffer, the buffer of the count, lights. Outputs: lights, how many there were. Twin: reference::twin::gather::light.
 layout(local_size_x = 64) in;
 #include "world/gather.glsl"
 #include "world/light.glsl"

@@ -1,8 +1,8 @@
 #version 460
 // Splats of the caller's buffer become casters, packed as scene::Gaussian is, in f32; one thread per splat. Elements behind the count
 // become casters of radius 0, which cast nothing, and so do elements whose place, size, axes or opacity no scene may have. Source:
-// docs/notebook/splats.md. Inputs: their buffer, the count's. Outputs: casters from `first` on, how many there were. Twin:
-// reference::twin::gather::splats.
+// docs/notebook/splats.md. Inputs: the buffer of the splats, the buffer of their count. Outputs: casters from `first` on, how many there
+// were. Twin: reference::twin::gather::splats.
 layout(local_size_x = 64) in;
 #include "world/gather_set.glsl"
 #include "world/caster.glsl"

@@ -1,8 +1,8 @@
 #version 460
-// Triangles of the caller's buffers become ours, one thread per triangle. A triangle behind the count, or with a corner that has no place,
-// gets three equal corners, at a corner of another triangle: it has no area, casts nothing and does not enlarge any bounds. Source: ours.
-// Inputs: their vertices and indices, the count's buffer. Outputs: triangles, how many there were. Twin:
-// reference::twin::gather::triangles.
+// Triangles of the caller's buffers become the world's triangles, one thread per triangle. A triangle behind the count, or with a corner
+// that has no place, gets three equal corners, at a corner of another triangle. So it has no area, casts nothing and does not enlarge any
+// bounds. Source: ours. Inputs: the buffers of vertices and indices, the buffer of the count. Outputs: triangles, how many there were.
+// Twin: reference::twin::gather::triangles.
 layout(local_size_x = 64) in;
 #include "world/gather.glsl"
 

@@ -7,9 +7,9 @@
 
 // A splat casts up to so many deviations from its middle. Twin: REACH.
 const float GAUSSIAN_REACH = 3.0;
-// The segment of even extinction that stands for a splat reaches so many deviations to either side. This length has the least
-// mean error on the way, an 8th of a deviation times the optical depth, and an error of at most 6.7 % of the optical depth
-// anywhere. Twin: CHORD.
+// The segment of even extinction that stands for a splat reaches this many deviations to either side of the splat's middle. With this
+// length the optical depth up to a place on the ray has the least mean error: summed over the way, an 8th of a deviation times the whole
+// optical depth. At no place is the error more than 6.7 % of the whole optical depth. Twin: CHORD.
 const float GAUSSIAN_CHORD = 1.5;
 // Octaves that the 12 bits of a ratio of two axes span. Twin: OCTAVES.
 const float GAUSSIAN_OCTAVES = 12.0;
@@ -17,7 +17,8 @@ const float GAUSSIAN_OCTAVES = 12.0;
 const uint GAUSSIAN_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
-// Scales up the part within the reach for the part beyond, exp(−4.5) of all: so many splats take as much light on average as whole ones.
+// Within its reach a splat has all of its extinction but a share of exp(−4.5). This factor makes up for the missing share, so that on
+// average many splats take as much light as splats without a reach would.
 // Twin: WHOLE.
 const float GAUSSIAN_WHOLE = 1.01123452;
 

@@ -1,5 +1,5 @@
-// A light, and the maps through which it is looked up: one for a directional or a spot light, for a point or a
-// virtual light the six faces of a cube. Twins: world::LightData, maps::Map, scene::Light.
+// A light, and the maps through which it is looked up. A directional or a spot light has one map, a point or a virtual light has six, the
+// faces of a cube. Twins: world::LightData, maps::Map, scene::Light.
 #ifndef WORLD_LIGHT_GLSL
 #define WORLD_LIGHT_GLSL
 #include "world/face.glsl"

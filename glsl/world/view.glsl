@@ -39,8 +39,8 @@ vec3 view_project(View view, vec3 position) {
     return vec3((ndc * 0.5 + 0.5) * vec2(view.width, view.height), z);
 }
 
-// The w of a corner in a perspective view: its z, but never 0, with which SwiftShader loses the triangle. The value in the place of 0 is
-// so far in front of the near plane that no texel sees it.
+// The w of a corner in a perspective view: its z. It is never 0, since SwiftShader loses a triangle with such a corner. The value that
+// replaces 0 is so far in front of the near plane that no texel sees the difference.
 float view_w(View view, float z) { return z == 0.0 ? 1e-6 * view.near : z; }
 
 // The ray through a point given in texels.

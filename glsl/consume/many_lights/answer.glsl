@@ -27,8 +27,9 @@ Seen seen(uvec2 pixel) {
     return Seen(surface_position(ray, z), normal.xyz, normal.w != 0.0, dither(pixel), pixel_side(frames[0].camera, z));
 }
 
-// A partial answer is compared with the pixel's dither threshold. The share of lit pixels among neighbours is then the light that comes
-// through, and the blur averages them. Without dither the threshold is a half.
+// Turns a light's visibility, 0 to 1, into one bit by comparing it with the pixel's dither threshold. Thresholds differ between
+// neighbouring pixels, so that the share of lit pixels among them is the visibility; the blur averages them. Without dither the threshold
+// is a half.
 bool is_shadowed(Seen at, uint light) {
 #ifdef TECHNIQUE_DITHERS
     look_up_dither = at.dither;

@@ -1,9 +1,9 @@
 #version 460
-// Finds the lights that may reach the surfaces in a tile of 16 × 16 pixels: those whose spheres reach into the space between the four
-// planes around the tile, over its range of z. A light of unlimited range is always found. Sources: Olsson and Assarsson 2011; Andersson
-// 2009. A tile's list has one bit per light, so that its order is fixed and it cannot overflow. Twin: reference::twin::many_lights::cull.
-// Inputs: lights, this frame, albedo (0 in alpha: sky), normal, z. Outputs: a tile's words; each pixel's surface. Invariant: a light that
-// reaches a pixel is in its tile's words, whatever rounding the shader that shades the pixel has.
+// Finds the lights that may reach the surfaces in a tile of 16 × 16 pixels: lights whose spheres reach into the space between the four
+// planes through the tile's edges, within the tile's range of z. A light of unlimited range is always found. Sources: Olsson and Assarsson
+// 2011; Andersson 2009. A tile's list has one bit per light, so that its order is fixed and it cannot overflow. Twin:
+// reference::twin::many_lights::cull. Inputs: lights, this frame, albedo (0 in alpha: sky), normal, z. Outputs: a tile's words; each
+// pixel's surface. Invariant: a light that reaches a pixel is in its tile's words, whatever rounding the shader that shades the pixel has.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/picture_set.glsl"
 #include "consume/many_lights/geometry.glsl"

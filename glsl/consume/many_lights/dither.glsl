@@ -1,5 +1,6 @@
-// A pixel's random offsets: x along a step, or the threshold that turns a soft answer into one bit; y and z across a voxel. Each is
-// between 0 and 1, or negative where nothing is dithered. Computed in whole numbers. Twin: reference::twin::many_lights::dither.
+// A pixel's random offsets. x: an offset along a step, or the threshold that turns a soft answer into one bit. y and z: offsets across a
+// voxel. Each is between 0 and 1, or negative where nothing is dithered. Computed in whole numbers. Twin:
+// reference::twin::many_lights::dither.
 #ifndef CONSUME_MANY_LIGHTS_DITHER_GLSL
 #define CONSUME_MANY_LIGHTS_DITHER_GLSL
 #include "consume/many_lights/frame.glsl"

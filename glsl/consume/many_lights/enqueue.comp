@@ -1,8 +1,9 @@
 #version 460
-// shadows=queued, first of three: a block of 8 × 8 pixels appends its look-ups as jobs, in words of 32 lights and light by light, so that
-// neighbours in the list have nearly the same rays. Where the list is full the block does its look-ups itself: no answer is lost. Blocks
-// append in any order; each job has a bit of its own, so that the order makes no difference. Inputs: lights, a tile's words, albedo,
-// normal, z, the technique. Outputs: jobs; shadows, set only by blocks that found the list full.
+// shadows=queued, first of three passes: each block of 8 × 8 pixels appends its look-ups to a list, as jobs. A block goes from light to
+// light, so that jobs side by side in the list have the same light and pixels close together, and nearly the same rays. Where the list is
+// full, the block does its look-ups itself: no answer is lost. Blocks append in any order. The order makes no difference, since each job
+// sets a bit of its own. Inputs: lights, a tile's words, albedo, normal, z, the technique. Outputs: jobs; shadows, with bits set only by
+// blocks that found the list full.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"
 #include "consume/many_lights/answer.glsl"

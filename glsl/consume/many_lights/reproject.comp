@@ -1,7 +1,7 @@
 #version 460
-// history=on: finds the pixel that saw each pixel's surface in the frame before. There is none where the surface was outside the picture
-// or hidden: the earlier pixel's surface then lies elsewhere or faces another way. Source: Nehab et al. 2007 (reverse reprojection). Twin:
-// reference::twin::many_lights::reproject. Inputs: the surfaces that both frames see. Output: sources.
+// history=on: finds the pixel that saw each pixel's surface in the frame before. There is no such pixel if the surface was outside the
+// picture or hidden. It was hidden if the surface that the earlier pixel saw lies elsewhere or faces another way. Source: Nehab et al. 2007
+// (reverse reprojection). Twin: reference::twin::many_lights::reproject. Inputs: the surfaces that both frames see. Output: sources.
 #include "consume/many_lights/geometry.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,10 +1,11 @@
 #version 460
-// Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility is the mean over those of the 5 × 5 pixels
-// around that see the same surface; with history=on, also over where these were in the frame before. Weights are found once per pair of
-// pixels, not once per light: a word holds a bit for each of 32 lights, and words are added bit by bit, for all 32 at once. Sources:
-// Pestana 2015; Valient 2014 (dither, then blur); adding up bit by bit and the weights are ours. Twin: reference::twin::many_lights::shade.
-// Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal. Output: colour. Invariant: the weights along a side
-// are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same total weight, and the dither leaves no pattern behind.
+// Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility at a pixel is a weighted mean over 5 × 5 pixels,
+// without those that see another surface. With history=on, the mean also takes the places of these pixels in the frame before. A pair of
+// pixels has one weight for all lights, which is found once. A word holds one bit per light, for 32 lights: a few operations on words add
+// up the bits of all 32 lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur); adding up by words and the weights are
+// ours. Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal.
+// Output: colour. Invariant: the weights along a side are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same
+// total weight, and the dither leaves no pattern behind.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_control_flow_attributes : require
@@ -40,8 +41,8 @@ shared uint around_sources[MOST_AROUND];
 shared uint around_shadows[MOST_AROUND];
 shared uint around_before[MOST_AROUND];
 
-// Sums of weights for 32 lights: a word per binary digit, in which each light has a bit. Two frames of (1 + 2 + 2 + 2 +
-// 1)² at most.
+// Sums of weights for 32 lights, in binary: eight words, one per digit, the lowest digit first. Bit i of each word belongs to light i. A
+// sum is at most 128: (1 + 2 + 2 + 2 + 1)² = 64 for each of two frames.
 struct Sums {
     uvec4 low;
     uvec4 high;
@@ -59,8 +60,9 @@ void add_bits(uint a, uint b, uint c, out uint sum, out uint carry) {
 // All ones where bit `bit` of `pixels` is set, else 0.
 uint where_set(uint pixels, uint bit) { return uint(bitfieldExtract(int(pixels), int(bit), 1)); }
 
-// The weighted sum of five pixels of a row, from `first` on, in both frames. A pixel counts where its bit in `counted` or
-// `counted_before` is set, from `bit` on. The weights are 1 2 2 2 1, twice that where `doubled`.
+// For each of 32 lights, the weighted sum of the shadow bits of five pixels side by side, in both frames. `first`: the first pixel's place
+// in around_shadows and around_before. `counted`, `counted_before`: one bit per pixel, from bit `bit` on, which says whether the pixel
+// counts in this frame and in the frame before. The weights are 1 2 2 2 1, or twice these numbers where `doubled`.
 Sums sum_row(uint first, uint bit, uint counted, uint counted_before, bool doubled) {
     uint now[5], before[5];
     [[unroll]] for (uint x = 0u; x < 5u; ++x) {

@@ -1,6 +1,6 @@
 #version 460
-// shadows=queued, second of three: how many workgroups share the jobs. Inputs: how many were appended. Outputs: workgroups; the
-// list is empty again for the next frame.
+// shadows=queued, second of three passes: finds how many workgroups share the jobs, and empties the list for the next frame. Input: how
+// many jobs were appended. Outputs: the number of workgroups; the empty list.
 #include "consume/many_lights/queue.glsl"
 
 layout(local_size_x = 1) in;

@@ -1,8 +1,9 @@
-// The part of a bounding box that lies in one voxel, in 16 steps along each axis, as one word of six lanes. A lane has four bits and a
-// guard bit, which is set. From the least bit on, the lanes hold the last step along x, y and z, then how many steps follow the first step.
-// A box to test against it has the same lanes without guards: its first step, then how many steps follow its last. The boxes meet where no
-// lane of the first word is less than the other's, and one subtraction compares all lanes. Sources: ours; lanes after Lamport 1975,
-// Multiple byte processing with full-word instructions. Twin: reference::twin::lists, to the bit.
+// The part of a bounding box that lies in one voxel, as one word. Each axis of the voxel has 16 steps. The word has six lanes of four bits
+// each, with one guard bit above each lane, which is set. From the lowest bit on, three lanes hold the box's last step along x, y and z;
+// the next three hold how many steps of the voxel follow the box's first step. A second box, which is tested against the first, has a word
+// without guard bits: its first step along x, y and z, then how many steps follow its last step. The two boxes meet if no lane of the first
+// word is less than the same lane of the second word. One subtraction compares all lanes. Sources: ours; lanes after Lamport 1975, Multiple
+// byte processing with full-word instructions. Twin: reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_BOX_GLSL
 #define GRID_LISTS_BOX_GLSL
 

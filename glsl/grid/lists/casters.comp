@@ -1,10 +1,9 @@
 #version 460
-// Marks every voxel that a caster meets as occupied, and notes the pair of voxel and caster. One thread per caster. Casters with
-// larger boxes are listed, and later variants take them: one workgroup each (STEP 1), or all workgroups together (STEP 2). A caster
-// whose box has more than `share` voxels is noted once, for all voxels. Source: ours; segments against boxes after Ericson 2005,
-// 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of large casters. Twin:
-// reference::twin::lists. Invariants: the same pairs in some order; pairs without room are counted; no caster has more than `share`
-// pairs.
+// Marks every voxel that a caster meets as occupied, and notes the pair of voxel and caster. One thread per caster. Casters whose boxes
+// have too many voxels for one thread are listed, and later variants take them: one workgroup each (STEP 1), or all workgroups together
+// (STEP 2). A caster whose box has more than `share` voxels is noted once, for all voxels. Source: ours; segments against boxes after
+// Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of large casters. Twin:
+// reference::twin::lists. Invariants: the same pairs in some order; pairs without room are counted; no caster has more than `share` pairs.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/note.glsl"

@@ -1,5 +1,5 @@
-// How a pass notes pairs: a voxel, and a triangle or caster to list there. A workgroup reserves room for all of its
-// pairs at once. Source: ours.
+// How a pass notes pairs. A pair is a voxel, and a triangle or caster that the voxel lists. A workgroup reserves room for all of its pairs
+// at once. Source: ours.
 #ifndef GRID_LISTS_NOTE_GLSL
 #define GRID_LISTS_NOTE_GLSL
 #include "grid/occupy.glsl"

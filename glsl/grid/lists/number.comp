@@ -1,8 +1,8 @@
 #version 460
-// Numbers the used voxels in the order of bricks and of bits in these, and keeps the number of each brick's first used voxel. One workgroup
-// per 1,024 bricks: STEP 0 counts their used voxels, STEP 1 adds the counts of the workgroups before. Source: ours. Inputs: bits, sums.
-// Outputs: the words of bricks, how many used voxels there are. Twin: reference::twin::lists. Invariant: voxels for which there is no room
-// get an empty list.
+// Numbers the used voxels, brick after brick and within a brick in the order of its bits. Keeps the number of each brick's first used
+// voxel. One workgroup per 1,024 bricks: STEP 0 counts the used voxels of these bricks, STEP 1 adds the counts of all workgroups before.
+// Source: ours. Inputs: bits, sums. Outputs: the words of bricks, how many used voxels there are. Twin: reference::twin::lists. Invariant:
+// voxels for which there is no room get an empty list.
 // variants: STEP 0 1
 layout(local_size_x = 128) in;
 #include "grid/lists/set.glsl"

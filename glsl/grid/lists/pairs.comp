@@ -9,8 +9,8 @@ layout(local_size_x = 64) in;
 #include "grid/lists/meets.glsl"
 #include "grid/lists/note.glsl"
 
-// The most voxels of a triangle's box that one thread takes, and the most columns that one workgroup takes. Any numbers give the
-// same pairs.
+// SMALL: one thread takes a triangle whose box has at most this many voxels. COLUMNS: one workgroup takes a triangle of at most this many
+// columns of voxels. The pairs are the same with any other numbers.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
 

@@ -2,8 +2,8 @@
 // entry of two words per used voxel, in the order of the bits: where its list starts, and the box around all that is listed
 // (glsl/grid/lists/box.glsl). Then a word that says where the last list ends. Then the lists, two words per triangle: its box in the voxel,
 // and its number. All places are counted in words from the beginning. So a brick's word and bits lead to a voxel's entry, and two starts to
-// its list. Behind all bricks is one more, whose one voxel is always used. It lists casters that lie in too many voxels to be listed in
-// each, and every ray tests these. Source: ours. Twin: reference::twin::lists.
+// its list. Behind all bricks is one extra brick with one voxel, which is always used. That voxel lists the casters that lie in too many
+// voxels to be listed in each of them. Every ray tests these casters. Source: ours. Twin: reference::twin::lists.
 #ifndef GRID_LISTS_PLACE_GLSL
 #define GRID_LISTS_PLACE_GLSL
 #include "grid/grid.glsl"

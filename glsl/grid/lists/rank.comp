@@ -1,6 +1,6 @@
 #version 460
-// Sorts each list by the triangles' numbers, so that the order in which they were noted does not matter: a triangle's place is how many
-// lesser numbers its list has. One pair per thread; glsl/grid/lists/sort.comp sorts long lists. Source: ours. Inputs: pairs, bits,
+// Sorts each list by the triangles' numbers, so that the order in which pairs were noted does not matter. A triangle's place is how many
+// lesser numbers there are in its list. One pair per thread; glsl/grid/lists/sort.comp sorts long lists. Source: ours. Inputs: pairs, bits,
 // starts, unsorted lists. Output: lists. Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #include "grid/lists/set.glsl"

@@ -1,8 +1,8 @@
 #version 460
 // Chooses the texels that become virtual lights, by flux. Each map has lights in proportion to its share of the flux. Each light of a map
-// has its own place in a square, the same in every frame. The square is laid over the map so that equal parts of it have equal flux: first
-// over its rows, then over the texels of each. So a small motion moves the chosen rows and texels by little. Inputs: fluxes, sums, starts.
-// Output: picks. Twin: reference::twin::indirect::draw.
+// has a fixed place in a square, the same in every frame. The square is laid over the map so that equal parts of the square have equal
+// flux: one side over the map's rows, the other over the texels of the chosen row. So a small motion moves the chosen rows and texels by
+// little. Inputs: fluxes, sums, starts. Output: picks. Twin: reference::twin::indirect::draw.
 #include "lights/indirect/drawn.glsl"
 
 layout(local_size_x = 64) in;
@@ -16,8 +16,8 @@ layout(push_constant, scalar) uniform DrawPush {
 // spread evenly.
 uvec2 place_of(uint light) { return uvec2(light * 3242174889u, light * 2447445413u) >> 16; }
 
-// The unit in the middle of a light's equal part of `total` units: (light + 1/2) / light_count of them, rounded down.
-// In numbers of 16 bits, since the product may have more than 64.
+// Divides `total` units into light_count equal parts, and returns the unit in the middle of part `light`: total · (light + 1/2) /
+// light_count, rounded down. Computed in digits of 16 bits, since the product may have more than 64 bits.
 uvec2 unit_of(uint light, uvec2 total) {
     uint part[4] = uint[](total.x & 0xffffu, total.x >> 16, total.y, 0u);
     uint carry = 0u, rest = 0u;

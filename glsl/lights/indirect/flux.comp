@@ -1,6 +1,6 @@
 #version 460
-// The flux that leaves the patch of each texel, as luminance, and the greatest of all. Inputs: maps, triangles, lights. Outputs: fluxes;
-// the greatest. Twin: reference::twin::indirect::patch.
+// The flux that leaves the patch of each texel, as luminance, and the greatest flux of all texels. Inputs: maps, triangles, lights.
+// Outputs: fluxes; the greatest flux. Twin: reference::twin::indirect::patch.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"
 

@@ -14,8 +14,8 @@ layout(push_constant, scalar) uniform DrawPush {
     uint map_count;
 };
 
-// How far a virtual light stands off its surface, as a share of the patch's coordinates and its distance from the light: some ten times the
-// rounding of floats, so that the surface is behind the light and shadows nothing.
+// How far a virtual light stands off its surface, as a share of the patch's coordinates and of the patch's distance from the light that it
+// reflects. The share is some ten times the rounding of floats. So the surface is behind the virtual light and shadows nothing.
 const float LIFT = 1e-5;
 
 // Patches that are lit at a smaller cosine count as no larger than at this one.

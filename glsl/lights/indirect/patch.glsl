@@ -28,8 +28,8 @@ struct Patch {
 
 const Patch NO_PATCH = Patch(vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, 1.0);
 
-// The patch of a texel. NO_PATCH where the light sees no mesh, or the inside of a closed one, or where another map of
-// the light has the point.
+// The patch of a texel. NO_PATCH where the light sees no mesh or the inside of a closed mesh, and where the point belongs to another map of
+// the same light.
 Patch patch_of(uint texel) {
     uint map = texel_map(texel);
     View view = maps[map].opaque;
@@ -52,8 +52,8 @@ Patch patch_of(uint texel) {
     if (light_map(light, position) != map) {
         return NO_PATCH;
     }
-    // An open mesh sends light back from both sides, and the light is on one of them; a closed one does from its outside. (At an
-    // edge a rasterizer may show the back of a side that the light does not see.)
+    // An open mesh reflects light from both sides, so the light's own side counts. A closed mesh reflects light from its outside alone. (At
+    // an edge of a closed mesh a rasterizer may show a triangle that faces away from the light.)
     int side = sides[met - 1u];
     float cosine = dot(normal, light_direction(light, position));
     if (side != 0 && (cosine <= 0.0) == (side > 0)) {

@@ -1,6 +1,6 @@
 #version 460
-// Sums the units of flux in each row of texels of a map. A workgroup per row. Inputs: fluxes, the greatest. Output:
-// sums. Twin: reference::twin::indirect::sums.
+// Sums the units of flux in each row of texels of a map. A workgroup per row. Inputs: fluxes, the greatest flux. Output: sums. Twin:
+// reference::twin::indirect::sums.
 #include "lights/indirect/drawn.glsl"
 
 const uint THREADS = 64u;

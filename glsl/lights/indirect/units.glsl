@@ -1,5 +1,6 @@
-// Flux in whole numbers, so that its sums are the same in any order. The greatest flux of a texel is 2^22 to 2^23 units, a row of
-// texels has at most 2^31, and all have less than 2^48, in two words, the lower first. Twin: reference::twin::indirect.
+// Flux in whole numbers, so that its sums are the same in any order. The unit is chosen so that the brightest texel has 2^22 to 2^23 units.
+// Then a row of texels adds up to at most 2^31 units, which fit into one word, and all rows to less than 2^48 units, which take two words,
+// the lower first. Twin: reference::twin::indirect.
 #ifndef LIGHTS_INDIRECT_UNITS_GLSL
 #define LIGHTS_INDIRECT_UNITS_GLSL
 
@@ -9,8 +10,8 @@ const uint LEAST_EXPONENT = 27u;
 // The exponent in a float's bits, or the least one.
 uint flux_exponent(uint bits) { return max(bits >> 23, LEAST_EXPONENT); }
 
-// Flux in units; `most`: the greatest flux, in bits. A unit is a power of 2, so that nothing is rounded but to the
-// nearest unit.
+// Flux in units. `most`: the greatest flux of a texel, as the bits of a float. A unit is a power of 2, so that the only rounding is that to
+// the nearest unit.
 uint flux_units(float flux, uint most) {
     precise float units = flux * uintBitsToFloat((276u - flux_exponent(most)) << 23);
     precise float rounded = units + 0.5;

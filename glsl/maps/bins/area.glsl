@@ -1,16 +1,16 @@
-// The segment that a caster leaves in a texel: that of the ray through the texel's centre, or with AREA one that lets as much light
-// through as the mean of all rays through the texel. texel_part averages each caster by itself: whether two casters cover the same part of
-// the texel is left to chance. A shader that goes through casters in order also calls area_seen, which knows how much light is left in
-// each of 4×4 cells of the texel. So strands one behind the other take the same light, and strands side by side do not. Source: ours;
-// coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
+// The segment that a caster leaves in a texel. Without AREA it is the segment of the ray through the texel's centre. With AREA it is a
+// segment that lets as much light through as all rays through the texel do on average. texel_part averages each caster by itself: whether
+// two casters cover the same part of the texel is left to chance. A shader that goes through casters in order also calls area_seen, which
+// knows how much light is left in each of 4×4 cells of the texel. So strands one behind the other take the same light, and strands side by
+// side do not. Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/texel.glsl"
 #include "maps/bins/view_caster.glsl"
 
-// A sphere with a radius of at least WIDE texels is met by one ray. A smaller one, which a single ray may miss, is
-// averaged over SPHERE_RAYS² rays.
+// A sphere with a radius of at least WIDE texels is measured by one ray. A smaller sphere, which a single ray may miss, is averaged over
+// SPHERE_RAYS² rays.
 const float WIDE = 2.0;
 const uint SPHERE_RAYS = 4u;
 // Lines on which a texel's share of a ribbon is measured.
@@ -19,8 +19,8 @@ const uint COLUMNS = 8u;
 const uint AREA_SIDE = SPHERE_RAYS;
 const uint AREA_CELLS = AREA_SIDE * AREA_SIDE;
 
-// The share of light that an optical depth takes, and the inverse. Small ones take a series: their difference from 1
-// would be all rounding.
+// The share of light that an optical depth takes, and below the inverse function. A small optical depth takes a series, since 1 minus a
+// transmittance near 1 would be all rounding.
 float share_taken(float optical_depth) {
     return optical_depth < 1e-3 ? optical_depth - 0.5 * optical_depth * optical_depth : 1.0 - exp(-optical_depth);
 }
@@ -29,8 +29,8 @@ float optical_depth_of(float taken) {
     return taken < 1e-3 ? taken + 0.5 * taken * taken : -log(1.0 - taken);
 }
 
-// A ribbon (a strand, as the ray sees it) measured on parallel lines across a texel. Lines lie along x (`turned`) or y, whichever
-// is more across the ribbon.
+// A ribbon, which is a strand as the ray sees it, measured on parallel lines across a texel. The lines run along x (`turned`) or along y:
+// along the axis that crosses the ribbon more steeply.
 struct Lines {
     float z;
     float middle;
@@ -186,8 +186,9 @@ void area_clear() {
     }
 }
 
-// The optical depth by which a caster lowers the texel's mean light; `optical_depth`: what texel_part returned for it. Casters must come
-// in order, from the light on. Within a cell overlap is left to chance, as in texel_part; between cells it is known.
+// The optical depth by which a caster lowers the texel's mean light; `optical_depth`: what texel_part returned for it. Casters must come in
+// order, from the light on. Which cells of the texel casters share is known; how casters overlap within a cell is left to chance, as in
+// texel_part.
 float area_seen(View view, Ray ray, Caster caster, float dark, float optical_depth) {
     if (!AREA || !(caster_is_strand(caster) || is_thin(view, caster))) {
         return optical_depth;

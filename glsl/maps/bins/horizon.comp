@@ -1,9 +1,9 @@
 #version 460
-// How far light gets in each tile of each map: the farthest z at which a mesh ends it, over the tile and the texels around it from which
-// a look-up may read the tile; FARTHEST where some of the light goes on. One workgroup per tile. Inputs: maps, the opaque map. Outputs:
-// horizon. Twin: reference::twin::bins::horizon. Invariant: a point in space that is behind the horizon of a tile which its look-up
-// reads has an opaque visibility of 0. A lit point of a surface may be behind the horizon, by as much as the surface recedes within the
-// texels of a compare.
+// How far light gets in each tile of each map: the farthest z at which a mesh ends the light, over the texels of the tile and the texels
+// around it from which a look-up may read the tile. FARTHEST where some light meets no mesh. One workgroup per tile. Inputs: maps, the
+// opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon. Invariant: a point in space that is behind the horizon of a tile
+// which its look-up reads has an opaque visibility of 0. A lit point of a surface may be behind the horizon, by as much as the surface
+// recedes within the texels of a compare.
 #include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"
 #include "maps/opaque.glsl"

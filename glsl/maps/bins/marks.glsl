@@ -1,6 +1,6 @@
-// Gathers the casters of a map that meet some tile, in their drawing order, by many workgroups: a bit per caster and
-// their number per block (mark), where each block begins (scan), the casters themselves (compact). A thread has a word
-// of bits. Bound by maps::Compact.
+// Gathers the casters of a map that meet some tile, in their drawing order, with many workgroups, in three passes. mark sets one bit per
+// caster and counts the casters of each block; scan finds where each block's casters begin; compact writes the casters. A thread has one
+// word of bits. Bound by maps::Compact.
 #ifndef MAPS_BINS_MARKS_GLSL
 #define MAPS_BINS_MARKS_GLSL
 #extension GL_EXT_scalar_block_layout : require

@@ -18,8 +18,8 @@ BINS_ENTRIES(coherent buffer)
 
 BINS_SLOTS(readonly buffer)
 
-// Reads the workgroup's part; false behind the end of the list. The buffer has room there, so that both reads can be
-// under way at once.
+// Reads the workgroup's part; false behind the end of the list. The buffer has room behind the end, so that the part and the list's length
+// can be read at the same time.
 bool listed_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * BIN_GROUPS_X + gl_WorkGroupID.x;
     part = parts[place];

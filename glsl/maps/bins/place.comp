@@ -1,8 +1,8 @@
 #version 460
 // Gives each tile of each map its place among the entries, in any order: tiles do not depend on each other. Where every tile has the same
 // room, its place is fixed and its entries are written already. Lists the parts into which tiles are cut, one per workgroup: PARTS of a
-// tile that has casters, EMPTY_PARTS of one that has none. With DETAIL the same for blocks: those with a place are built. Inputs: counts,
-// slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
+// tile that has casters, EMPTY_PARTS of one that has none. With DETAIL the shader does the same for blocks in place of tiles; only blocks
+// that have a place are built. Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
 #include "maps/bins/place.glsl"
 
 layout(local_size_x = BIN_THREADS) in;

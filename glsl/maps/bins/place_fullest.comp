@@ -1,8 +1,9 @@
 #version 460
-// As place.comp, but by one workgroup, and tiles with the most casters are listed first. Workgroups begin in the order of the list; if a
-// full tile began last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before).
-// Invariant: a tile comes before all tiles with less than four fifths of its casters. LISTED 0: all tiles. LISTED 1: the blocks that
-// maps/detail/choose.comp has listed.
+// Does what place.comp does, but with one workgroup, and lists the tiles with the most casters first. Workgroups begin in the order of the
+// list; if a full tile began last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals (cleared
+// before).
+// Invariant: a tile comes before all tiles with less than four fifths of its casters.
+// LISTED 0: all tiles. LISTED 1: the blocks that maps/detail/choose.comp has listed.
 // variants: LISTED 0 1
 #include "maps/bins/place.glsl"
 #include "maps/detail/set.glsl"

@@ -11,8 +11,8 @@ Ray view_texel_ray(View view, uvec2 texel) {
                                             : Ray(vec3(0.0), vec3(across, 1.0));
 }
 
-// A view_texel_ray, moved to the right by so much in the plane of its coordinates: z = 0 where rays are parallel, else
-// z = 1.
+// A ray of view_texel_ray, moved to the right by `right`, which is measured in the plane z = 0 where rays are parallel, else in the plane z
+// = 1.
 Ray view_ray_beside(View view, Ray ray, float right) {
     if (view.projection == VIEW_PARALLEL) {
         ray.origin.x += right;

@@ -15,9 +15,9 @@
 
 // Nodes while segments are inserted, >= NODES. More cost time and lose less.
 CONSTANT(int, WORK, 8)
-// True: a removal moves the node's neighbours so that the area under the transmittance stays the same, and the first
-// node may go too, which leaves a step there. False: other nodes stay as they are, and the first and last are never
-// removed (Salvi et al. 2010).
+// True: when a node is removed, its neighbours move so that the area under the transmittance stays the same. The first node may be removed
+// too, which leaves a step there. False: the other nodes stay as they are, and the first and the last node are never removed (Salvi et al.
+// 2010).
 CONSTANT(bool, NUDGE, true)
 
 int node_count;
@@ -62,16 +62,17 @@ float span_mean(float through_0, float through_1, float rise) {
                        : (through_0 - through_1) / rise;
 }
 
-// Where each insertion removes as many nodes as it adds, areas are approximated by trapezoids. A removal then changes the area by the
-// triangle of the node and its neighbours, times the light around them. That saves a division per span, takes 0.6 of the instructions and
-// has about the same error. With spare nodes, exact areas are up to 7 % better.
+// Where each insertion removes as many nodes as it adds, areas are approximated by trapezoids. Removing a node then changes the area by the
+// area of the triangle whose corners are the node and its two neighbours, in depth and optical depth, times the transmittance around them.
+// That saves a division per span, takes 0.6 times as many instructions and has about the same error. Where WORK is more than NODES, exact
+// areas have up to 7 % less error.
 bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 
 // Removes that one of `count` nodes whose removal changes the area under the transmittance least.
 void remove_cheapest(int count) {
     bool nudged = EXPONENTIAL && NUDGE;
-    // `through`: each node's transmittance. The others are of the span behind each node: its extent, the rise of the
-    // value over it, its mean transmittance and its area.
+    // `through`: each node's transmittance. The other arrays describe the span from each node to the next: its extent in depth, how much
+    // the value rises over it, its mean transmittance, and the area under its transmittance.
     float through[WORK + 2], extent[WORK + 1], rise[WORK + 1], mean[WORK + 1], area[WORK + 2];
     through[0] = EXPONENTIAL ? exp(-node_values[0]) : 0.0;
     area[WORK + 1] = 0.0;
@@ -98,8 +99,9 @@ void remove_cheapest(int count) {
             least = abs(change);
             cheapest = i;
             excess = change;
-            // By how much the area falls as the neighbours' optical depths grow alike. If a neighbour is the first or the
-            // last node, which stays, this is too much: but half a nudge does better there than all of it.
+            // How much the area falls per unit of optical depth that is added to both neighbours of the removed node. If a neighbour is the
+            // first or the last node, which stays, the area falls less than this says. So the other neighbour moves only about half as far
+            // as it should; that does better there than the whole way.
             weight = 0.5 * (i > 1 ? area[max(i - 2, 0)] : 0.0) + area[i - 1] + area[i] + 0.5 * area[i + 1];
             low = i > 1 ? -rise[max(i - 2, 0)] : -both;
             high = i + 2 < count ? rise[min(i + 1, WORK)] : both;

@@ -1,10 +1,10 @@
 #version 460
-// Builds the levels of detail of all maps. The mean transmittance of the four texels below is taken at the ends of even steps, from their
-// first node to their last. A texel's nodes are those ends between which interpolation errs least, by the sum of squares over all ends.
-// Dynamic programming finds them, with one thread per end, so that no thread walks along curves by itself. A texel past the map's edge,
-// or without casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output: nodes of the levels.
-// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, to the rounding of
-// storing.
+// Builds the levels of detail of all maps. For each texel, the mean transmittance of the four texels below it is taken at the ends of even
+// steps from the first to the last of their nodes. A texel's nodes are those ends between which interpolation errs least, by the sum of
+// squares over all ends. Dynamic programming finds them, with one thread per end, so that no thread walks along curves by itself. A texel
+// past the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output:
+// nodes of the levels.
+// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, to the rounding of storing.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 
@@ -22,8 +22,8 @@ const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
 
-// First the curves of the texels below, rows of the tile, depth and value of each node; then, for each texel that is made, the cost of the
-// line between every two ends.
+// First `scratch` holds the curves of the texels below: row after row of the tile, each node's depth and value. Later it holds, for each
+// texel that is made, the cost of the line between every two ends.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
 // The lines' costs need more room than the curves, except with 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
@@ -32,8 +32,8 @@ shared float scratch[SCRATCH];
 shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
 shared float values[MADE * ENDS];
-// For each end, of the curves that have a node there: the least cost up to that end, and which ends are nodes, a bit
-// each. Two copies, written in turns.
+// For each end, among all curves that have a node at that end: `costs` is the least cost of such a curve up to the end. `chosen` says at
+// which ends that cheapest curve has nodes, one bit per end. There are two copies of both, written in turns.
 shared float costs[2u * MADE * ENDS];
 shared uint chosen[2u * MADE * ENDS];
 

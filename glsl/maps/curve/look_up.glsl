@@ -1,8 +1,8 @@
 // Looks up stored curves in maps, by any filter and through levels of detail. Source: Fife and Strugar 2013, Sampling from the AVSM data
 // structure. A technique defines MAP_TRANSMITTANCE first, as leveled_transmittance or as a function that calls it.
-//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then those of coarser levels, as
-//              maps/level_place.glsl says
-//   binding 4  words of each tile of 8×8 texels, map-major, tile rows; 0 where TILED is true: it has no curves (any buffer where it is false)
+//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then the curves of coarser
+//              levels, as maps/level_place.glsl says
+//   binding 4  a word per tile of 8×8 texels, map-major, tile rows: 0 where the tile has no curves (any buffer where TILED is false)
 #ifndef MAPS_CURVE_LOOK_UP_GLSL
 #define MAPS_CURVE_LOOK_UP_GLSL
 #include "maps/curve/pack.glsl"

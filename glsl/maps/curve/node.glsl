@@ -1,7 +1,7 @@
-// The layout of a stored transmittance curve: curve_pairs() pairs of words. Unpacked, each pair is the bits of a Node. Packed, the first
-// pair is the bits of two floats: the depth of the first node, and how far the last node is behind it. Each other pair holds two nodes,
-// as maps/curve/pack.glsl codes them: 8 + 4 NODES bytes in all. Tight, each pair holds four nodes: 2 NODES bytes. Twin:
-// technique::NodeData.
+// The layout of a stored transmittance curve: curve_pairs() pairs of words. Without PACKED, each pair is the bits of a Node. With PACKED,
+// the first pair is the bits of two floats: the depth of the first node, and how far the last node is behind the first. Each other pair
+// holds two nodes, as maps/curve/pack.glsl codes them, so that a curve takes 8 + 4 NODES bytes. With TIGHT, each pair holds four nodes, and
+// a curve takes 2 NODES bytes. Twin: technique::NodeData.
 #ifndef MAPS_CURVE_NODE_GLSL
 #define MAPS_CURVE_NODE_GLSL
 #include "world/view.glsl"

@@ -1,6 +1,6 @@
-// Tiles at a multiple of their map's resolution: a tile of 8×8 texels of the map is side × side blocks of 8×8 texels, side
-// from 1 to 8. The table has SLOTS words per tile: word y · side + x is that of block (x, y). It says the tile's side, and the
-// block's place among the curves, or that no caster meets it; words past side² say nothing. Twin: reference::twin::detail.
+// Tiles at a multiple of their map's resolution: a tile of 8×8 texels of the map is side × side blocks of 8×8 texels, side from 1 to 8. The
+// table has SLOTS words per tile: word y · side + x belongs to block (x, y). It holds the tile's side, and the block's place among the
+// curves or that no caster meets the block. Words from side² on mean nothing. Twin: reference::twin::detail.
 #ifndef MAPS_DETAIL_BLOCKS_GLSL
 #define MAPS_DETAIL_BLOCKS_GLSL
 #include "world/view.glsl"

@@ -50,12 +50,13 @@ const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
 shared uint run_sums[RUNS];
 // The greatest scale that fits, counted from LEAST_SCALE.
 shared uint greatest;
-// Tables for one axis, by a tile's side: which cells a block of a row reaches over, and which blocks of a row reach over any cell of a
-// mask. They save divisions of whole numbers, which are slow.
+// Tables for one axis, by a tile's side. cells_of_block: a mask of the cells that a block of a row reaches over. blocks_of_row: for each
+// mask of cells, a mask of the blocks of a row that reach over any of these cells. The tables save divisions of whole numbers, which are
+// slow.
 shared uint cells_of_block[8][8];
 shared uint blocks_of_row[8][16];
-// For THREADS tiles: which of a tile's blocks meet casters; and, as a word of the table, the tile's side and how many
-// blocks come before it.
+// For THREADS tiles at a time. used_of_tile: which of a tile's blocks meet casters. word_of_tile: the tile's side and how many blocks come
+// before the tile, in the form of a word of the table (maps/detail/blocks.glsl).
 shared uvec2 used_of_tile[THREADS];
 shared uint word_of_tile[THREADS];
 // How many blocks the tiles before these have.
@@ -70,8 +71,8 @@ int log_16(uint x) {
 // 80 log2(1.5), 80 log2(2.5), …: levels from which on a tile has side 2, 3, …
 const int LEVELS[7] = int[](47, 106, 145, 174, 197, 217, 233);
 
-// Level of a tile at scale 0: its side is 2^(level / 80), rounded. Twice the edges add 16 levels, which makes the side 2^(1/5)
-// times as large.
+// Level of a tile. At scale 0 the tile's side is 2^(level / 80), rounded. A tile with twice the edges has a level that is 16 higher, so
+// that its side is 2^(1/5) times as large.
 int tile_level(Survey survey, uint tile) {
     int level = log_16(survey.edges + 1u) - log_16(uint(DEPTH_UNITS) + survey.optical_depth) + 160;
     // An offset, so that tiles that are alike do not all change at the same scale.
@@ -174,8 +175,8 @@ int greatest_scale() {
         greatest = placed = 0u;
     }
     barrier();
-    // For each side of each tile: its blocks come in at the scale at which the tile reaches that side, and go at the
-    // scale of the next side.
+    // For each tile and each side that the tile may have: counts the blocks that the tile has with that side. They are added at the scale
+    // at which the tile reaches that side. They are subtracted at the scale at which it reaches the next side.
     [[dont_unroll]] for (uint i = thread; i < tile_count * 8u; i += THREADS) {
         uint tile = i / 8u, side = i % 8u + 1u;
         Survey survey = surveyed(tile);

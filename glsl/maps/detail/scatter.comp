@@ -1,6 +1,6 @@
 #version 460
-// As maps/bins/scatter.comp, for blocks: where all blocks have the same room, their entries are in the order of the blocks'
-// places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared
+// Does what maps/bins/scatter.comp does, for blocks in place of tiles. Where all blocks have the same room, their entries are in the order
+// of the blocks' places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared
 // before), met.
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"

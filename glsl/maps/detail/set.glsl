@@ -1,5 +1,5 @@
-// The set of the passes that choose how fine tiles are, beside that of the bins. A shader says what it does with a buffer. Bound by
-// maps::Detail.
+// The descriptor set of the passes that choose how fine tiles are; these passes also use the set of the bins. A shader says for each buffer
+// whether it reads or writes it. Bound by maps::Detail.
 // set 2: detail
 #ifndef MAPS_DETAIL_SET_GLSL
 #define MAPS_DETAIL_SET_GLSL

@@ -1,16 +1,16 @@
 #version 460
-// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts in each
-// tile with the greatest share that it may have of any, which is enough to tell tiles apart. Inputs: maps, casters, horizon. Outputs:
-// surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole numbers, so that the order of the
-// casters does not matter; a cell is marked if any ray through it meets a caster.
+// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts alike in all
+// tiles that it meets, with the greatest edge and optical depth that it may have in any tile. That is exact enough to tell tiles apart.
+// Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole
+// numbers, so that the order of the casters does not matter; a cell is marked if any ray through it meets a caster.
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/set.glsl"
 #include "maps/detail/casters.glsl"
 #include "maps/detail/set.glsl"
 #include "maps/detail/survey.glsl"
 
-// TALLY 0: each caster adds to its tiles. TALLY 1: a workgroup first adds up in shared memory. That is for maps of few tiles,
-// whose casters would wait for each other.
+// TALLY 0: each caster is added to its tiles in memory. TALLY 1: a workgroup first adds up its casters in shared memory. That is for maps
+// of few tiles, where many casters would wait for each other at one tile.
 // variants: TALLY 0 1
 #if TALLY == 1
 layout(local_size_x_id = ID_WORKGROUP) in;

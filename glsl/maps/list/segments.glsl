@@ -4,8 +4,8 @@
 
 const uint NO_SEGMENT = 0xFFFFFFFFu;
 
-// Places of a build's counters. CUT_SHORT: not 0 where the driver ended loops over a list before their time (maps/rounds.glsl).
-// From FRAGMENTS on: the fragments of each group of maps that are captured at once.
+// Places of a build's counters. CUT_SHORT: not 0 where the driver ended loops over a list before their time (maps/rounds.glsl). From
+// FRAGMENTS on: for each group of maps that are captured at once, the number of its fragments.
 const uint CUT_SHORT = 0u;
 const uint FRAGMENTS = 1u;
 

@@ -1,6 +1,6 @@
 #version 460
-// Where the first item of each digit of each block goes: behind all items of lower digits, and behind those of the same
-// digit in earlier blocks. One workgroup per map. Twin: reference::twin::order::sort. Input and output: counts.
+// Where the first item of each digit of each block goes: behind all items of lower digits, and behind the items of the same digit in
+// earlier blocks. One workgroup per map. Twin: reference::twin::order::sort. Input and output: counts.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;

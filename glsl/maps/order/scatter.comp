@@ -1,7 +1,6 @@
 #version 460
-// Moves each item behind those of lower digits and behind earlier ones of the same digit, so that equal keys stay in
-// order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted
-// indices.
+// Moves each item behind all items of lower digits and behind earlier items of the same digit, so that items with equal keys keep their
+// order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted indices.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;

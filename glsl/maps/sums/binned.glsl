@@ -1,11 +1,10 @@
-// Sums over the casters on each texel's ray, each texel written once by its tile's workgroup: first where its casters begin and
-// end, then what each adds to each sum. Twin: reference::twin::texel_sums.
-// Invariant: sums are of whole numbers and ends are extremes, so the result depends only on the casters, not on the order they
-// come in.
+// Sums over the casters on each texel's ray. A tile's workgroup first finds where the casters on each texel's ray begin and end, then adds
+// each caster's part to each of the texel's sums. It writes each texel once. Twin: reference::twin::texel_sums.
+// Invariant: sums are of whole numbers and ends are extremes, so the result depends only on the casters, not on the order they come in.
 // A technique declares before:
-//   SUMS, how many;
+//   SUMS: how many sums a texel has;
 //   void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]): what a segment between two places of the range adds to
-//     each, from -optical_depth to optical_depth; a strand's has no length;
+//     each sum, a number from -optical_depth to optical_depth; the segment of a strand has no length;
 //   void store_sums(uint texel, vec2 range, float sums[SUMS]): writes the texel's words (maps/sums/set.glsl).
 #ifndef MAPS_SUMS_BINNED_GLSL
 #define MAPS_SUMS_BINNED_GLSL

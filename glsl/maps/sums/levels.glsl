@@ -1,9 +1,10 @@
-// Makes levels of detail of texels of sums. A texel's range covers those of the four below it, and at the ends of the range's cells its
-// optical depth follows from their mean transmittance. Between two ends the optical depth grows evenly, as along a segment, so that cells
-// are added up as casters' segments are. A texel past the map's edge, or without casters, lets all light through. Twin:
-// reference::twin::texel_sums::merged. Invariant: behind the range a texel has the mean of the four, to the rounding of storing; sums never
-// fall along the range. A technique declares before: SUMS, segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads
-// (maps/sums/read.glsl); LEVEL_CELLS, and float cell_end(uint k), the place where cell k − 1 ends, k = 0 being the range's beginning.
+// Makes levels of detail of texels that hold sums. A texel's range covers the ranges of the four texels below it and is divided into cells.
+// At the end of each cell, the texel's optical depth follows from the mean transmittance of the four texels. Within a cell the optical
+// depth grows evenly, as it does along a caster's segment. So each cell is added to the texel's sums in the same way as a caster's segment.
+// A texel past the map's edge, or without casters, lets all light through. Twin: reference::twin::texel_sums::merged. Invariant: behind the
+// range a texel has the mean of the four, to the rounding of storing; sums never fall along the range. A technique declares before: SUMS,
+// segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl); LEVEL_CELLS, and float cell_end(uint k),
+// the place where cell k − 1 ends, k = 0 being the range's beginning.
 #ifndef MAPS_SUMS_LEVELS_GLSL
 #define MAPS_SUMS_LEVELS_GLSL
 #include "maps/level_tile.glsl"

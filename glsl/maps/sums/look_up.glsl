@@ -1,5 +1,5 @@
-// A look-up through texels of sums and their levels of detail. A technique also includes how it reads its words, and
-// defines texel_transmittance by words_transmittance.
+// A look-up through texels of sums and their levels of detail. A technique that includes this file also includes its own file that reads a
+// texel's words, and defines texel_transmittance with words_transmittance.
 #ifndef MAPS_SUMS_LOOK_UP_GLSL
 #define MAPS_SUMS_LOOK_UP_GLSL
 #define MAP_TRANSMITTANCE leveled_transmittance

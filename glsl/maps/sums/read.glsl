@@ -9,7 +9,8 @@ uint kept_word(uint i);
 // Words of a texel, its range among them.
 uint texel_words();
 
-// The optical depth of all of a texel's casters, and the transmittance up to a place of its range, 0 to 1; `at`: the word behind the range.
+// kept_total: the optical depth of all of a texel's casters. kept_transmittance: the transmittance up to a place of the texel's range, 0 to
+// 1. `at`: the texel's first word behind its range.
 float kept_total(uint at);
 float kept_transmittance(uint at, float place);
 

@@ -4,8 +4,8 @@
 // Outputs: nodes of tiles that have casters. Invariant: the result depends only on the casters, not on the order in
 // which they were binned. Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
 
-// LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (maps/bins/batch.glsl);
-// each subgroup leaves out casters that cannot meet its texels.
+// LANES 0: shared memory holds the tile's casters, some at a time. LANES 1: the lanes of each subgroup hold them (maps/bins/batch.glsl),
+// and the subgroup leaves out casters that cannot meet its texels.
 // variants: LANES 0 1
 #define BINS_ENTRIES_WRITTEN
 #define BATCH_SOURCE(view, entry) sorted_caster(view, entry)
@@ -31,8 +31,9 @@ Caster sorted_caster(View view, uint entry) {
 const uint THREADS = TILE_THREADS;
 #include "maps/bins/batch.glsl"
 
-// Inserts a caster's segment, as texel_part returned it. Casters come in the tile's order, which is nearly each texel's. Where it differs,
-// the transmittance behind is right, but not which of two strands took the light.
+// Inserts a caster's segment, as texel_part returned it. Casters come in the order of the tile, which is nearly the order along each
+// texel's ray. Where the two orders differ, the transmittance behind the casters is right, but the light may be taken at the wrong one of
+// two strands.
 void insert_part(View view, Ray ray, Caster caster, vec2 z, float optical_depth) {
     optical_depth = area_seen(view, ray, caster, MAX_OPTICAL_DEPTH, optical_depth);
     curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
@@ -105,8 +106,8 @@ void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
 #else
 uvec2 texel_in_tile() { return uvec2(gl_LocalInvocationIndex % 8u, gl_LocalInvocationIndex / 8u); }
 
-// Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as often as the
-// busiest of them has hits, and not once for every caster that one of them meets.
+// Each thread looks for its next hit before any thread inserts. Then the threads of a subgroup insert together. They do so as often as the
+// busiest thread has hits, and not once for every caster that any of them meets.
 void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
     for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
         uint filled = min(batch_size(), tile.count - begin);

@@ -1,14 +1,14 @@
 #version 460
-// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters. It adds up their optical depth
-// in CELLS even cells of each texel's own depth range. The curve through the cells' ends is exact there; it is compressed,
-// and the nodes that are left are fitted to all of it.
+// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters. The shader divides each texel's own depth
+// range into CELLS even cells and adds up the casters' optical depth in each cell. The curve through the cells' ends is exact at these
+// ends. The shader compresses that curve and fits the nodes that are left to all of the cells' ends.
 // Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
-// Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; the
-// first segment that lets no light through keeps its own two depths, and segments behind it are left out. Source: ours.
+// Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; the first segment that
+// lets no light through keeps its own two depths, and segments behind it are left out. Source: ours.
 // Twin: reference::twin::avsm::cells.
 
 // LANES 0: a whole tile. LANES 1: half a tile, with casters in lanes (maps/bins/batch.glsl), for software devices. LANES 2: half a tile,
-// else as 0, for devices of little shared memory or of few threads.
+// otherwise as LANES 0, for devices of little shared memory or of few threads.
 // variants: LANES 0 1 2
 #include "maps/curve/curve.glsl"
 #include "maps/bins/area.glsl"
@@ -19,9 +19,9 @@ const uint TEXELS = 64u;
 #else
 const uint TEXELS = 32u;
 #endif
-// Threads per texel: so many casters are looked at, and so many thresholds tried, at the same time. It is 4; 8 for 16 nodes,
-// whose registers leave room for few workgroups; 16 for the fullest tiles where there are very many casters; 1 where threads
-// of a workgroup do not run at the same time.
+// Threads per texel: how many casters are looked at, and how many thresholds are tried, at the same time. Usually 4; 8 for curves of 16
+// nodes, whose registers leave room for few workgroups; 16 for the fullest tiles where there are very many casters; 1 where threads of a
+// workgroup do not run at the same time.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
 // The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
 CONSTANT(uint, GROUPS, 4u)
@@ -29,24 +29,25 @@ const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// Casters at a time: as many as fit into the memory in which nodes stand while they are fitted, NODES * TEXELS / 4, and at least 32 per
-// group.
+// How many casters are fetched at a time: as many as fit into the memory that holds the nodes while they are fitted (NODES * TEXELS / 4
+// casters), but at least 32 per group.
 CONSTANT(uint, BATCH, 128u)
 #define BATCH BATCH
 #include "maps/curve/store.glsl"
 #include "maps/bins/batch.glsl"
 
 const int CELLS = 64;
-// A cell's end stays out of the curve where that changes the area under the curve by less than LEFT_OUT / NODES². That
-// is at least a hundredth of the area that curves of NODES nodes lose on smoke. Where too many ends would stay, the
-// threshold is COARSER times as high, and so on.
+// A cell's end stays out of the curve where that changes the area under the curve by less than LEFT_OUT / NODES². That is at least a
+// hundredth of the area that curves of NODES nodes lose on smoke. If too many ends would stay, the next threshold is tried, which is
+// COARSER times as high; there are THRESHOLDS thresholds.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
-// Cell c of texel t is at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. First: by how much more optical depth
-// segments have in a cell than in the cell before, in units. In the end: the bits of the optical depth up to the cell's end. Each texel
-// has one more cell, which is not read.
+// Cell c of texel t is at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. While casters are added, a cell holds the
+// optical depth that segments have in it minus the optical depth that they have in the cell before, in whole units. After sum_cells it
+// holds the optical depth from the start of the first cell to its own end, as the bits of a float. Each texel has one extra cell at the
+// end, which is never read.
 shared uint cells[(CELLS + 1) * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
 const uint NEVER = 0x7F800000u;
@@ -73,8 +74,9 @@ float optical_depth_at(uint texel, int cell) {
     return uintBitsToFloat(cells[uint(cell) * TEXELS + texel]);
 }
 
-// The ends that stay: the last, and those whose triangle with the end that stayed before and the next end, times the
-// transmittance at the former, is at least `loss` (in cells times optical depth).
+// Which cells' ends stay in the curve, one bit each. The last end stays. Any other end stays if leaving it out would change the curve by at
+// least `loss`. That change is twice the area of the triangle between three ends (the last end that stayed, this end, the next end), times
+// the transmittance at the first of them. Its unit is cells times optical depth.
 uvec2 ends_that_stay(uint texel, float loss) {
     uvec2 mask = uvec2(0u, 0x80000000u);
     float before = 0.0, light = 1.0, extent = 1.0, here = optical_depth_at(texel, 0);
@@ -92,8 +94,8 @@ uvec2 ends_that_stay(uint texel, float loss) {
     return mask;
 }
 
-// Whether at most 5/2 NODES ends stay. Where nodes are fitted afterwards the limit is 3/2 NODES: as good, and it saves
-// two removals of three.
+// Whether at most 5/2 NODES ends stay. Where nodes are fitted afterwards the limit is 3/2 NODES: the result is as good, and two thirds of
+// the removals are saved.
 bool few_enough(uvec2 mask) {
     return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }

@@ -1,5 +1,5 @@
-// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for software devices: lanes of subgroups hold the casters, each
-// thread has a texel of its own, and threads access shared memory one after the other. Needs, declared before: what
+// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for software devices. There the lanes of subgroups hold the
+// casters, each thread has a texel of its own, and threads access shared memory one after the other. Needs, declared before: what
 // glsl/technique/avsm/cells.comp says. Twin: reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CELLS_LANES_GLSL
 #define TECHNIQUE_AVSM_CELLS_LANES_GLSL

@@ -4,10 +4,10 @@
 #ifndef TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 #define TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 
-// How many casters a thread tests before it goes on with those that it hits, 32 at most. Where casters are small, the threads of
-// a subgroup then go on together: as often as the busiest of them has hits, not once for every caster that one of them hits. If
-// it is not 1, casters that cannot extend the range of any texel are left out too, and a workgroup has at least as many threads
-// as a batch has casters.
+// How many casters a thread tests before it goes on with those that it hits, 32 at most. Where casters are small, the threads of a subgroup
+// then go on with hits together. They do so as often as the busiest thread has hits, and not once for every caster that any of them hits.
+// If this number is not 1, casters that cannot extend the range of any texel are also left out, and a workgroup must have at least as many
+// threads as a batch has casters.
 CONSTANT(uint, AHEAD, 1u)
 
 // Over all texels, for this batch and the next: the greatest of low_bits and the least of high_bits, and how many casters the
@@ -22,8 +22,8 @@ bool is_plain(View view, Caster caster) {
     return wide && plain_sphere(view, caster) && 2.001 * caster.radius * caster.density < DARK;
 }
 
-// Plain spheres are stored with the square of their radius and with units of optical depth per unit of length, other
-// casters with minus their radius.
+// A plain sphere is stored with the square of its radius, and with its density in units of optical depth per unit of length. Any other
+// caster is stored with minus its radius, by which it is known.
 void put_caster(View view, uint i, Caster caster, float scale) {
     bool plain = is_plain(view, caster);
     batch[i] = vec4(caster.position, plain ? caster.radius * caster.radius : -caster.radius);

@@ -1,5 +1,6 @@
-// Optical depths of a texel's segments, added up in even cells as changes: a cell's optical depth less that of the cell before. Needs,
-// declared before: LANES, CELLS and TEXELS, and cells[], one more than CELLS per texel. Twin: reference::twin::avsm::cells.
+// Optical depths of a texel's segments, added up in even cells as changes: a change is a cell's optical depth minus the optical depth of
+// the cell before. Needs, declared before: LANES, CELLS and TEXELS, and cells[], one more than CELLS per texel. Twin:
+// reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CHANGES_GLSL
 #define TECHNIQUE_AVSM_CHANGES_GLSL
 
@@ -28,8 +29,8 @@ void add_segment(uint texel, vec2 at, float whole, float rate) {
     change_cell(last + 1u, texel, late - even);
 }
 
-// One texel: from changes of the optical depth to its sum up to the end of each cell, which never falls and ends with the optical depth of
-// all segments.
+// Turns the changes of one texel into the optical depth from the first cell up to the end of each cell. It never falls from cell to cell,
+// and at the last cell it is the optical depth of all segments.
 void sum_cells(uint texel, float unit) {
     uint sum = 0u, change = 0u;
     for (uint place = texel; place < uint(CELLS) * TEXELS; place += TEXELS) {

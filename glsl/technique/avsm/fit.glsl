@@ -1,8 +1,11 @@
-// Moves the nodes of a compressed curve off the true curve, to fit the sums in cells better. A node has two lines, to the node before and to the node behind.
-// Each is turned about its other end into the best fit of the cells' ends that it passes, and the node goes to where the two meet: a Gauss-Newton step for least
-// squares of transmittance. Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end; FITTED, a shared
-// vec4[NODES / 2 * TEXELS] or more. All threads of a workgroup take part: nodes of odd and of even number take turns, since a node asks for its neighbours alone.
-// Invariants: depths never fall; nor do optical depths; the last node's stays; nodes from `dark_from` on stay as they are.
+// Moves the nodes of a compressed curve off the true curve, so that the lines between them fit the true optical depths at the cells' ends
+// better. Two lines meet in a node: one to the node before, one to the node behind. Each line is turned about its other end until it fits
+// best at the cells' ends that it passes. The node goes to where the two turned lines meet. That is a Gauss-Newton step for least squares
+// of transmittance. Needs, declared before: CELLS and TEXELS; cells[], whose elements are the bits of the optical depth up to a cell's end;
+// FITTED, a shared vec4[NODES / 2 * TEXELS] or more. All threads of a workgroup take part. Nodes of odd and of even number take turns,
+// since a node's new place depends on its two neighbours alone.
+// Invariants: depths never fall, nor do optical depths; the optical depth of the last node stays; nodes from `dark_from` on stay as they
+// are.
 // Source: ours. Twin: reference::twin::avsm::fit.
 #ifndef TECHNIQUE_AVSM_FIT_GLSL
 #define TECHNIQUE_AVSM_FIT_GLSL
@@ -36,9 +39,10 @@ void fit_node(uint i, uint t, vec2 node) {
     }
 }
 
-// Sums over the line between a neighbour and a node, (place, value) each, 1 / `per` apart: x, of weights; y, of weighted distances to the
-// curve at the ends of cells between the places `from` and `to`. An end that the node passes moves its weight gradually from one of the
-// node's lines to the other, from half a cell before to half a cell behind, so that the result is continuous.
+// Sums for the line between `neighbour` and `node`, each given as (place, value), whose places are 1 / `per` apart. The sums go over the
+// cells' ends between the places `from` and `to`. x: the sum of weights. y: the weighted sum of the optical depth at an end minus the
+// line's value there. When `node` moves past an end, the end's weight goes over from one of the node's two lines to the other. It does so
+// gradually, over half a cell to each side, so that the result is continuous.
 vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
     uint first = uint(from), last = uint(to);
     vec2 sums = vec2(0.0);
@@ -100,8 +104,8 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     return vec2(min(max(low + moved / per_cell, p.x), end), value);
 }
 
-// Fits the curve that the texel's thread of `group` 0 has in maps/curve/curve.glsl, by all `groups` threads of the
-// texel. That thread has the result too.
+// Fits a texel's curve, with all `groups` threads of the texel. Before and afterwards the curve is in the arrays of maps/curve/curve.glsl
+// of one of these threads, whose `group` is 0.
 void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float dark_from) {
     if (group == 0u) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {

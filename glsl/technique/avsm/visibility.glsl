@@ -1,17 +1,18 @@
 // AVSM look-up: how much of light `light` reaches `position`, 0 to 1. Source: Fife and Strugar 2013, Sampling from the AVSM data structure.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then those of
-//              coarser levels, as maps/level_place.glsl says
-//   binding 4  casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false); where DETAIL is true,
-//              maps/detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
-// Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS as the curves were built.
+//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then the curves
+//              of coarser levels, as maps/level_place.glsl says
+//   binding 4  how many casters each tile of 8×8 texels has, map-major, tile rows (any buffer where TILED is false); where DETAIL is
+//              true, the words of each tile's blocks instead (maps/detail/blocks.glsl), and the curves stand block by block
+// Give the specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS the values with which the curves were
+// built.
 // flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE avsm_transmittance
 #include "maps/curve/look_up.glsl"
 #include "maps/detail/blocks.glsl"
 
-// The mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another
-// tile, that tile's own texel is taken in which its centre lies.
+// The mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another tile, which may
+// have another resolution, the texel of that other tile is taken in which the centre of the first lies.
 float detailed_transmittance(LookUp l) {
     uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
     uint first = l.map * tiles.x * tiles.y;

@@ -49,8 +49,9 @@ void main() {
     }
     vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
     if (WEIGHTED_FRONT) {
-        // Each caster counts at its middle, weighted by its optical depth and by the transmittance of an even medium from front to there.
-        // Neither sum exceeds that of the optical depths.
+        // The mean of the casters' middles, as depths behind the front. A caster's weight is its optical depth times the transmittance of
+        // an even medium from the front to the caster's middle. `weights` and `places` never exceed the sum of the optical depths, so they
+        // do not overflow.
         float extinction = min(float(sum) / scale, DARK) / max(depth.y - depth.x, 1e-9);
         uint weights = 0u, places = 0u;
         for (uint begin = 0u; begin < part.count; begin += batch_size()) {

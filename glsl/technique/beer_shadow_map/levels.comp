@@ -48,8 +48,9 @@ void make_level(LevelTile tile) {
         vec2 depth = ends;
         // With next to no optical depth, rounding would decide.
         if (mean <= 0.9999) {
-            // (front − nearest) + (farthest − front) × mean = area; where less light than that is left, the back is nearer:
-            // (back − nearest) × mean + (farthest − back) × tail = area.
+            // The front solves (front − nearest) + (farthest − front) × mean = area, with the back at the farthest back. If that puts the
+            // front before the nearest front, the front is the nearest front, and the back solves (back − nearest) × mean + (farthest −
+            // back) × tail = area.
             depth.x = (area + ends.x - ends.y * mean) / (1.0 - mean);
             depth.y = depth.x < ends.x ? (area + ends.x * mean - ends.y * tail) / (mean - tail) : ends.y;
         }

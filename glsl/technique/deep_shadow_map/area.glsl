@@ -1,7 +1,7 @@
 // Removes a node where that changes the area under the transmittance by little, and moves its neighbours so that the area stays, as in the
 // curves of Salvi et al. 2010; but the number of nodes is not fixed. A window of nodes goes along the curve: if no node in it can be
-// removed within the limit, its first node is final.
-// Needs, declared before: keep_node(Node), of a node that is final, and `kept`, their number. Source: ours, but for the removal.
+// removed within the limit, its first node is final. Needs, declared before: keep_node(Node), which is called for each final node, and
+// `kept`, the number of final nodes. Source: ours, but for the removal.
 // Twin: reference::twin::deep_shadow_map::area.
 // Invariants: depths never fall, nor do optical depths; the first node and the last stay as they are.
 //
@@ -15,8 +15,8 @@
 // Nodes that may still go.
 const int WINDOW = 16;
 
-// First the last node that is kept, if there is any; then the nodes that may still go. Beside each are its transmittance and the area under
-// the curve from it to the next node.
+// The window: first the last node that was kept, if there is one; then the nodes that may still be removed. Two more arrays hold each
+// node's transmittance and the area under the curve from the node to the next one.
 Node window_nodes[WINDOW + 1];
 float window_through[WINDOW + 1];
 float window_areas[WINDOW + 1];

@@ -1,16 +1,17 @@
-// Finds the fewest nodes that stay within an error of a texel's curve, greedily: a line is prolonged from a node for as long as some slope
-// passes the windows of all points on the way. A window is the range of optical depths at a point whose transmittance is within the error
-// of the curve's. Source: Lokovic and Veach 2000; windows in optical depth, and those between the ends of long rises, are ours. Needs,
-// declared before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants:
-// transmittance is within the error of the curve's at every depth, between points as at them; depths never fall, nor do optical depths;
-// behind the last node it is within TAIL of the product of all.
+// Finds the fewest nodes whose lines stay within an error of a texel's curve, greedily. A line that begins at a node is prolonged as long
+// as there is a slope with which it passes through the windows of all points on the way. A point's window is a range of optical depths:
+// those whose transmittance differs from the curve's transmittance at the point by at most the error. Source: Lokovic and Veach 2000;
+// windows in optical depth, and those between the ends of long rises, are ours. Needs, declared before: keep_node(Node), which is called
+// for each final node, and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: at every depth, at points and between
+// them, the lines' transmittance is within the error of the curve's; depths never fall, nor do optical depths; behind the last node the
+// transmittance is within TAIL of the product of all segments' transmittances.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"
 
-// Windows are bent, so that a line within the windows at both ends of a straight rise may leave them in between. So a rise of
-// more than RISE has more windows on its way. Between two of them a line may err by a share of BETWEEN more: the square of
-// RISE, over 4.
+// Along a straight rise of optical depth the bounds of the windows are curved. A line that is within the windows at both ends of the rise
+// may therefore leave them in between. So a rise of more than RISE has more windows on its way. Between two of these windows the error of a
+// line may be greater by a share of BETWEEN, which is RISE² / 4.
 const float RISE = 0.25;
 const float BETWEEN = 1.0 / 64.0;
 // The error of the transmittance at the last node.
@@ -41,8 +42,9 @@ void line_begin(float error, float total) {
 vec2 window(float value, float error) {
     float through = exp(-value);
     float low = -log(min(through + error, 1.0));
-    // Where the error is more than half of the light that is left, the bound is replaced by its tangent at that place: the bound is curved,
-    // and a line that is below it at two points must also be below it between them.
+    // The upper bound is a curve over the optical depth. A line that is below the bound at two points must also be below it between them.
+    // So where the error is more than half of the light that is left, the bound is replaced by its tangent at the place where the error is
+    // exactly half.
     float high = through >= 2.0 * error ? -log(through - error) : 2.0 * value + log(2.0 * error) * 2.0 - log(error);
     return vec2(max(low, 0.0), high);
 }
@@ -63,8 +65,8 @@ void end_line() {
     }
 }
 
-// Adds a step at the depth of the last node. The first step has nothing in front of it; if several are at one depth,
-// the last counts.
+// Adds a step of the curve at the depth of the last node. The first step has no node in front of it. If several steps are at one depth, the
+// last step counts.
 void add_step(Node point) {
     if (kept > 0u && last_kept.depth < point.depth) {
         keep_node(line_start);

@@ -1,7 +1,7 @@
 #version 460
-// Bisection for the least error whose nodes fit into the buffer, one step per round. Round 0 begins; the last leaves an error that fits.
-// Input: tile_starts, nodes of each tile at the error that was tried. In and out: state. Invariant: the nodes of the final error were
-// counted, or it is the greatest error.
+// Bisection for the least error whose nodes fit into the buffer, one step per round. Round 0 sets the bounds of the search; the last round
+// leaves an error whose nodes fit. Input: tile_starts, nodes of each tile at the error that was tried. In and out: state. Invariant: the
+// nodes of the final error were counted, or it is the greatest error.
 #include "technique/deep_shadow_map/maps.glsl"
 
 const uint SCAN_THREADS = 128u;

@@ -47,8 +47,8 @@ void keep_node(Node node) {
 #include "technique/deep_shadow_map/area.glsl"
 #include "technique/deep_shadow_map/bound.glsl"
 
-// False: a node is removed if the lines without it stay within the error. True: if that changes the area under the curve by at most 4 times
-// the error's square.
+// False: a node is removed if the lines without it stay within the error. True: a node is removed if its removal changes the area under the
+// curve by at most 4 times the error's square.
 CONSTANT(bool, BY_AREA, false)
 
 void curve_point(Node point, bool is_last) {

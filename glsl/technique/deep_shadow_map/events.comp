@@ -1,8 +1,8 @@
 #version 460
 // Turns each texel's list of segments into a list of their ends, sorted by depth. An event is where a segment begins or ends: its entry
-// field holds its own depth, its exit field that of the segment's other end. A segment of no length is one event. Inputs: heads, segments,
-// counters. Outputs: events; heads, of the events. Twin: reference::twin::deep_shadow_map::events. Invariant: events with equal sort keys
-// are identical, so neither the order of capture nor that of the casters matters.
+// field holds the depth of the event, its exit field the depth of the segment's other end. A segment of no length is one event. Inputs:
+// heads, segments, counters. Outputs: events; heads, of the events. Twin: reference::twin::deep_shadow_map::events. Invariant: events with
+// equal sort keys are identical, so neither the order of capture nor that of the casters matters.
 #include "technique/deep_shadow_map/maps.glsl"
 #include "maps/rounds.glsl"
 

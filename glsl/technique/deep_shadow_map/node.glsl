@@ -1,6 +1,6 @@
-// The layout of nodes: a texel's by rising depth, then the next texel of the tile's 8×8, tile after tile. Between two nodes optical depth
-// is a straight line, which is exact within a sphere of constant extinction; two at one depth are a step. In front of the first node all
-// light arrives; behind the last the transmittance stays. Twin: technique::NodeData.
+// The layout of nodes. A texel's nodes stand by rising depth, the texels of a tile of 8×8 one after the other, tile after tile. Between two
+// nodes the optical depth is a straight line, which is exact within a sphere of constant extinction. Two nodes at the same depth are a
+// step. In front of the first node all light arrives; behind the last the transmittance stays. Twin: technique::NodeData.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
 
@@ -14,8 +14,9 @@ struct Node {
 
 uint node_words() { return PACKED ? 1u : 2u; }
 
-// One word: 18 bits of depth, and 14 bits of t / (1 + t), t being the optical depth. Half a code of that changes the light by at
-// most 2 / e of an even code. Both keep the order of nodes. Twin: technique::deep_shadow_map::curves::unpack.
+// A packed node is one word: 18 bits of depth, and 14 bits of t / (1 + t), t being the optical depth. Rounding t / (1 + t) by half a step
+// changes the transmittance by at most 2 / e of a step of 2⁻¹⁴. Both codes keep the order of nodes. Twin:
+// technique::deep_shadow_map::curves::unpack.
 const uint VALUE_BITS = 14u;
 const float VALUE_CODES = 16384.0;
 const float LAST_DEPTH = 262143.0;

@@ -1,8 +1,9 @@
 // Deep shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Source: Lokovic and Veach 2000.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  nodes of all texels, as technique/deep_shadow_map/node.glsl states them, words
-//   binding 4  where each texel's nodes begin, map after map, tiles of 8×8 texels in rows, rows of a tile's texels; at last, where all end
-// Specialization constant PACKED as the nodes were stored.
+//   binding 4  where each texel's nodes begin, map after map, tiles of 8×8 texels in rows, rows of a tile's texels;
+//              at the end one more word, which says where the last texel's nodes end
+// Give the specialization constant PACKED the value with which the nodes were stored.
 // flat: bindings 136, constants 272: PACKED FILTER FILTER_RADIUS
 #include "technique/deep_shadow_map/node.glsl"
 #include "maps/look_up.glsl"

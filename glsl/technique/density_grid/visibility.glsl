@@ -1,13 +1,13 @@
-// Density grid look-up: how much of light `light` reaches `position`, past smoke and hair in the voxels between and past meshes in the
-// light's opaque map. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); mean directions of strands are
-// ours. Twins: reference::twin::media, reference::twin::soft.
+// Density grid look-up: how much of light `light` reaches `position`, 0 to 1. Smoke and hair take light in the voxels on the way to the
+// light; meshes take it as the light's opaque map says. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking);
+// mean directions of strands are ours. Twins: reference::twin::media, reference::twin::soft.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
-//   binding 2  its media (grid/media.glsl)
-//   binding 3  their bits
-//   binding 4  how strands run in it (grid/directions.glsl), or any buffer where DIRECTION is false
-//   binding 5  what any voxel takes at most, in units of media, or any buffer where MARCH is not 2
+//   binding 2  the grid's media (grid/media.glsl)
+//   binding 3  the bits of the media
+//   binding 4  how strands run in the voxels (grid/directions.glsl), or any buffer where DIRECTION is false
+//   binding 5  the greatest number of any voxel, in units of media, or any buffer where MARCH is not 2
 //   binding 6  maps of all lights (world/light.glsl)
 //   binding 7  the opaque map (maps/look_up_set.glsl, binding 2)
 // flat: bindings 176, constants 352: GRID_SIZE MARCH MARCH_STEPS DIRECTION NORMAL_BIAS

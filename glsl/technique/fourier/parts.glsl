@@ -1,5 +1,5 @@
-// A segment's contribution to a texel's sums: its optical depth, then that times the mean cosine and the mean sine of each harmonic of the
-// range, exact along the segment. Twin: reference::twin::fourier.
+// A segment's contribution to a texel's sums: first its optical depth; then, for each harmonic of the range, the optical depth times the
+// harmonic's mean cosine and mean sine along the segment, which are exact. Twin: reference::twin::fourier.
 #ifndef TECHNIQUE_FOURIER_PARTS_GLSL
 #define TECHNIQUE_FOURIER_PARTS_GLSL
 #include "maps/harmonics.glsl"

@@ -2,8 +2,8 @@
 // optical depth, clamped to between 0 and the whole. Source: Jansen and Bavoil 2010, Fourier Opacity Mapping. Bindings 0 to 2:
 // maps/look_up_set.glsl. Then
 //   binding 3  texels, map after map, rows of texels: the range (maps/sums/range.glsl), then COEFFICIENTS sums (maps/sums/halves.glsl);
-//              then those of coarser levels, as maps/level_place.glsl says
-// Specialization constants COEFFICIENTS, SUM_RANGE, SUM_STORAGE and LEVELS as the texels were made.
+//              then the texels of coarser levels, as maps/level_place.glsl says
+// Give the specialization constants COEFFICIENTS, SUM_RANGE, SUM_STORAGE and LEVELS the values with which the texels were built.
 // flat: bindings 104, constants 208: COEFFICIENTS SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #include "maps/sums/look_up.glsl"
 #include "technique/fourier/read.glsl"

@@ -1,13 +1,14 @@
-// Grid query look-up: how much of light `light` reaches `position`, past all casters and triangles on the way, each tested for itself:
-// exact, up to rounding. The grid only says which to test. Source: ours; the way Amanatides and Woo 1987, triangles Woop et al. 2013.
+// Grid query look-up: how much of light `light` reaches `position`, past all casters and triangles on the way. Each of them is tested for
+// itself, so that the answer is exact up to rounding. The grid only says which casters and triangles to test. Source: ours; the march after
+// Amanatides and Woo 1987, the test of triangles after Woop et al. 2013.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
-//   binding 2  its bits of meshes
-//   binding 3  its lists of triangles (grid/lists/place.glsl)
+//   binding 2  the grid's bits of meshes
+//   binding 3  the grid's lists of triangles (grid/lists/place.glsl)
 //   binding 4  triangles (world/triangle_rows.glsl)
-//   binding 5  its bits of smoke and hair
-//   binding 6  its lists of casters, likewise
+//   binding 5  the grid's bits of smoke and hair
+//   binding 6  the grid's lists of casters (grid/lists/place.glsl)
 //   binding 7  casters (world/caster.glsl)
 // flat: bindings 168, constants 336: GRID_SIZE STRANDS GAUSSIANS
 #include "world/colors.glsl"

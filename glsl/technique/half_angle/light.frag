@@ -8,8 +8,8 @@
 
 layout(location = 0) out float transmittance;
 
-// Whether casters behind the first mesh on a texel's ray are left out: the buffer lights surfaces, and the light that reaches one has met
-// nothing behind it.
+// Whether casters behind the first mesh on a texel's ray are left out: so the buffer can light surfaces, since light that reaches a surface
+// has met no caster behind the surface.
 CONSTANT(bool, ENDS_AT_MESHES, false)
 
 // Where the ray of a texel of the volume view meets the first mesh, as a depth in that view's range; both views look along the same rays.

@@ -1,9 +1,9 @@
 #version 460
-// Chooses the points that each light takes, one workgroup per light: at least one from each cluster that it may see, and more from clusters
-// that cover more texels of its map or are nearer to the viewer. Source: Ritschel et al. 2011 (what the view and the light see); the
-// clusters are ours. Inputs: lights, head, clusters. Output: taken. Invariant: whole numbers from the ranks on, so the same points each
-// run; a light takes the first points of a cluster in a fixed order, so that little changes where little moves. Twin:
-// reference::twin::ism::adapt.
+// Chooses the points that each light takes, one workgroup per light. A light takes at least one point from each cluster that it may see. It
+// takes more points from clusters that cover more texels of its map or are nearer to the viewer. Source: Ritschel et al. 2011 (what the
+// view and the light see); the clusters are ours. Inputs: lights, head, clusters. Output: taken. Invariants: from the ranks on, all numbers
+// are whole, so that the points are the same each run; a light takes the points of a cluster in a fixed order, the first ones first, so
+// that little changes where little moves. Twin: reference::twin::ism::adapt.
 #include "technique/ism/map.glsl"
 #include "technique/ism/splat.glsl"
 #include "technique/ism/adaptive.glsl"

@@ -22,20 +22,21 @@ struct IsmCluster {
     uint closed;   // whether all points are on closed meshes
 };
 
-// The code of a point that is taken: its place in the pool, TAKEN_BITS bits, and how often the area of its cluster is halved to give
-// the area that the point stands for.
+// The code of a point that a light takes. The lower TAKEN_BITS bits: the point's place in the pool. The bits above: how many times the area
+// of the point's cluster is halved to give the area that the point stands for.
 const uint TAKEN_BITS = 18u;
 const uint UNTAKEN = 0xffffffffu;
 
-// How far a point's disc may reach past its cluster's points: a share of the radius that points have where all stand for equal
-// areas, since the pool's points lie so far apart, and a share of the point's own radius.
+// How far a point's disc may reach past the box of its cluster's points: the sum of two shares. MARGIN_POOL is a share of the radius that
+// points have where all points stand for equal areas, which says how far apart the pool's points lie. MARGIN_OWN is a share of the point's
+// own radius.
 const float MARGIN_POOL = 0.05;
 const float MARGIN_OWN = 0.1;
 
 uint taken_index(uint code) { return code & ((1u << TAKEN_BITS) - 1u); }
 
-// The radius of a point that is taken. `radius`: that of a point where all stand for equal areas, and a light takes
-// CLUSTER / SUBSETS from each cluster.
+// The radius of a point that a light takes. `radius`: the radius that points have where all points stand for equal areas and a light takes
+// CLUSTER / SUBSETS points from each cluster.
 float taken_radius(uint code, float radius) {
     uint halved = code >> TAKEN_BITS;
     precise float share = radius * ((halved & 1u) != 0u ? 1.41421356 : 2.0);

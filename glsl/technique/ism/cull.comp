@@ -1,8 +1,8 @@
 #version 460
-// Lists the points that lights see, projected, for a draw, whose vertices read the list. Threads of a subgroup count themselves by a
-// ballot, subgroups of a workgroup take their places in shared memory, and the workgroup takes its places in the list by one atomic
-// operation. Source: Tokuyoshi 2014. Inputs: lights, points. Outputs: the list, the draw's arguments, seen. Invariant: the same points each
-// run, in any order. Twin: reference::twin::ism::splat::is_seen.
+// Lists the points that lights see, as projected points, for a draw whose vertices read the list. The threads of a subgroup count their
+// points by a ballot, the subgroups of a workgroup add up their counts in shared memory, and the workgroup reserves places in the list by
+// one atomic operation. Source: Tokuyoshi 2014. Inputs: lights, points. Outputs: the list, the draw's arguments, seen. Invariant: the same
+// points each run, in any order. Twin: reference::twin::ism::splat::is_seen.
 // variants: BALLOTS 0 1
 #if BALLOTS == 1
 #extension GL_KHR_shader_subgroup_ballot : require

@@ -15,7 +15,8 @@ layout(location = 0) flat out uvec2 corner;
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 
-// Point `drawn` of all points of all lights; its radius is 0 where it is not before the light's plane, or the light takes fewer.
+// Point `drawn` of all points of all lights. Its radius is 0 where the point is not before the light's plane, and where the light takes
+// fewer points than this.
 vec4 point_at(uint drawn) {
     uint light = drawn / points;
     IsmPoint point;

@@ -21,8 +21,8 @@ float drawn_distance(float depth, float radius) { return HALF_WAY * radius * dep
 
 uvec2 map_corner(uint map, uint size) { return uvec2(map % COLUMNS, map / COLUMNS) * size; }
 
-// A rasterizer only covers texels whose middles are inside, so the shape is drawn wider than the disc, which also covers texels that it
-// nearly reaches.
+// How much wider than the disc a point's shape is drawn. A disc also covers texels whose middles it just misses, but a rasterizer covers
+// only texels whose middles are inside the shape.
 const float WIDER = 1.2;
 
 // A point in the target: its middle and its radius, texels, and its depth. `offset`: from the light, world axes; `usual`: the radius

@@ -34,13 +34,13 @@ void wide_down(uint thread, uint threads) {
     }
 }
 
-// Neighbours with more than three quarters of the whole weight, 16, must have a distance: a hole has points on all sides, while a texel
-// beside a straight edge is no hole.
+// A texel is a hole only if neighbours with at least this weight have a distance, which is more than three quarters of the weight of all
+// neighbours, 16. A hole has points on all sides; a texel beside a straight edge is no hole.
 const float SURROUNDED = 13.0;
 
-// The mean of those of four distances that belong to one surface, if their weight is at least `least`. They belong to it if they are
-// farther than the nearest by at most twice a point's radius and a texel's width, as on a surface that the light sees at a slant. `wide`:
-// texel_wide.
+// Takes those of four distances that belong to the same surface as the nearest one, and returns their mean if their weights add up to at
+// least `least`, else NOTHING. A distance belongs to that surface if it is greater than the nearest by at most twice the sum of a point's
+// radius and a texel's width, as on a surface that the light sees at a slant. `wide`: texel_wide.
 float mean_of(vec4 distances, vec4 weights, float least, float wide, float radius) {
     float nearest = min(min(distances.x, distances.y), min(distances.z, distances.w));
     precise float last = nearest + 2.0 * (radius + wide * nearest);

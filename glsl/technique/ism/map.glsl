@@ -1,6 +1,6 @@
-// A light's map: a paraboloid over the half space that a virtual light shines into, a distance per texel, with smaller maps of it for
-// points that are wide in it. Sources: Brabec, Annen and Seidel 2002 (dual paraboloid mapping); the levels are ours. Twin:
-// reference::twin::ism::map.
+// The map of a virtual light: a paraboloid over the half space into which the light shines, with a distance per texel. Smaller maps of the
+// same light, its coarser levels, take points whose discs would be many texels wide in this one. Sources: Brabec, Annen and Seidel 2002
+// (dual paraboloid mapping); the levels are ours. Twin: reference::twin::ism::map.
 #ifndef TECHNIQUE_ISM_MAP_GLSL
 #define TECHNIQUE_ISM_MAP_GLSL
 #include "world/light.glsl"

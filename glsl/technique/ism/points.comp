@@ -1,9 +1,9 @@
 #version 460
-// Makes a point for each stratum of each subset. Strata have equal weights. A stratum's point falls on each of the triangles in it as
-// often as that triangle's share of the stratum says. Points of neighbouring strata are spread over their triangle. Sources: Ritschel
-// et al. 2008, section 4.1 (points on surfaces); Roberts 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head.
-// Output: the pool. Invariant: a point keeps its place on its triangle as long as areas keep their shares. Twin:
-// reference::twin::ism::points.
+// Makes a point for each stratum of each subset. Strata divide the weight of all triangles, their scaled area, into equal parts. Where a
+// stratum has parts of several triangles, its point falls on one of them by chance: each triangle's chance is its share of the stratum.
+// Points of neighbouring strata are spread over their triangle. Sources: Ritschel et al. 2008, section 4.1 (points on surfaces); Roberts
+// 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps its place on its
+// triangle as long as areas keep their shares. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 
@@ -49,9 +49,9 @@ const uint HALVINGS = 20u;
 // A side's square must be so many times the greatest square before it, for that side to be halved.
 const float LONGER = 1.01;
 
-// A place in a triangle, on a curve through it: `weight` of `wide`, as a share, of the way along the curve. The curve halves the longest
-// side, then in each half a side that the triangle had before, and so on: neighbours on the curve are neighbours in the triangle. Only
-// halves are added, which is exact.
+// A place in a triangle, `weight` / `wide` of the way along a curve that runs through all of the triangle. The triangle is cut into halves
+// in the middle of its longest side, each half in the middle of a side that was there before the cut, and so on. The curve runs through one
+// half after the other. So neighbours on the curve are neighbours in the triangle. Only halves are added, which is exact.
 vec2 place_at(Triangle triangle, uint weight, uint wide) {
     vec2 corners[3] = { vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(0.0, 1.0) };
     uint longest = 0u;

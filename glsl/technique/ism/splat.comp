@@ -1,6 +1,6 @@
 #version 460
-// A thread per point: atomic operations on all maps at once. Source: ours. Inputs: lights, points. Outputs: maps, which hold NOTHING;
-// seen. Invariant: as technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
+// Splats all points into all maps at once, by atomic operations, one thread per point. Source: ours. Inputs: lights, points. Outputs: maps,
+// which hold NOTHING; seen. Invariant: as technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
 #include "technique/ism/atlas.glsl"
 
 layout(local_size_x = 128) in;

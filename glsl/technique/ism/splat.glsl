@@ -16,13 +16,13 @@ CONSTANT(bool, ISM_SLIDE, false)
 // The greatest radius in texels of a point on a level; larger points go to the next level.
 const float WIDEST = 3.0;
 
-// A disc covers a texel if it comes so near to the texel's middle, in texels: then discs that lie between the middles of
-// texels leave few gaps.
+// How far a disc may miss the middle of a texel, in texels, and still cover the texel. So discs that lie between the middles of texels
+// leave few gaps.
 const float BESIDE = 0.3;
 
-// In a point's own texel, the point's plane may be so much farther than the point, in texels, even if its disc is narrower. On a map of
-// 32 texels, a plane that is seen at 30° is so much farther in the middle of the texel than at its point. This keeps far surfaces flat
-// as well.
+// The texel in which a point lies stores the distance of the point's plane at the texel's middle. This distance may be greater than the
+// point's own by the disc's radius, and by this many texels even if the disc is narrower. On a map of 32 texels, a plane that is seen at
+// 30° is that much farther at the texel's middle than at the point. So far surfaces stay flat as well.
 const float DEEP = 1.5;
 
 // A box, along the world's axes, that a disc ends at.
@@ -35,8 +35,9 @@ struct Bounds {
 // bounds.
 CONSTANT(bool, ISM_ADAPTIVE, false)
 
-// With adaptive points: how far a point may be from the middle of its own texel, in texels across and down, for that texel to take it in
-// any case. If every texel took its points, shapes narrower than a texel would become one or two texels wide.
+// The texel in which a point lies stores the point even where the point's disc misses the texel's middle. With adaptive points it does so
+// only if the point is this near to the texel's middle, in texels, across and down. Without this limit, shapes narrower than a texel would
+// become one or two texels wide.
 const float OWN_NEAR = 0.3;
 
 struct Splat {
@@ -55,8 +56,8 @@ struct Splat {
     Bounds bounds;  // about the light
 };
 
-// How far a point must lie before the light's plane: a share of its distance, and one of the light's coordinates. So the surface that
-// the light stands on is not before the plane, however it is rounded.
+// How far a point must lie before the light's plane: SLANT of its distance from the light, plus ROUNDING of the light's coordinates. So the
+// surface that the light stands on never counts as before the plane, however it is rounded.
 const float SLANT = 1e-3;
 const float ROUNDING = 1e-6;
 
@@ -108,8 +109,8 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds
     splat.texel = ivec2(floor(middle));
     precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
     splat.plane = plane;
-    // A slanted disc is narrower, by the angle between its normal and the map's axes there; but on its near side it reaches farther
-    // than an ellipse.
+    // A slanted disc is narrower on the map: how much depends on the angle between the disc's normal and the map's axes at that place. But
+    // on its near side the disc reaches farther than an ellipse would.
     precise float wide = reach + BESIDE, slant = splat.normal.z + plane / splat.distance;
     precise vec2 across = splat.normal.xy - (2.0 * place - 1.0) * slant;
     precise vec2 narrow = sqrt(max(1.0 - across * across, 0.0)) * (1.0 + 2.0 * wide / side);
@@ -129,8 +130,9 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds
     return true;
 }
 
-// Whether the point's own texel takes the point in any case. The texel must be one of the map's, which it is, but for rounding, where
-// the point is before the light's plane. With adaptive points, which are many, its middle must be near the point too.
+// Whether the texel in which the point lies stores the point even if the disc misses the texel's middle. The texel must be inside the map;
+// rounding alone can put it outside, since the point is before the light's plane. With adaptive points, which are many, the point must also
+// be near the texel's middle.
 bool takes_own(Splat splat) {
     vec2 off = abs(splat.place - vec2(splat.texel) - 0.5);
     bool near = !ISM_ADAPTIVE || all(lessThanEqual(off, vec2(OWN_NEAR)));

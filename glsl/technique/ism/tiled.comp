@@ -1,7 +1,8 @@
 #version 460
-// A workgroup per light: its map stands in shared memory while its points go through it one after the other, holes are filled there, and
-// each texel is written once. Source: ours. Inputs: lights, points. Outputs: maps, seen. Invariant: a texel holds the nearest point,
-// whichever comes first, so the same bytes each run and as technique/ism/splat.comp. Twin: reference::twin::ism::splat, fill.
+// Builds each light's map in shared memory, one workgroup per light: splats the light's points, fills the holes between them, and writes
+// each texel to memory once. Source: ours. Inputs: lights, points. Outputs: maps, seen. Invariant: a texel holds the nearest point,
+// whichever comes first, so the bytes are the same each run, and the same as those of technique/ism/splat.comp. Twin:
+// reference::twin::ism::splat, fill.
 #include "technique/ism/atlas.glsl"
 
 CONSTANT(uint, THREADS, 128u)

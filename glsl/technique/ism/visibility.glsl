@@ -3,7 +3,7 @@
 // reference::twin::ism::look_up.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  what is known of all points (technique/ism/points.glsl)
+//   binding 1  numbers that hold for all points (technique/ism/points.glsl)
 //   binding 2  maps, ISM_STRIDE texels after one another, rows of distances as floats' bits
 // flat: bindings 16, constants 32: ISM_SIZE ISM_STRIDE
 #include "technique/ism/map.glsl"
@@ -23,8 +23,8 @@ CONSTANT(uint, ISM_STRIDE, 4096u)
 // The normal of a surface's point, which light_receiver sets for the next look-up; 0 for a point in space.
 vec3 visibility_normal = vec3(0.0);
 
-// A caster shadows a surface if it is nearer to the light by at least so many texels: the error of rounding and of the points'
-// planes.
+// A caster shadows a surface only if it is nearer to the light than the surface by at least this many texels, which is more than the error
+// of rounding and of the points' planes.
 const float NEARER_TEXELS = 0.5;
 // The sine of the angle by which a surface has to turn away from the light to be dark for that alone.
 const float AWAY = 1e-4;
@@ -39,11 +39,12 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     return position;
 }
 
-// The distance from the light to a surface's plane, on the ray through the middle of a texel; `plane`: the plane's normal · a point of it.
-// Texels of coarser maps around it count too, if points of the plane may be splatted there: the least distance is returned. There `along`
-// is half of ahead in splat.glsl, which changes by at most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. The result is at
-// most `distance`, the point's own, since farther out a slanted plane would lie behind things that stand on it; and at least half of that,
-// as in own_distance.
+// The distance from the light to a surface's plane, on the ray through the middle of a texel. `plane`: the dot product of the plane's
+// normal and any point of the plane. Points of the surface may also have been splatted into a coarser map, into the texel that holds this
+// one. So the plane's distance in the middle of that texel counts too, and the least distance is returned. A coarser map counts only where
+// points of the plane may be splatted into it. There `along` is half of `ahead` in splat.glsl, which changes by at most 2 per unit, and a
+// disc reaches 1 + 2 BESIDE / WIDEST radii. The result is at most `distance`, the distance of the point that is looked up: farther out, a
+// slanted plane would lie behind things that stand on it. It is at least half of `distance`, as in own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
     float least = distance;
     for (uint level = 0u; level_side(level) >= 4u; ++level) {

@@ -1,5 +1,5 @@
-// The content of a texel: its range (maps/sums/range.glsl), then PLANES optical depths, each from the light to the end of a layer; the last
-// layer ends with the range, and points behind get its sum. Twin: reference::twin::layers.
+// The content of a texel: its range (maps/sums/range.glsl), then PLANES optical depths, each from the light to the end of a layer. The last
+// layer ends with the range, and points behind the range get the optical depth of the last layer. Twin: reference::twin::layers.
 #ifndef TECHNIQUE_LAYERS_LAYERS_GLSL
 #define TECHNIQUE_LAYERS_LAYERS_GLSL
 #include "maps/sums/range.glsl"

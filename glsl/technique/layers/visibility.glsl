@@ -1,9 +1,9 @@
 // Layers look-up: how much of light `light` reaches `position`, 0 to 1: optical depth grows evenly from the end of one layer to
 // that of the next. Sources: Kim and Neumann 2001, Opacity Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  texels as technique/layers/layers.glsl states them, map after map, rows of texels; then those of
+//   binding 3  texels as technique/layers/layers.glsl states them, map after map, rows of texels; then the texels of
 //              coarser levels, as maps/level_place.glsl says
-// Specialization constants PLANES, SUM_RANGE, SUM_STORAGE and LEVELS as the texels were made.
+// Give the specialization constants PLANES, SUM_RANGE, SUM_STORAGE and LEVELS the values with which the texels were built.
 // flat: bindings 96, constants 192: PLANES SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #include "maps/sums/look_up.glsl"
 #include "technique/layers/read.glsl"

@@ -1,11 +1,12 @@
 #version 460
 // Marches each texel's ray through the density grid of smoke and hair, and keeps the transmittance as a curve of samples. It keeps a sample
-// where the transmittance differs, by both thresholds, from a prediction by the extinction at the last sample. Where there are more than
-// WORK samples it removes those that change the curve least, in the end all but NODES. One workgroup per tile of 8×8 texels, the map in z.
-// Sources: Unreal Engine 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are removed); Amanatides and Woo 1987
-// (the march); that steps end at voxels' sides, and are not even, is ours. Inputs: maps, the grid, its media. Outputs: nodes; counts: for
-// each tile, how many rays meet smoke or hair. Twin: reference::twin::marched. Invariants: samples have the grid's exact optical depth; the
-// last has that of the whole ray, up to DARK; where TILED is true, a tile whose rays all miss smoke and hair has no nodes.
+// where the transmittance differs by more than both thresholds from the transmittance that the extinction at the last kept sample predicts.
+// If there are more than WORK samples, it removes those that change the curve least; in the end NODES samples stay. One workgroup per tile
+// of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are
+// removed); Amanatides and Woo 1987 (the march); that steps end at voxels' sides, and are not even, is ours. Inputs: maps, the grid, its
+// media. Outputs: nodes; counts: for each tile, how many rays meet smoke or hair. Twin: reference::twin::marched. Invariants: samples have
+// the grid's exact optical depth; the last has that of the whole ray, up to DARK; where TILED is true, a tile whose rays all miss smoke and
+// hair has no nodes.
 #include "maps/scene.glsl"
 #include "grid/media.glsl"
 #include "maps/curve/tiled.glsl"
@@ -75,8 +76,8 @@ float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// Marches all of the ray that is in the grid. A voxel reaches farther than the casters in it: parts in front of the range of depths, or
-// behind it, count at its ends.
+// Marches all of the ray that is in the grid. A voxel reaches farther than the casters in it, so the march may meet smoke in front of the
+// light's range of depths or behind it. Such parts count at the ends of the range.
 void march_ray(View view, uvec2 texel) {
     View about = view;
     about.origin -= grid.origin;

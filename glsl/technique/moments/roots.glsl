@@ -11,7 +11,8 @@ const uint ROUNDS = 5u;
 // Values nearer to 0 count as 0.
 const float LEAST_ROOT = 1e-6;
 
-// The largest root of u^n + all[0] u^(n-1) + … where none is farther from 0 than 1: Laguerre's method from above, which never passes it.
+// The largest root of the polynomial u^n + all[0] u^(n-1) + …, whose roots all lie between -1 and 1. Laguerre's method comes from above and
+// never passes the largest root.
 float largest_root(float all[MOST_ROOTS], uint n) {
     float order = float(n);
     float spread = sqrt(max(all[0] * all[0] - 2.0 * order / (order - 1.0) * all[1], 0.0));

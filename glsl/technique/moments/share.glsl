@@ -1,6 +1,7 @@
-// How much of a ray's optical depth lies before a place, from its moments. Among all distributions with these moments, the one that has the
-// fewest places, this place among them, gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial. The
-// weight of each is one over a sum of squares, so that bounds stay within 0 to 1 whatever rounding does. Twin: reference::twin::moments.
+// How much of a ray's optical depth lies before a place, from its moments. Many distributions of optical depth have the same moments. The
+// sharpest bounds come from that one which has weight at the fewest places, the asked place among them (Markov's problem). The other places
+// of this distribution are the roots of a polynomial. The weight of a place is one over a sum of squares, so that the bounds stay within 0
+// to 1 whatever rounding does. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_SHARE_GLSL
 #define TECHNIQUE_MOMENTS_SHARE_GLSL
 #include "technique/moments/parts.glsl"
@@ -96,8 +97,9 @@ float square_of(float all[MOST]) {
 // a cos + b sin about a place, whose cos and sin are given.
 vec2 about(float a, float b, vec2 at) { return vec2(a * at.x + b * at.y, b * at.x - a * at.y); }
 
-// The polynomial whose roots u are the other places of the distribution: those at distance 1 / u of the place, on the circle at an angle
-// whose half has u as its cotangent. Falling powers, the first left out, times `scale`.
+// The polynomial whose roots u are the other places of the distribution. A root u stands for the place at the distance 1 / u from `place`;
+// with TRIGONOMETRIC, for the place on the circle at an angle from `place` whose half has the cotangent u. `all`: the coefficients by
+// falling powers, without the first, times `scale`.
 void around(float c[MOST], vec2 place, float scale, out float all[MOST_ROOTS]) {
     if (TRIGONOMETRIC) {
         vec2 whole = turned(place, place);
@@ -153,8 +155,9 @@ float moments_share(float means[MOST_MEANS], float place) {
     vec2 here = TRIGONOMETRIC ? cis(0.5 * ARC * place) : vec2(2.0 * place - 1.0, 1.0);
     half_functions(here, c);
     solve(lower, c);
-    // As vectors, the places of the distribution are at right angles to one another; where rounding makes two places of one, they share
-    // its weight. Each place has its direction, and in `ones` the root of its weight.
+    // Each place of the distribution has a vector, and these vectors are at right angles to one another. Where rounding makes two places
+    // out of one, the two share its weight. `directions`: the vector of each place, of length 1. `ones`: the square root of each place's
+    // weight.
     float directions[MOST * MOST], ones[MOST];
     float own = 1.0 / max(square_of(c), LEAST_PIVOT);
     for (uint k = 0u; k <= DEGREE; ++k) {
@@ -176,8 +179,8 @@ float moments_share(float means[MOST_MEANS], float place) {
         float u = roots[i], one = 1.0, is_before, there[MOST];
         if (TRIGONOMETRIC) {
             half_functions(turned(here, vec2(u, 1.0) / sqrt(u * u + 1.0)), there);
-            // How far behind this place the other one is, in circles. Between the range's end and its beginning it
-            // counts as both before and behind.
+            // How far the other place is behind this one, in turns of the circle. On the arc from the range's end to its beginning, the
+            // other place counts in part as before this one and in part as behind.
             float turns = atan(1.0, u) / PI;
             is_before = clamp((turns + ARC * place - ARC) / (1.0 - ARC), 0.0, 1.0);
         } else {

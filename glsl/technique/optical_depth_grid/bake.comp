@@ -1,7 +1,7 @@
 #version 460
-// Bakes the optical depth from each cell's middle to each light, through a density grid. WAY_PARTS threads per cell, each a part of the
-// way. Source: Schneider 2023 (Nubis³). Inputs: lights, the grid, its media. Output: depths, of cells that stand where `place` says. Twin:
-// reference::twin::optical_depth_grid.
+// Bakes the optical depth from each cell's middle to each light, through a density grid. Each cell has WAY_PARTS threads, and each of them
+// takes a part of the way to the light. Source: Schneider 2023 (Nubis³). Inputs: lights, the grid, its media. Output: the optical depths of
+// all cells. `place`: the grid along which the cells are laid out. Twin: reference::twin::optical_depth_grid.
 layout(local_size_x = 64) in;
 #include "grid/media.glsl"
 #include "grid/way.glsl"

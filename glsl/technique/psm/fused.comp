@@ -34,33 +34,34 @@ BINS_COUNTS(readonly buffer)
 // set 2: psm_volume
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
-// Rows of texels that are built at the same time; then texels of a row, rows of half a tile, and texels that are built
-// at the same time.
+// ROWS is how many rows of texels are built at the same time, ROW how many texels a row has, HALF how many rows half a tile has, TEXELS how
+// many texels are built at the same time.
 CONSTANT(uint, ROWS, 2u)
 const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
-// SPAN is how many texels of a row one thread reads a caster for: more where it takes longer to fetch a caster. SPANS is
-// how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
+// SPAN is the number of texels of a row for which a thread uses a caster that it has read. It is greater where fetching a caster takes
+// longer. SPANS is how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
 // RUNS is how many runs of slices are summed at the same time, each by one thread per texel. RUN is how many slices a
 // run has: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
-// Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
-// for each addition: a quarter of a step of a half float.
+// Fewer than MANY casters are summed in a unit that depends on their number alone and suits any casters. Their sum is wrong by at most
+// 2⁻¹³, half a unit per addition. That is a quarter of a step of a half float.
 const uint MANY = SPLIT ? 128u : 256u;
 
-// Optical depth of each slice of each texel, in units; sum_place says where. Before there are sums, two of the words are used to
-// find a bound of the sums.
+// The optical depth of each slice of each texel, in units, at the place that sum_place says. Before casters are added, two of the words are
+// used to find a bound of the sums.
 shared uint slices[SLICES * TEXELS];
-// The batch: centres with radii; densities with places among the slices; axes of strands and Gaussians. A plain sphere has the square
-// of its radius, and its optical depth in units per half of a chord's length; other casters have minus their radius. `filled`: how many
-// casters this batch has, and the next.
+// The batch of casters. batch_balls: centres with radii. batch_takes: densities with places among the slices. batch_axes: axes of strands
+// and Gaussians. For a plain sphere, the square of the radius stands in place of the radius, and units of optical depth per half of a
+// chord's length in place of the density. For other casters, minus the radius stands in place of the radius. `filled`: how many casters
+// this batch has, and how many the next batch has.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
 shared vec3 batch_axes[BATCH_AXES + 1u];
 shared uint filled[2];
 
-// Where the sum of slice k of a texel stands: the threads of a subgroup, which have the same slice of one run or of two, never
-// meet in a bank.
+// Where the sum of slice k of a texel stands. The threads of a subgroup take the same slice of one run, or of two runs, at the same time.
+// With this order they never meet in a bank of shared memory.
 uint sum_place(uint k, uint texel) {
     return (k ^ (TEXELS == 16u ? k / RUN & 1u : 0u)) * TEXELS + texel;
 }
@@ -128,8 +129,8 @@ void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float
     }
 }
 
-// Adds the casters of the part to the rows from the corner on. The slices are 0 before, and all threads call it alike. `again`:
-// the batch has all of these casters already.
+// Adds the casters of the part to the slices of ROWS rows, from `corner` on. The slices are 0 before. All threads call this function alike.
+// `again`: the batch holds all of these casters already.
 void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale) {
     uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN, rotation = thread / SPANS;
     Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
@@ -191,9 +192,9 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     barrier();
 }
 
-// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. A few casters are taken to
-// have 2⁴, DARK, each, or twice that with SPLIT; for many, their bounds are added up. Writes to the slices; all threads
-// call it alike.
+// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. Fewer than MANY casters are assumed to have an
+// optical depth of DARK = 2⁴ each, or twice that with SPLIT. For MANY casters or more, bounds of their optical depths are added up. Writes
+// to the slices; all threads call it alike.
 float part_scale(TilePart part) {
     if (part.count < MANY) {
         return exp2(float(min(22, (SPLIT ? 26 : 27) - findMSB(part.count))));

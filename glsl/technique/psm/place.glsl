@@ -1,6 +1,7 @@
-// Which slice takes a caster's whole optical depth: slice k spans the depths k / SLICES to (k + 1) / SLICES of the light's
-// range. SPLIT shares it between the two slices whose middles are about its own, so that the mean depth is the caster's
-// and nothing jumps as it moves; T^(1 - share) and T^share are the slices' transmittances.
+// Which slice takes a caster's whole optical depth. Slice k spans the depths k / SLICES to (k + 1) / SLICES of the light's range. With
+// SPLIT two slices share the optical depth: those whose middles are next to the caster's middle, one in front and one behind. Their mean
+// depth is then the caster's, and nothing jumps as the caster moves. If the caster's transmittance is T, the two slices have T^(1 - share)
+// and T^share.
 // Twin: reference::twin::psm::place.
 #ifndef TECHNIQUE_PSM_PLACE_GLSL
 #define TECHNIQUE_PSM_PLACE_GLSL

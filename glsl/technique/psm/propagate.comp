@@ -1,9 +1,9 @@
 #version 460
 // Turns each slice's transmittance into the light that is left behind it: the running product along each ray, in place, one thread per ray.
 // Source: Bavoil and Jansen 2013, Step 3 and Coverage Optimization. Inputs: maps, counts of the bins (COVERAGE_TILES). In and out: volume.
-// Invariants: the product runs in float, so that rounding does not add up; rays whose 8×8 neighbours meet no caster are left as they were
-// cleared, which means all of the light. With ADDITIVE the volume holds the share of light that is lost: cleared to 0, it means all of the
-// light too. Twin: reference::twin::psm::propagate.
+// Invariants: the product runs in float, so that rounding does not add up; if none of the rays in a block of 8×8 meets a caster, these rays
+// keep the value to which the volume was cleared, which means all of the light. With ADDITIVE the volume holds the share of light that is
+// lost: cleared to 0, it means all of the light too. Twin: reference::twin::psm::propagate.
 #extension GL_EXT_control_flow_attributes : require
 // variants: BITS 8 16
 #include "maps/scene.glsl"

@@ -1,5 +1,5 @@
-// The quads that a caster is drawn as: one in its slice's layer; with SPLIT one in the next slice's layer where that is
-// another; with COVERAGE_VIEWPORT one in the coverage image, which has a texel for 8×8 rays.
+// The quads as which a caster is drawn. One quad is in the layer of the caster's slice. With SPLIT a second quad is in the layer of the
+// next slice, if that is another layer. With COVERAGE_VIEWPORT one more quad is in the coverage image, which has one texel per 8×8 rays.
 #ifndef TECHNIQUE_PSM_QUAD_GLSL
 #define TECHNIQUE_PSM_QUAD_GLSL
 #include "technique/psm/place.glsl"

@@ -2,7 +2,7 @@
 //
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  the volume (technique/psm/constants.glsl), R8G8B8A8_UNORM or R16G16B16A16_SFLOAT, linear, its border 1, or 0 where ADDITIVE
-// Specialization constants SLICES, ADDITIVE and LAYERS as the volume was built.
+// Give the specialization constants SLICES, ADDITIVE and LAYERS the values with which the volume was built.
 // flat: bindings 24, constants 48: SLICES LAYERS ADDITIVE FILTER FILTER_RADIUS
 //
 // Slice k holds the light that is left behind all casters of the slices 0 to k. That is so at its far face, at the depth

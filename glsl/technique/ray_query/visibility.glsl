@@ -1,14 +1,15 @@
-// Ray query look-up: how much of light `light` reaches `position`: 0 where a mesh stands between, else the transmittance of all smoke and
-// hair on the way, whose boxes the ray meets in any order. Source: VK_KHR_ray_query. A point of a surface is rounded to either side of it,
-// and a ray that nearly lies in the surface may meet it again at any distance. So a triangle does not count if the point is as near to its
-// plane as rounding may bring it, at whatever distance the ray meets the triangle: flat surfaces do not shadow themselves at any angle. Nor
-// do triangles count that the ray meets within that distance.
+// Ray query look-up: how much of light `light` reaches `position`, 0 to 1. The answer is 0 where a mesh stands between, else the
+// transmittance of all smoke and hair on the way. The ray meets their boxes in any order. Source: VK_KHR_ray_query. A point of a surface is
+// rounded to either side of it, and a ray that nearly lies in the surface may meet it again at any distance. So a triangle does not count
+// if the point is as near to its plane as rounding may bring it, at whatever distance the ray meets the triangle: flat surfaces do not
+// shadow themselves at any angle. Nor do triangles count that the ray meets within that distance.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place in
+//   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place among the triangles
 //   binding 2  triangles (world/triangle.glsl)
 //   binding 3  the largest coordinate of the meshes, either sign
-//   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
+//   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a
+//              primitive is its place among the casters
 //   binding 5  casters (world/caster.glsl)
 // With HITS_RANDOM a caster that is met ends the ray by chance, as often as it would take the light: an answer is 0 or 1, and their mean is the
 // transmittance. Whichever the ray meets first, the answer is the same: a caster's number decides. Sources: Enderton et al. 2010 (ends by

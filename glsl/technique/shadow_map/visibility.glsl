@@ -1,9 +1,9 @@
 // Shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Sources: Williams 1978; Reeves, Salesin and Cook 1987
-// (percentage closer filtering). Twin: reference::twin::shadow_map. A square of PCF × PCF texels about the point's ray is compared, each
-// texel by itself, on a surface with the depth of the surface's plane at that texel; all have the same weight. A wide filter fetches four
-// texels at once.
+// (percentage closer filtering). Twin: reference::twin::shadow_map. The look-up compares a square of PCF × PCF texels about the point's
+// ray, each texel by itself and all with the same weight. For a point on a surface, a texel is compared with the depth of the surface's
+// plane at that texel. A wide filter fetches four texels at once.
 //
-// Bindings 0 to 2: maps/look_up_set.glsl. The specialization constant PCF must be the one that the map was made for.
+// Bindings 0 to 2: maps/look_up_set.glsl. Give the specialization constant PCF the value for which the map was built.
 // flat: bindings 40, constants 80: PCF GATHERS NORMAL_BIAS CASCADES CASCADE_MAPS
 #include "maps/look_up_set.glsl"
 #include "maps/opaque.glsl"

@@ -1,9 +1,9 @@
 #version 460
-// Samples that are even quantiles of the transmittance of a texel's ray, moved by one random number per texel: the share of samples that
-// have ended at a depth is the share of light lost there, to within one sample. Each is found by bisection over the depths of the texel's
-// casters. Source: ours, after systematic sampling, which is older than all graphics; Enderton et al. 2010 stratify each caster by itself.
-// Inputs: maps, casters, parts, entries. Output: samples. Twin: reference::twin::stochastic::quantiles. Invariant: sums are of whole
-// numbers, so the same bytes in any order, and never fall with depth.
+// Makes samples that are even quantiles of the transmittance of a texel's ray, moved by one random number per texel. The share of samples
+// that have ended at a depth is then the share of light that is lost up to there, to within one sample. Each sample's depth is found by
+// bisection over the depths of the texel's casters. Source: ours, after systematic sampling, which is older than all graphics; Enderton et
+// al. 2010 stratify each caster by itself. Inputs: maps, casters, parts, entries. Output: samples. Twin:
+// reference::twin::stochastic::quantiles. Invariant: sums are of whole numbers, so the same bytes in any order, and never fall with depth.
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;
 #include "maps/bins/batch.glsl"

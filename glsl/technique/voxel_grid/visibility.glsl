@@ -4,12 +4,13 @@
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
-//   binding 2  its bits
-//   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
-//   binding 4  their bits, likewise
-//   binding 5  its cells (grid/cells.glsl) where CONE is true, its lists (grid/lists/place.glsl) where CELL is 2, or any buffer
+//   binding 2  the grid's bits
+//   binding 3  the grid's media (grid/media.glsl), or any buffer where MEDIA is false
+//   binding 4  the bits of the media, or any buffer where MEDIA is false
+//   binding 5  the grid's cells (grid/cells.glsl) where CONE is true, the grid's lists (grid/lists/place.glsl) where CELL is
+//              2, else any buffer
 //   binding 6  triangles (world/triangle_rows.glsl)
-//   binding 7  its masks (grid/masks.glsl), or any buffer where CELL is not 1
+//   binding 7  the grid's masks (grid/masks.glsl), or any buffer where CELL is not 1
 // flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
 #include "world/colors.glsl"
 #include "world/light.glsl"
@@ -68,9 +69,10 @@ const float RECEIVER_MARGIN = 1e-3;
 // A cell's side, world units.
 float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
 
-// Moves a point of a surface along its normal out of the cells that the surface occupies, by a cell's extent along the normal: the cell
-// there lies beyond the surface, and so do all cells that a ray away from it enters. A cone also reads the voxels beside its own, and is
-// moved half as far again. Where triangles are tested, a virtual light is moved off its own triangle by the rounding alone.
+// Moves a point of a surface along its normal, by a cell's extent along the normal, so that it is in no cell that the surface occupies.
+// Then the moved point's cell lies wholly in front of the surface, and so does every cell that a ray away from the surface enters. A cone
+// also reads the voxels beside its own; there the point is moved half as far again. Where triangles are tested, a virtual light is moved
+// off its own triangle by the rounding alone.
 vec3 off_the_surface(vec3 position, vec3 normal) {
     float cells = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
     return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));

@@ -1,8 +1,8 @@
 #version 460
-// Counts the triangles that may meet each bin of columns, or lists them. One thread per triangle; those that meet many bins are listed, and
-// in the variants of LARGE a workgroup takes each. Source: ours. Inputs: projected. Outputs: values from `at` on, the list of large ones,
-// entries. Twin: reference::twin::voxelized::columns, which has no bins. Entries of a bin come in any order: later passes do not depend on
-// it.
+// Counts the triangles that may meet each bin of columns, or lists them. One thread per triangle; triangles that meet many bins are listed,
+// and in the variants with LARGE one workgroup takes each of them. Source: ours. Inputs: projected. Outputs: values from `at` on, the list
+// of large ones, entries. Twin: reference::twin::voxelized::columns, which has no bins. Entries of a bin come in any order: later passes do
+// not depend on it.
 // variants: STEP 0 1 2 3
 #define PLACE (STEP >= 2)
 #define LARGE (STEP == 1 || STEP == 3)

@@ -1,8 +1,9 @@
 // Shared by the passes of a bake: buffers, push constants, counts. Twins: technique::voxelized::buffers, reference::twin::voxelized.
 //
-// Blocks are squares of columns, `side` voxels wide. For each block `ranges` has the least exit and the greatest entry of its
-// columns: voxels in front of every exit may be lit, and voxels behind every entry may be shadowed. So a block's nodes that
-// need children lie one behind the other, and prefix sums of their counts number them: nothing is appended.
+// Blocks are squares of columns, `side` voxels wide. For each block `ranges` has the least exit and the greatest entry of its columns:
+// voxels in front of every exit may be lit, and voxels behind every entry may be shadowed. Only nodes between the least exit and the
+// greatest entry need children. So these nodes of a block lie one behind the other, and prefix sums of the blocks' counts number them: no
+// pass appends to a list.
 #ifndef TECHNIQUE_VOXELIZED_BUILD_GLSL
 #define TECHNIQUE_VOXELIZED_BUILD_GLSL
 #extension GL_EXT_scalar_block_layout : require

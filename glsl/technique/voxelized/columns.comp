@@ -1,11 +1,12 @@
 #version 460
 // Finds where each column of voxels enters the first mesh and leaves it, the least exit and the greatest entry of each block of 8 × 8
-// columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of a closed mesh, the
-// column leaves it where as many faces have been left as entered, so that closed meshes that overlap are one; voxels between the two are
-// free to count as lit or shadowed. With CONSERVATIVE, triangles in front of that entry that touch a column's square but miss its middle
-// shadow the column as an open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects),
-// Scandolo et al. 2016 (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries,
-// ranges, values (nodes of each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
+// columns, and where each column's shadow begins. A column enters at its nearest surface. If that surface is the outside of a closed mesh,
+// the column's exit is where it has left as many faces as it has entered, so that closed meshes that overlap count as one. Voxels between
+// entry and exit may count as lit or as shadowed. With CONSERVATIVE, triangles in front of that entry that touch a column's square but miss
+// its middle shadow the column as an open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed
+// objects), Scandolo et al. 2016 (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs:
+// boundaries, ranges, values (nodes of each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <=
+// exit.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
@@ -115,8 +116,8 @@ void main() {
     int enters = 0, inside = 0;
     bool open = true, searching = true;
     for (uint round = 0u;; ++round) {
-        // The first round finds the nearest surface, and the nearest back face of anything. Each further round tests whether
-        // all that was entered has been left at the back face found before, and finds the next back face behind it.
+        // The first round finds the nearest surface, and the nearest back face of any mesh. Each further round tests the back face that the
+        // round before found: whether the column has left there as many faces as it has entered. It also finds the next back face behind.
         float next = FARTHEST;
         inside = 0;
         for (uint batch = first; batch < end; batch += FACETS) {
@@ -140,8 +141,8 @@ void main() {
                 }
             }
         }
-        // Round 0 guesses the exit: the nearest back face. While the column is still inside there, later rounds try the
-        // next back face; a ground has none.
+        // Round 0 guesses that the column's exit is at the nearest back face. While the column is still inside a mesh there, later rounds
+        // try the next back face. A ground has no back face.
         open = round == 0u ? enters <= 0 : open;
         if (searching) {
             bool left = round == 0u ? open : inside <= 0;
@@ -161,9 +162,9 @@ void main() {
         barrier();
     }
     if (CONSERVATIVE) {
-        // A triangle that lies more than a voxel in front of the nearest surface, with all its corners, is no part of that
-        // surface: it touches the column and misses its middle. Smooth surfaces, whose triangles touch each other's columns, stay
-        // as they are.
+        // A triangle whose corners all lie more than a voxel in front of the nearest surface is no part of that surface: it touches the
+        // column's square and misses the column's middle. Only such triangles count here. So a smooth surface, whose triangles touch each
+        // other's columns, keeps its depth.
         float touched = FARTHEST;
         for (uint batch = first; batch < end; batch += FACETS) {
             take_batch(batch, end, corner, true);
@@ -198,9 +199,10 @@ void main() {
     }
     uint boundary = FREE == FREE_EXIT ? range.y : range.x;
     if (FREE == FREE_SHARED) {
-        // As few boundaries as the block's columns allow: the least exit serves all columns that have entered by then, then
-        // the least exit of the others, and so on. Each boundary is the possible z with the most trailing zeros, so that
-        // blocks have the same ones.
+        // Chooses as few different boundaries as the block's columns allow. The first boundary lies at or before the least exit of all
+        // columns, and serves all columns that have entered by that exit. The next one serves the columns that are left in the same way,
+        // and so on. Each boundary is that possible z whose binary number has the most trailing zeros, so that different blocks tend to
+        // have the same boundaries.
         bool placed = false;
         for (uint turn = 0u; turn < 64u; ++turn) {
             // The values of the turn before are no longer read.

@@ -24,21 +24,23 @@ struct Facet {
 
 float projected_float(uint i, uint word) { return intBitsToFloat(projected[PROJECTED_WORDS * i + word]); }
 
-// The value of the edge from `from` along `edge`, in columns: at the origin, or with `squares` at the corner of the square
-// around it that is farthest inside. Values whose sign no column of the block changes are clamped.
+// The value of the edge that begins at `from` and runs along `edge`, in columns. It is the value at the origin, or with `squares` the value
+// at that corner of the square around the origin that is farthest inside the edge. Values whose sign no column of the block changes are
+// clamped.
 int edge_value(ivec2 from, ivec2 edge, bool squares) {
     ivec2 corner = squares ? 128 * ivec2(edge.y < 0 ? 1 : -1, edge.x > 0 ? 1 : -1) : ivec2(0);
     Wide value = wide_cross(edge, corner - from);
     int columns = value.high < -64 ? -0x40000000 : value.high > 63 ? 0x40000000
                                                  : int((uint(value.high) << 24) | (value.low >> 8));
-    // A value of 0 is inside for one of the two triangles at the edge; for the other it is lowered. A square may be touched
-    // by both.
+    // A column's middle may lie exactly on the edge, where the value is 0, which counts as inside. One of the two triangles at the edge
+    // keeps this value; for the other the value is lowered, so that only one of them has the column. With `squares` both triangles may
+    // touch the same square.
     return !squares && (value.low & 255u) == 0u && !owns_edge(edge) ? columns - 1 : columns;
 }
 
-// Triangle `i` for the block whose first column is `corner`; false where no column of the block meets it. A column is met in its
-// middle, or with `squares` anywhere in its square: then depths are those at the corner that is farthest away, so that none
-// lies in front of the triangle.
+// Triangle `i` for the block whose first column is `corner`; false where no column of the block meets it. A triangle meets a column if it
+// covers the column's middle, or with `squares` if it touches the column's square anywhere. With `squares`, a column's depth is the depth
+// at the corner of its square that is farthest from the light, so that no depth lies in front of the triangle.
 bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
     ivec2 middle = 256 * ivec2(corner) + 128;
     ivec2 a = projected_corner(i, 0u) - middle, b = projected_corner(i, 1u) - middle, c = projected_corner(i, 2u) - middle;

@@ -1,5 +1,5 @@
-// Equal nodes share a slot of a hash table: it holds a kept node's number plus 1, or a candidate's number with the top bit set. The least
-// number among equal nodes wins, so that the kept ones do not depend on the order of threads.
+// Equal nodes share a slot of a hash table. The slot holds the number of a kept node plus 1, or the number of a candidate, marked by the
+// top bit. The least number among equal nodes wins, so that the choice of kept nodes does not depend on the order of threads.
 #ifndef TECHNIQUE_VOXELIZED_MERGE_GLSL
 #define TECHNIQUE_VOXELIZED_MERGE_GLSL
 

@@ -1,6 +1,6 @@
-// What a bake keeps for the next one while something moves: where the columns of each tile begin to be in shadow, their blocks' ranges,
-// and a mark for each block whose columns are to be found anew. A block that is not marked holds the same as after a whole bake. Twin:
-// none; a bake by parts has the words of a whole one.
+// What a bake keeps for the next bake while something moves. It keeps where each column of each tile begins to be in shadow, the range of
+// each block of columns, and a mark for each block whose columns must be found anew. For a block without a mark, the bake holds the same as
+// a whole bake would. Twin: none; a bake by parts has the words of a whole one.
 #ifndef TECHNIQUE_VOXELIZED_MOVES_GLSL
 #define TECHNIQUE_VOXELIZED_MOVES_GLSL
 

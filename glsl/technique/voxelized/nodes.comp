@@ -1,7 +1,8 @@
 #version 460
-// Nodes: a mask with the kind of each of eight children, and the numbers of those with children of their own. A brick's children are its
-// eight slices of 8 × 8 voxels, any other node's its octants. One thread per node. Source: Kämpe et al. 2016. Inputs: ranges, values, slots
-// and table of the level below. Output: candidates, nine words each. Twin: reference::twin::voxelized::node.
+// Makes nodes. A node is a mask with the kind of each of its eight children, and the numbers of those children that have children of their
+// own or are leaves. The children of a brick are its eight slices of 8 × 8 voxels; the children of any other node are its octants. One
+// thread per node. Source: Kämpe et al. 2016. Inputs: ranges, values, slots and table of the level below. Output: candidates, nine words
+// each. Twin: reference::twin::voxelized::node.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/find.glsl"
@@ -31,8 +32,8 @@ void main() {
         }
         uvec2 range = ranges[child_region + child];
         uint kind = INTERSECTED;
-        // A child may lie both in front of every exit and behind every entry. Then no look-up can tell lit from
-        // shadowed, and shadowed merges a little better.
+        // A child may lie both in front of every exit and behind every entry, so that its voxels may count as lit or as shadowed. It
+        // becomes SHADOWED, with which a few more nodes are equal and merge.
         if (child_z * child_side >= range.y) {
             kind = SHADOWED;
         } else if ((child_z + 1u) * child_side <= range.x) {

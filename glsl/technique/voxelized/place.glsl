@@ -22,8 +22,8 @@ vec3 tree_voxel(uint tree, vec3 position) {
     return voxel;
 }
 
-// How far a point of a surface is moved along its normal, world units. Then it lies `across` columns beside the surface's plane,
-// plus `always`, and `along` voxels in front of it.
+// How far a point of a surface must be moved along its normal, in world units. The moved point then lies beside the surface's plane by
+// `across` columns plus `always`, and in front of the plane by `along` voxels.
 float receiver_way(uint tree, vec3 position, vec3 normal, float across, float along, float always) {
     vec3 right = visibility_trees[tree].right, forward = visibility_trees[tree].forward;
     float columns = length(right), looks = dot(normal, forward);

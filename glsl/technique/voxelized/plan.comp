@@ -1,7 +1,7 @@
 #version 460
-// Counts the nodes of each level of a tile and writes the dispatches over them; empty ones where a level's buffer is too small. One thread
-// per level. Input: values, sums, after the scan from `at` on. Output: levels. Twin: reference::twin::voxelized. `level` is the first level
-// that is built, level_count how many.
+// Counts the nodes of each level of a tile and writes the sizes of the dispatches over these nodes. The dispatches are empty where a
+// level's buffer is too small for its nodes. One thread per level. Input: values, sums, after the scan from `at` on. Output: levels. Twin:
+// reference::twin::voxelized. `level`: the first level that is built. `level_count`: how many levels are built.
 layout(local_size_x = 16) in;
 #include "technique/voxelized/build.glsl"
 
@@ -15,8 +15,8 @@ void main() {
         short_of_room = failed;
     }
     barrier();
-    // The first region has the counts of leaves, one per block of bricks; then come the counts of bricks; each further
-    // level has a quarter as many.
+    // The first region of `values` has the counts of leaves, one count per block of bricks. Then come the counts of bricks, one per block
+    // as well. The region of each further level has a quarter as many counts as the region before.
     uint begin = at, across = width;
     for (uint l = level; mine && l < of_level; ++l) {
         begin += across * across;

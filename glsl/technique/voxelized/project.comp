@@ -17,8 +17,8 @@ const uint PLANES = 5u;
 // The most blocks that one moved triangle marks.
 const uint MOST_MARKS = 4096u;
 
-// Behind the triangles and pieces, `projected` has the corners and the side of each triangle when it was seen last; then, for each
-// tree and triangle, the box of the triangle's columns, in 256ths.
+// Behind the triangles and pieces, `projected` has SEEN_WORDS words per triangle: its corners and its side when a bake last saw it. Then
+// follow BOX_WORDS words per tree and triangle: the box of the triangle's columns, in 256ths of a voxel.
 const uint SEEN_WORDS = 10u;
 const uint BOX_WORDS = 4u;
 

@@ -1,6 +1,7 @@
 #version 460
-// A table of the nodes in each cell of the first levels, so that look-ups need not go down them. One thread per cell. Source: ours. Inputs:
-// trees, data. Output: data from the tree's shortcuts on. Twin: reference::twin::voxelized::shortcuts.
+// A table that has, for each cell of a coarse grid, the node of the tree there, so that look-ups need not go down the first levels. One
+// thread per cell. Source: ours. Inputs: trees, data. Output: data from the tree's shortcuts on. Twin:
+// reference::twin::voxelized::shortcuts.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/walk.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// How much room each kept node takes, in units, and the sums before each. A graph's node takes 16 bits for the mask, and pointers with as
-// many bits as the level below needs, in units of 16 bits; a tree's node takes one word. Leaves are numbered. Source: ours. Inputs: kept
-// nodes. Outputs: values from rank_at on, sums, pointer_bits. Twin: reference::twin::voxelized::pack.
+// How much room each kept node takes, in units, and before each node the sum of the sizes so far. A graph's node takes 16 bits for the
+// mask, and pointers with as many bits as the level below needs, in units of 16 bits; a tree's node takes one word. Leaves are numbered.
+// Source: ours. Inputs: kept nodes. Outputs: values from rank_at on, sums, pointer_bits. Twin: reference::twin::voxelized::pack.
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/scan.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// Prefix sums of the sums of 1,024 values, and figures that follow from the total. One workgroup. Source: ours. Input and output: sums.
+// Prefix sums over sums of 1,024 values each, and numbers that follow from the total. One workgroup. Source: ours. Input and output: sums.
 // STEP 0: of counts, whose number the host knows. 1: of ranks: the total is the number of distinct nodes. 2: of sizes: the total says where
 // the next level begins. Twin: reference::twin::voxelized, which adds up.
 // variants: STEP 0 1 2

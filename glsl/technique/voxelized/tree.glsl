@@ -9,10 +9,10 @@ const uint LIT = 1u;
 const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;
 
-// Levels are leaves, bricks, and nodes of up to 65,536 voxels per side: 15. The voxels of a directional light are a cube: a
-// position's offset from the corner, along right, up and forward, is its place among them. The voxels of a light with a place
-// are a pyramid with the light at its tip, and all of its columns have the same number of voxels. There right and up give the
-// column, counted from the middle one, times the voxel along forward.
+// Levels are leaves, bricks, and nodes of up to 65,536 voxels per side: 15. The voxels of a directional light are a cube: a position's
+// offset from the corner, along right, up and forward, is its place among them. The voxels of a light with a place are a pyramid with the
+// light at its tip, and all of its columns have the same number of voxels. In a pyramid, the offset from the light along right and up,
+// divided by the offset along forward, is the column, counted from the middle column.
 struct Tree {
     vec3 origin;   // the corner of the cube, or the light
     uint size;     // voxels per side
@@ -36,8 +36,8 @@ CONSTANT(uint, HEADER_BITS, 16u)
 // Whether a triangle that touches a column's square anywhere shadows it; else only one that covers its middle.
 CONSTANT(bool, CONSERVATIVE, false)
 
-// Look-ups begin with a cell of a grid, a word each: its kind, two bits, and its node, as in pointers. The grid is as fine as a level of
-// the tree, at most 2^SHORTCUT_BITS cells per side.
+// A look-up does not begin at the root but at a cell of a coarse grid. A cell is one word: its kind, two bits, and its node, coded as in
+// pointers. The cells are as large as the nodes of one level of the tree, and there are at most 2^SHORTCUT_BITS cells per side.
 const uint SHORTCUT_BITS = 4u;
 
 // Bits of the shortcut into a tree with so many levels; a cell is no leaf.

@@ -1,6 +1,7 @@
-// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns around it, the share whose voxel
-// at the position's depth is lit. Columns are counted leaf by leaf, in at most four leaves, below the nodes that all columns share
-// (shared_way). Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
+// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: the share of the PCF × PCF columns around the position
+// whose voxel at the position's depth is lit. The look-up first goes down the nodes that all these columns share (shared_way). Below them
+// it counts columns leaf by leaf, in at most four leaves. Source: Sintorn et al. 2014, section 5. Twin:
+// reference::twin::voxelized::look_up.
 //   binding 0  the trees of all lights (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
 // flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF NORMAL_BIAS
@@ -16,8 +17,8 @@ CONSTANT(float, NORMAL_BIAS, 1.0)
 // In voxels: corners are rounded to 256ths, and depths and positions among 65,536 voxels to 128ths.
 const float ROUNDING = 1.0 / 32.0;
 
-// A mask of the four rows of a leaf's word from row `first` on: the bits `row` in each of the rows `rows.x` to
-// `rows.y`.
+// A mask for one of a leaf's two words, which has the four rows from row `first` on. The mask has the bits of `row` in each of the rows
+// `rows.x` to `rows.y`.
 uint leaf_rows(uint row, ivec2 rows, int first) {
     int low = max(rows.x - first, 0), high = min(rows.y - first, 3);
     return low > high ? 0u : (row * 0x01010101u) & (0xffffffffu >> (8 * (3 - high))) & (0xffffffffu << (8 * low));
@@ -67,10 +68,10 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
     return shadowed;
 }
 
-// Moves a point off its surface along the normal, so far that the surface stays behind it in every column that is read. A
-// surface's plane counts at the middle of a column, which is up to PCF / 2 voxels to either side, and is rounded by half a
-// voxel. With CONSERVATIVE a triangle may count at the farthest corner of a column's square instead: half a voxel farther
-// away. ROUNDING is what corners and depths are rounded by.
+// Moves a point off its surface along the normal, so far that the surface lies behind the point in every column that the look-up reads. In
+// a column, the surface has the depth of its plane at the column's middle, rounded by half a voxel; the middle is up to PCF / 2 voxels
+// beside the point. With CONSERVATIVE the depth may instead be that at the farthest corner of the column's square, half a voxel farther
+// aside. ROUNDING allows for the rounding of corners and depths.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
@@ -95,7 +96,8 @@ float light_visibility(uint light, vec3 position) {
     if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-beyond))) && all(lessThan(voxel.xy, vec2(size + beyond))))) {
         return 1.0;
     }
-    // Light shines outside of its pyramid too: a point that was moved there, or a filter that reaches there, is kept at the pyramid's edge.
+    // A light with a place also lights points outside of its pyramid. A point that was moved out of the pyramid, or a filter that reaches
+    // out of it, is kept at the pyramid's edge.
     voxel.xy = perspective ? clamp(voxel.xy, vec2(reach), vec2(size - reach - 0.5)) : voxel.xy;
     ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[tree].size) - 1);
     if (PCF == 1u) {

@@ -1,5 +1,6 @@
-// A segment's contribution to a texel's sums: for MEANS even intervals of the range, the mean of the optical depth up to each place; then
-// the whole of it. Haar wavelets of rank R carry the same where there are 2^(R + 1) intervals. Twin: reference::twin::wavelet.
+// A segment's contribution to a texel's sums. The first MEANS sums belong to even intervals of the range: each is the mean, over all places
+// of its interval, of the optical depth up to the place. The last sum is the whole optical depth. With 2^(R + 1) intervals, the sums carry
+// the same information as Haar wavelets of rank R. Twin: reference::twin::wavelet.
 #ifndef TECHNIQUE_WAVELET_PARTS_GLSL
 #define TECHNIQUE_WAVELET_PARTS_GLSL
 

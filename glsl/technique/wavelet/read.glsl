@@ -1,5 +1,5 @@
-// Reads a texel's means: each is taken for the optical depth in the middle of its interval. The optical depth is 0 at the range's
-// beginning, the whole at its end, and linear in between.
+// Reads a texel's means. Each mean is taken as the optical depth at the middle of its interval. At the range's beginning the optical depth
+// is 0, at the range's end it is that of all casters. Between these places it is interpolated linearly.
 #ifndef TECHNIQUE_WAVELET_READ_GLSL
 #define TECHNIQUE_WAVELET_READ_GLSL
 #include "maps/sums/read_halves.glsl"
