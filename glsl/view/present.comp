@@ -18,7 +18,7 @@ layout(set = 0, binding = 4, scalar) writeonly buffer Shown { uint shown[]; };
 // Twins: view::present::Show.
 const uint FIRST = 0u, SECOND = 1u, WIPE = 2u, DIFFERENCE = 3u, SLICE = 4u, PAINTED = 5u, BESIDE = 7u;
 
-// Of a picture: the third, beside A and B.
+// The third picture, beside A and B.
 const uint TRUTH = 2u;
 // Twins: view::present::PANELS.
 const uint COLUMNS = 3u, ROWS = 2u;
