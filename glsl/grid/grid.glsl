@@ -16,7 +16,8 @@ struct Grid {
 
 const uint GRID_LEVELS = 3u;
 
-// Words of 64 bits per side of a level. A bit stands for a voxel, a brick, or a block of 16 voxels per side.
+// How many words of 64 bits there are per side of a level. A bit stands for a voxel on level 0, for a brick on level 1, and for a block of
+// 16 voxels per side on level 2.
 uint grid_side(uint size, uint level) { return size >> (2u * level + 2u); }
 
 // Where a level's words begin.

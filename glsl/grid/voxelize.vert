@@ -14,7 +14,7 @@ CONSTANT(bool, CONSERVATIVE, false)
 
 layout(location = 0) flat out uint triangle;
 
-// In texels. HALF_COLUMN: from a column's middle to its border. MOVED: how far a rasterizer may move a corner: a 16th by placing it, a 16th
+// In texels. HALF_COLUMN: from a column's middle to its border. MOVED: how far rasterizers may move corners: a 16th by placing them, a 16th
 // by clipping, and a little by rounding.
 const float HALF_COLUMN = 0.5;
 const float MOVED = 0.14;

@@ -154,7 +154,7 @@ int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(ed
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
 
-// Draws a part of a triangle: at most OPAQUE_TILE × OPAQUE_TILE texels, from `first` on. Of each square of `every` × `every` texels it
+// Draws a part of a triangle: at most OPAQUE_TILE × OPAQUE_TILE texels, from `first` on. In each square of `every` × `every` texels it
 // draws only the texel at `offset`, so that threads share the part.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));

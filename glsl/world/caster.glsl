@@ -67,8 +67,8 @@ const float DARK = 16.0;
 // axis is nearest to the ray.
 const float EDGE_ON = 1e-10;
 
-// Where the axis comes nearest to the ray: 0 at the strand's start, 1 at its end, not clamped. `start` and `axis` are
-// both without their share along the ray: start + along · axis is the offset from the ray. False where edge on.
+// Where the axis comes nearest to the ray: 0 at the strand's start, 1 at its end, not clamped. `start` and `axis` are the strand's start
+// and axis without their parts along the ray, so that start + along · axis is the offset from the ray. False where edge on.
 bool strand_along(Ray ray, Caster strand, out vec3 start, out vec3 axis, out float along) {
     float scale = 1.0 / dot(ray.direction, ray.direction);
     vec3 offset = strand.position - ray.origin;

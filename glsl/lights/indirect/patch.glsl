@@ -53,7 +53,7 @@ Patch patch_of(uint texel) {
         return NO_PATCH;
     }
     // An open mesh reflects light from both sides, so the light's own side counts. A closed mesh reflects light from its outside alone. (At
-    // an edge of a closed mesh a rasterizer may show a triangle that faces away from the light.)
+    // edges of closed meshes, rasterizers may show triangles that face away from the light.)
     int side = sides[met - 1u];
     float cosine = dot(normal, light_direction(light, position));
     if (side != 0 && (cosine <= 0.0) == (side > 0)) {

@@ -72,10 +72,10 @@ vec2 tile_apart(View view, Caster sphere, uvec2 tile, float inset) {
     return max(max(low - centre, centre - high), vec2(0.0)) / sphere.radius;
 }
 
-// A lower bound of the squared distance from the caster to the nearest ray of a tile, in units of the radius. The tile
-// is smaller by `inset` texels on each side (half a texel: to the rays of texel centres). Exact for a sphere in a
-// parallel view. For a strand it is the distance to the circle around the tile, too small by half a texel or more. In
-// perspective it is 0, since tiles are not rectangles across the rays.
+// A lower bound of the squared distance from the caster to the nearest ray of a tile, in units of the radius. The tile is smaller by
+// `inset` texels on each side (half a texel: to the rays of texel centres). For a sphere in a parallel view the bound is exact. For a
+// strand in a parallel view it is the distance to the circle around the tile, which is too small by half a texel or more. In perspective
+// the bound is 0, since tiles are not rectangles across the rays.
 float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     if (view.projection == VIEW_PERSPECTIVE) {
         return 0.0;

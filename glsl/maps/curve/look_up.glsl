@@ -2,7 +2,7 @@
 // structure. A technique defines MAP_TRANSMITTANCE first, as leveled_transmittance or as a function that calls it.
 //   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then the curves of coarser
 //              levels, as maps/level_place.glsl says
-//   binding 4  a word per tile of 8×8 texels, map-major, tile rows: 0 where the tile has no curves (any buffer where TILED is false)
+//   binding 4  words, one per tile of 8×8 texels, map-major, tile rows: 0 where the tile has no curves (any buffer where TILED is false)
 #ifndef MAPS_CURVE_LOOK_UP_GLSL
 #define MAPS_CURVE_LOOK_UP_GLSL
 #include "maps/curve/pack.glsl"

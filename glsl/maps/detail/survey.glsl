@@ -5,8 +5,8 @@
 
 // Cells per side of a tile in which casters are looked for.
 const uint SURVEY_CELLS = 4u;
-// Units of a length of one texel, and of an optical depth of 1 over all of a tile. Sums of whole units do not depend on
-// their order.
+// LENGTH_UNITS: how many units stand for a length of one texel. DEPTH_UNITS: how many units stand for an optical depth of 1 over all of a
+// tile. Sums of whole units do not depend on their order.
 const float LENGTH_UNITS = 16.0;
 const float DEPTH_UNITS = 1024.0;
 

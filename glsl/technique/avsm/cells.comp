@@ -152,8 +152,8 @@ void share_reach(TexelRay its, Reach reach) {
     }
 }
 
-// The part of a caster within the cells of a texel, and its place there. For the first opaque caster only its beginning is noted, and no
-// part is returned.
+// The part of a caster that lies within the cells of a texel: its place, in cells, and its optical depth. For the first opaque caster the
+// function only notes where the caster begins, and returns no part.
 bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out float optical_depth) {
     vec2 z;
     at = vec2(0.0);

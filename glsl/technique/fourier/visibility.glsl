@@ -1,6 +1,6 @@
 // Fourier look-up: how much of light `light` reaches `position`, 0 to 1: a series of sines and cosines over each texel's range gives the
-// optical depth, clamped to between 0 and the whole. Source: Jansen and Bavoil 2010, Fourier Opacity Mapping. Bindings 0 to 2:
-// maps/look_up_set.glsl. Then
+// optical depth, clamped to between 0 and the whole. Source: Jansen and Bavoil 2010, Fourier Opacity Mapping.
+// Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  texels, map after map, rows of texels: the range (maps/sums/range.glsl), then COEFFICIENTS sums (maps/sums/halves.glsl);
 //              then the texels of coarser levels, as maps/level_place.glsl says
 // Give the specialization constants COEFFICIENTS, SUM_RANGE, SUM_STORAGE and LEVELS the values with which the texels were built.

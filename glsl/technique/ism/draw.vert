@@ -10,8 +10,8 @@ layout(set = 0, binding = 7, scalar) readonly buffer DrawListed { vec4 listed[];
 
 layout(location = 0) flat out uvec2 corner;
 
-// Half the side of a square, and the distance from a triangle's middle to its corners, each of the area of a disc of
-// radius 1.
+// For a square and a triangle that have the area of a disc of radius 1: half the side of the square, and the distance from the middle of
+// the triangle to its corners.
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 

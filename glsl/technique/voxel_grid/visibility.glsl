@@ -81,8 +81,8 @@ vec3 off_the_surface(vec3 position, vec3 normal) {
 // How far a receiver is moved along a way, as a share of it.
 float share_along(vec3 way) { return min(1.0, BIAS * cell_side() / max(length(way), 1e-30)); }
 
-// Where a ray to a light ends. A virtual light stands on a surface: the ray ends off that surface, as far as receivers
-// are moved.
+// Where a ray to a light ends. A virtual light stands on a surface. So the ray ends a little off that surface, moved by as much as a
+// receiver is moved off its own surface.
 vec3 light_end(Light l) {
     return l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
 }
