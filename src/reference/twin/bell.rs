@@ -141,7 +141,7 @@ mod tests {
         all
     }
 
-    /// Extinction over all of space of what is thin enough that no part of it is in another's shadow, however it stands to the voxels.
+    /// Extinction over all of space of splats so thin that no part of them is in another's shadow, however it stands to the voxels.
     #[test]
     fn mass_is_kept() {
         for caster in casters(1e-3) {
