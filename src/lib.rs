@@ -110,11 +110,11 @@
 //! | translucency-map | particles, strands, splats, volumes, meshes | each frame |
 //! | stochastic | particles, strands, splats, volumes, meshes | each frame |
 //! | uncompressed | particles, strands, splats, volumes, meshes | each frame |
-//! | marched | particles, strands, volumes, meshes | each frame |
-//! | density-grid | particles, strands, volumes, meshes | each frame |
-//! | optical-depth-grid | particles, strands, volumes, meshes | each frame |
+//! | marched | particles, strands, splats, volumes, meshes | each frame |
+//! | density-grid | particles, strands, splats, volumes, meshes | each frame |
+//! | optical-depth-grid | particles, strands, splats, volumes, meshes | each frame |
 //! | grid-query | particles, strands, splats, volumes, meshes | each frame |
-//! | voxel-grid | particles, strands, volumes, meshes | each frame |
+//! | voxel-grid | particles, strands, splats, volumes, meshes | each frame |
 //! | shadow-map | meshes | each frame |
 //! | ism | meshes | each frame |
 //! | ray-query | particles, strands, splats, volumes, meshes | each frame |

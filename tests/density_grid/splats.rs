@@ -48,8 +48,8 @@ fn splats_fill_voxels_as_their_twin() {
     });
 }
 
-/// Against the truth, and a finer grid is nearer to `grid-query`, which has the same splats end at three deviations. For opaque ones that end causes
-/// most errors of both, so they are left out.
+/// Against the truth; and a finer grid is nearer to `grid-query`, which has the same splats end at three deviations. Opaque splats, whose truth has no
+/// such end, are left out.
 #[test]
 fn splats_are_near_the_error_functions() {
     gpu_test("splats_are_near_the_error_functions", |context| {
