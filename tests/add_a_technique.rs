@@ -74,11 +74,11 @@ fn a_toy_technique_is_found_and_stressed() {
     let folder = tempfile::tempdir_in(release).expect("a folder");
     let toy = folder.path().join("toy");
     std::fs::create_dir_all(toy.join("target/release")).expect("a folder");
-    for file in ["Cargo.toml", "Cargo.lock", "build.rs", "build", "src", "glsl", ".cargo"] {
+    for file in ["Cargo.toml", "Cargo.lock", "build.rs", "build", "src", "glsl", "examples", ".cargo"] {
         let done = Command::new("cp").arg("-r").arg(repository.join(file)).arg(&toy).status().expect("cp");
         assert!(done.success(), "{file}");
     }
-    // The manifest names no tests of ours, and the dependencies are those that were built for this test.
+    // The manifest names an example and no tests, and the dependencies are those that were built for this test.
     for built in [".fingerprint", "build", "deps"] {
         copy(&release.join(built), &toy.join("target/release").join(built));
     }

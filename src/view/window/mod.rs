@@ -28,8 +28,11 @@ use winit::window::{Window, WindowId};
 /// The time between two checks for new rows of the reference.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How old the panel may be while pictures go on by themselves: to lay it out takes longer than to record most frames.
+/// How old the panel may be while pictures go on by themselves: to lay it out takes longer than to record most frames. Where frames are so slow
+/// that fewer than [`KEPT_FRAMES`] fit, it may be [`OLDEST`].
 const REFRESH: Duration = Duration::from_millis(250);
+const KEPT_FRAMES: u64 = 8;
+const OLDEST: Duration = Duration::from_secs(1);
 
 /// Seconds per frame under a script.
 const FRAME_S: f64 = 1.0 / 30.0;
@@ -50,8 +53,8 @@ struct Open {
     window: Arc<Window>,
     /// Its pixels: X11 is only asked for them once.
     size: [u32; 2],
-    /// The panel as it was last laid out, and when.
-    panel: Option<(Ui, Instant)>,
+    /// The panel as it was last laid out, when, and in which frame.
+    panel: Option<(Ui, Instant, u64)>,
 }
 
 pub struct View {
@@ -281,10 +284,14 @@ impl View {
 
     /// What egui draws: as it was, where nothing of it was touched and that is not long ago.
     fn panel(&mut self, open: &mut Open) -> Ui {
-        let kept =
-            open.panel.as_ref().filter(|(_, at)| !self.touched && !self.files.are_due() && at.elapsed() < REFRESH);
+        let is_fresh = |at: &Instant, frame: u64| {
+            let age = at.elapsed();
+            age < REFRESH || age < OLDEST && self.frames - frame < KEPT_FRAMES
+        };
+        let kept = open.panel.as_ref().filter(|_| !self.touched && !self.files.are_due());
+        let kept = kept.filter(|(_, at, frame)| is_fresh(at, *frame));
         self.is_behind = kept.is_some();
-        if let Some((ui, _)) = kept {
+        if let Some((ui, ..)) = kept {
             return ui.clone();
         }
         self.touched = false;
@@ -320,7 +327,7 @@ impl View {
         let pixels_per_point = output.pixels_per_point;
         let primitives = context.tessellate(output.shapes, pixels_per_point).into();
         let ui = Ui { textures: Default::default(), primitives, pixels_per_point };
-        open.panel = Some((ui.clone(), Instant::now()));
+        open.panel = Some((ui.clone(), Instant::now(), self.frames));
         Ui { textures: output.textures_delta, ..ui }
     }
 
@@ -499,7 +506,7 @@ impl ApplicationHandler for View {
             || open.rays.is_waiting()
             || self.files.are_due();
         self.wants |= fills && self.last.elapsed() >= LOOK;
-        let behind = open.panel.as_ref().filter(|_| self.is_behind).map(|(_, at)| *at + REFRESH);
+        let behind = open.panel.as_ref().filter(|_| self.is_behind).map(|(_, at, _)| *at + OLDEST);
         self.wants |= behind.is_some_and(|due| due <= Instant::now());
         if self.wants {
             open.window.request_redraw();
