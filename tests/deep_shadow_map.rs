@@ -281,6 +281,9 @@ fn casters_have_no_order() {
 /// What is counted is what stands there, and nothing stands where nothing is.
 #[test]
 fn texels_without_casters_have_no_nodes() {
+    if support::is_long("texels_without_casters_have_no_nodes") {
+        return;
+    }
     const TEST: &str = "texels_without_casters_have_no_nodes";
     gpu_test(TEST, |context| {
         let mut empty = scenes::directional("empty", [0.0, 0.3, -1.0], Vec::new());

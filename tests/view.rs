@@ -15,6 +15,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
+mod support;
+
 #[path = "view/beside.rs"]
 mod beside;
 #[path = "view/faults.rs"]
@@ -137,10 +139,13 @@ fn what_is_seen_is_what_the_command_makes() {
     let mut seen = HashSet::new();
     for (i, (control, command)) in controls.iter().zip(commands).enumerate() {
         let seen_now = pixels(&folder.path().join(format!("{i}.png")));
-        let made = pixels(&made(folder.path(), command));
-        assert_eq!(seen_now.0, made.0, "{control}: {command}");
-        let far = seen_now.1.iter().zip(&made.1).filter(|(a, b)| a != b).count();
-        assert_eq!(far, 0, "{control}: {command}: bytes that are others, of {}", made.1.len());
+        // Each command is a program that starts: in the usual loop every third.
+        if !support::is_usual() || i % 3 == 0 {
+            let made = pixels(&made(folder.path(), command));
+            assert_eq!(seen_now.0, made.0, "{control}: {command}");
+            let far = seen_now.1.iter().zip(&made.1).filter(|(a, b)| a != b).count();
+            assert_eq!(far, 0, "{control}: {command}: bytes that are others, of {}", made.1.len());
+        }
         // AVSM's nodes are more than plain smoke needs; a path of one technique is no other picture.
         let is_other = seen.insert(seen_now.1);
         assert!(is_other || control.contains("path"), "{control} changes nothing");
@@ -405,6 +410,9 @@ fn pictures_stand_side_by_side() {
 /// first time.
 #[test]
 fn it_goes_on_for_long() {
+    if support::is_long("it_goes_on_for_long") {
+        return;
+    }
     let Some(screen) = screen("it_goes_on_for_long") else { return };
     let folder = folder();
     let round = |i: u32| {

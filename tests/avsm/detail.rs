@@ -67,6 +67,9 @@ fn scenes_of(cells: bool) -> Vec<Scene> {
 /// as far as rounding does not decide whether a caster meets a cell.
 #[test]
 fn the_choice_equals_its_twin() {
+    if crate::support::is_long("the_choice_equals_its_twin") {
+        return;
+    }
     gpu_test("the_choice_equals_its_twin", |context| {
         for scene in scenes_of(true).into_iter().chain(scenes_of(false)) {
             // With more than 1,024 tiles each caster is surveyed by itself.

@@ -108,6 +108,9 @@ fn thousands_of_insertions_do_not_drift() {
 /// draws is what the look-up reads.
 #[test]
 fn bytes_and_nodes_of_packed_curves() {
+    if crate::support::is_long("bytes_and_nodes_of_packed_curves") {
+        return;
+    }
     for (path, needs) in PATHS {
         gpu_test_needing(&format!("bytes_and_nodes_of_packed_{path}"), needs, |context| {
             let scene = scenes::point([0.9, 1.1, 1.4], scenes::random());

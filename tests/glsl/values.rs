@@ -168,7 +168,8 @@ fn smoke_is_answered_alike() {
             "moments:moments=8",
             "density-grid:size=64,march=ratio",
         ];
-        for text in some(first.into_iter().chain(others), first.len()) {
+        let texts = some(first.into_iter().chain(others), first.len());
+        for text in crate::support::every_third("smoke_is_answered_alike", texts) {
             answers_alike(context, &scenes::random(), text);
         }
         answers_alike(context, &scenes::four_lights(), "avsm:detail=even");

@@ -231,6 +231,9 @@ fn puff(folder: &std::path::Path, of: &str) -> std::path::PathBuf {
 /// A sequence of volumes is drawn and sliced as each of its files alone is.
 #[test]
 fn volumes_of_files_are_frames() {
+    if crate::support::is_long("volumes_of_files_are_frames") {
+        return;
+    }
     log("exercised", "volumes_of_files_are_frames", &runs("avsm", "binned").0);
     let folder = folder();
     let all = puff(folder.path(), "rising.##.vdb");

@@ -81,6 +81,9 @@ fn a_map_is_painted() {
 /// The same fog each time, also after frames before it; thicker fog is another picture, fog of no extinction none.
 #[test]
 fn render_fills_fog() {
+    if crate::support::is_long("render_fills_fog") {
+        return;
+    }
     log("exercised", "render_fills_fog", &runs("avsm", "binned").0);
     let folder = folder();
     let render = |name: &str, scene: &str, more: &[&str]| {

@@ -36,6 +36,9 @@ fn are_one_run(joined: &Path, whole: &Path) {
 
 #[test]
 fn shards_have_the_rows_of_one_run() {
+    if crate::support::is_long("shards_have_the_rows_of_one_run") {
+        return;
+    }
     log("exercised", "shards_have_the_rows_of_one_run", &runs("beer-shadow-map", "binned").0);
     let (scenes, out) = (folder(), folder());
     let scene = small_scene(scenes.path());

@@ -40,6 +40,9 @@ fn opened(context: &Context, world: &World, text: &str) -> Opened {
 /// One technique through all frames of a world that moves.
 #[test]
 fn volumes_of_frames_are_those_of_their_files() {
+    if crate::support::is_long("volumes_of_frames_are_those_of_their_files") {
+        return;
+    }
     gpu_test("volumes_of_frames_are_those_of_their_files", |context| {
         let (all, alone) = puff();
         let specs = [

@@ -67,6 +67,9 @@ pub fn slivers() -> Scene {
 
 #[test]
 fn drawn_bits_are_the_computed_ones() {
+    if crate::support::is_long("drawn_bits_are_the_computed_ones") {
+        return;
+    }
     let name = "drawn_bits_are_the_computed_ones";
     gpu_test(name, |context| {
         let ways = rasterizers(name, context);
