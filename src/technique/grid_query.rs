@@ -21,7 +21,6 @@
 //! # Ok(()) });
 //! ```
 
-use super::promises::ROUNDING;
 use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
@@ -50,20 +49,10 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
-    promises: |_, _| PROMISES,
+    promises: |_, _| Promises::EXACT,
     runs: Runs { compare: &[""], stress_smoke: &[""], stress_meshes: &[""], ..Runs::NONE },
     limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(GridQuery::new(context, world, &spec.settings())?)),
-};
-
-/// Exact but for rounding.
-const PROMISES: Promises = Promises {
-    mean: Some(1e-4),
-    tail: Some(1e-3),
-    rise: Some(ROUNDING),
-    order: Some(ROUNDING),
-    step: Some(ROUNDING),
-    ..Promises::OF_OPAQUE
 };
 
 const COMPUTE: &str = "compute";

@@ -59,4 +59,14 @@ impl Promises {
 
     /// Promises of techniques that test opaque casters on the way to the light.
     pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
+
+    /// Promises of techniques that sum the optical depth of all casters on the way: exact but for rounding.
+    pub const EXACT: Self = Self {
+        mean: Some(1e-4),
+        tail: Some(1e-3),
+        rise: Some(ROUNDING),
+        order: Some(ROUNDING),
+        step: Some(ROUNDING),
+        ..Self::OF_OPAQUE
+    };
 }

@@ -23,7 +23,6 @@
 //! ```
 
 use super::keys::words;
-use super::promises::ROUNDING;
 use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
@@ -84,14 +83,7 @@ fn promises(spec: &Spec) -> Promises {
     if spec.settings::<Settings>().hits == Hits::Random {
         return Promises { order: None, ..Promises::OF_OPAQUE };
     }
-    Promises {
-        mean: Some(1e-4),
-        tail: Some(1e-3),
-        rise: Some(ROUNDING),
-        order: Some(ROUNDING),
-        step: Some(ROUNDING),
-        ..Promises::OF_OPAQUE
-    }
+    Promises::EXACT
 }
 
 /// Threads of a workgroup.
