@@ -5,7 +5,7 @@
 # hair and houses. Rows whose errors, bytes, counts and picture have the same digits have the same answers: one that is rounded otherwise
 # moves the mean of thousands. `times`: no truth, 30 frames, in turns (before, after, before, after …) until BUDGET seconds (130) would be
 # over; medians of the rounds are compared. Only on a quiet machine. Without a word of these, both.
-# Prints Markdown; rows of both programs are kept in FOLDER, and answers that are there are not measured again. FRAMES are the frames of `times`;
+# Prints Markdown; rows of both programs are kept in FOLDER, and answers that are there are not measured again. FRAMES and PICTURE (640x360) are those of `times`;
 # PARTS are those of `answers`: smoke settings cornell virtual houses.
 set -u
 before=${1:-} after=${2:-} folder=${3:-}
@@ -63,7 +63,7 @@ answers() {
 }
 
 # What a device builds in well under a second, one spec a path.
-frames=(--no-truth --frames "${FRAMES:-30}" --picture 640x360 --no-skip)
+frames=(--no-truth --frames "${FRAMES:-30}" --picture "${PICTURE:-640x360}" --no-skip)
 times() {
     local program=$1 out=$2
     run "$program" "$out-smoke" three-emitters "${frames[@]}" \
