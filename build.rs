@@ -6,8 +6,11 @@
 //! - `CONSTANT(type, NAME, value)` declares a specialization constant. Each name has one id, ID_NAME, in all shaders.
 //! - `// variants: LANES 0 1` at the top of a shader builds it once for each value of that macro.
 //! - The look-up of each technique is written as one file for other programs too: build/flat.rs.
+//! - What an earlier build compiled of the same texts is taken from there: build/cache.rs.
 //! - `// set 1: bins` names a descriptor set: see build/sets.rs.
 
+#[path = "build/cache.rs"]
+mod cache;
 #[path = "build/commit.rs"]
 mod commit;
 #[path = "build/flat.rs"]
@@ -22,10 +25,11 @@ mod sets;
 mod units;
 
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, thread};
 
 /// What includes are replaced by, folder by folder.
@@ -72,7 +76,7 @@ fn build() -> Result<(), String> {
         .filter_map(|(f, s)| Some((f, s, kind(f)?)))
         .flat_map(|(f, s, k)| jobs(f, s, k, &techniques))
         .collect();
-    let spirv = compile_all(&sources, &jobs, &constants)?;
+    let spirv = compile_all(&out, &sources, &jobs, &constants)?;
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)? + &sets::module(&sources)?;
     write(&out.join("shaders.rs"), table.as_bytes())?;
     write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())?;
@@ -195,23 +199,53 @@ fn included(technique: Option<&String>, wanted: &str) -> String {
     }
 }
 
-/// On as many threads as there are processors: a fresh machine waits for this.
+/// What earlier builds have not compiled is, on as many threads as there are processors: a fresh machine waits for this.
 fn compile_all(
+    out: &Path,
     sources: &Sources,
     jobs: &[Job],
     constants: &BTreeMap<String, &'static str>,
 ) -> Result<Vec<Vec<u8>>, String> {
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let share = jobs.len().div_ceil(threads).max(1);
-    let work = |share: &[Job]| -> Result<Vec<Vec<u8>>, String> {
-        let compiler = Compiler::new().map_err(|e| format!("cannot start shaderc: {e}"))?;
-        share.iter().map(|job| compile(&compiler, sources, job, constants)).collect()
+    let cache = cache::Cache::open(out);
+    let key = |job: &Job| {
+        // What else `compile` does stands in this file.
+        let options = (include_str!("build.rs"), format!("{:?}", job.kind), constants, &job.technique, &job.variant);
+        cache.as_ref().map(|cache| cache.key(&(&job.file, whole(sources, &job.file, job.technique.as_ref()), options)))
     };
+    let keys: Vec<Option<String>> = jobs.iter().map(key).collect();
+    let next = AtomicUsize::new(0);
+    let work = || -> Result<Vec<(usize, Vec<u8>)>, String> {
+        let (mut compiler, mut made) = (None, Vec::new());
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            let Some((job, key)) = jobs.get(i).zip(keys.get(i)) else { return Ok(made) };
+            let kept = cache.as_ref().zip(key.as_ref());
+            if let Some(spirv) = kept.and_then(|(cache, key)| cache.get(key)) {
+                made.push((i, spirv));
+                continue;
+            }
+            let compiler = match &mut compiler {
+                Some(compiler) => compiler,
+                none => none.insert(Compiler::new().map_err(|e| format!("cannot start shaderc: {e}"))?),
+            };
+            let spirv = compile(compiler, sources, job, constants)?;
+            if let Some((cache, key)) = kept {
+                cache.put(key, &spirv);
+            }
+            made.push((i, spirv));
+        }
+    };
+    let threads = thread::available_parallelism().map_or(1, usize::from);
     let shares: Result<Vec<_>, String> = thread::scope(|scope| {
-        let running: Vec<_> = jobs.chunks(share).map(|share| scope.spawn(move || work(share))).collect();
+        let running: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         running.into_iter().map(|t| t.join().unwrap_or_else(|_| Err("a compiling thread panicked".into()))).collect()
     });
-    Ok(shares?.into_iter().flatten().collect())
+    let mut all: Vec<_> = shares?.into_iter().flatten().collect();
+    all.sort_by_key(|(i, _)| *i);
+    if let Some(cache) = &cache {
+        cache.keep_only(&keys.into_iter().flatten().collect::<Vec<_>>());
+    }
+    Ok(all.into_iter().map(|(_, spirv)| spirv).collect())
 }
 
 fn compile(
@@ -234,10 +268,13 @@ fn compile(
     if let Some((name, value)) = &job.variant {
         options.add_macro_definition(name, Some(value));
     }
+    let texts = whole(sources, &job.file, job.technique.as_ref());
     options.set_include_callback(move |wanted, _, _, _| {
         let place = included(job.technique.as_ref(), wanted);
-        let content = sources.get(&place).ok_or_else(|| format!("no file glsl/{place}"))?.clone();
-        Ok(ResolvedInclude { resolved_name: format!("glsl/{place}"), content })
+        // What is included otherwise would be missing from the cache's keys.
+        let missing = || format!("no file glsl/{place}, or its line does not begin with #include");
+        let content = texts.get(&place).ok_or_else(missing)?;
+        Ok(ResolvedInclude { resolved_name: format!("glsl/{place}"), content: (*content).to_owned() })
     });
     compiler
         .compile_into_spirv(&sources[&job.file], job.kind, &format!("glsl/{}", job.file), "main", Some(&options))
@@ -322,7 +359,7 @@ fn table(
         let word = module_name(technique);
         let name = word.to_uppercase();
         let counts = whole(sources, &format!("{technique}/{LOOK_UP}"), Some(technique))
-            .iter()
+            .into_values()
             .any(|text| text.contains("#ifdef LOOK_UP_STEPS"));
         let _ = writeln!(
             text,
@@ -348,7 +385,7 @@ fn table(
 /// The push constants' block, `Name { type member; … }` in one line, of a shader with all that it includes; empty where it
 /// has none. gpu::Kernel holds the Rust struct against it.
 fn push_block(sources: &Sources, job: &Job) -> String {
-    for text in whole(sources, &job.file, job.technique.as_ref()) {
+    for text in whole(sources, &job.file, job.technique.as_ref()).into_values() {
         let code: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default().trim()).collect();
         if let Some((_, block)) = code.join(" ").split_once("layout(push_constant, scalar) uniform ") {
             let block = block.split('}').next().unwrap_or_default();
@@ -358,14 +395,14 @@ fn push_block(sources: &Sources, job: &Job) -> String {
     String::new()
 }
 
-/// The texts of a file and of all that it includes.
-fn whole<'s>(sources: &'s Sources, file: &str, technique: Option<&String>) -> Vec<&'s str> {
-    let (mut open, mut seen, mut texts) = (vec![file.to_owned()], BTreeSet::new(), Vec::new());
+/// The texts of a file and of all that it includes, by their places.
+fn whole<'s>(sources: &'s Sources, file: &str, technique: Option<&String>) -> BTreeMap<String, &'s str> {
+    let (mut open, mut texts) = (vec![file.to_owned()], BTreeMap::new());
     while let Some(file) = open.pop() {
-        let Some(text) = sources.get(&file).filter(|_| seen.insert(file.clone())) else { continue };
-        texts.push(&text[..]);
+        let Some(text) = sources.get(&file).filter(|_| !texts.contains_key(&file)) else { continue };
         let includes = text.lines().filter_map(|l| l.strip_prefix("#include \""));
         open.extend(includes.map(|l| included(technique, l.trim_end_matches('"'))));
+        texts.insert(file, &text[..]);
     }
     texts
 }

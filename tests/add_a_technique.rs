@@ -82,6 +82,10 @@ fn a_toy_technique_is_found_and_stressed() {
     for built in [".fingerprint", "build", "deps"] {
         copy(&release.join(built), &toy.join("target/release").join(built));
     }
+    // Nor are shaders compiled again. The build script replaces files of that folder, and writes into none.
+    if release.join("shaders").exists() {
+        copy(&release.join("shaders"), &toy.join("target/release/shaders"));
+    }
     // What is built again must not be linked: cargo gives the copy the same folders, and our build script writes into the
     // files that it finds, which would be those of the repository.
     for folder in [".fingerprint", "build", "deps"] {

@@ -47,6 +47,7 @@ mod trace;
 use gobo::measure::{Results, Status};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::LazyLock;
 use support::log;
 use tempfile::TempDir;
 
@@ -110,12 +111,16 @@ fn write_scene(folder: &Path, name: &str, rows: &[String]) -> PathBuf {
     path
 }
 
-/// What `gobo devices --json` says of the default device.
-fn device() -> serde_json::Value {
-    let devices: serde_json::Value = serde_json::from_str(&ok(&["devices", "--json"])).expect("JSON");
-    let rank = |kind: &str| ["discrete", "integrated", "virtual", "cpu"].iter().position(|k| *k == kind).unwrap_or(4);
-    let list = devices.as_array().expect("a list").iter();
-    list.min_by_key(|d| rank(d["facts"]["type"].as_str().expect("a type"))).expect("a device").clone()
+/// What `gobo devices --json` says of the default device: asked once, since each program that starts opens a device.
+fn device() -> &'static serde_json::Value {
+    static DEVICE: LazyLock<serde_json::Value> = LazyLock::new(|| {
+        let devices: serde_json::Value = serde_json::from_str(&ok(&["devices", "--json"])).expect("JSON");
+        let rank =
+            |kind: &str| ["discrete", "integrated", "virtual", "cpu"].iter().position(|k| *k == kind).unwrap_or(4);
+        let list = devices.as_array().expect("a list").iter();
+        list.min_by_key(|d| rank(d["facts"]["type"].as_str().expect("a type"))).expect("a device").clone()
+    });
+    &DEVICE
 }
 
 /// The default device, and whether the path runs there.

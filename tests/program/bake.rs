@@ -39,7 +39,8 @@ fn a_bake_is_opened_again() {
     assert_eq!(direct, opened);
 
     let report = out.path().join("report");
-    let mut arguments = vec!["compare", text(&scene), "--quick", "--frames", "2", "--out", text(&report)];
+    let mut arguments =
+        vec!["compare", text(&scene), "--quick", "--frames", "2", "--picture", "80x60", "--out", text(&report)];
     [technique, &from_file, "avsm:size=8"].iter().for_each(|spec| arguments.extend(["--technique", spec]));
     let table = ok(&arguments);
     assert!(table.contains("on disk"), "{table}");

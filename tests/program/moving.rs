@@ -11,6 +11,7 @@ fn compare_moves() {
     log("exercised", "compare_moves", &runs("avsm", "binned").0);
     let out = folder();
     let moving = ["compare", "three-emitters", "--moving", "0.4..4", "--frames", "6", "--quick", "--validation"];
+    let moving = moving.into_iter().chain(["--picture", "96x54"]);
     // One path that draws by depth, which the device has.
     let by_depth = ["interlock", "raster-order"].into_iter().find(|path| runs("avsm", path).1);
     let two_pass = ["two-pass"].into_iter().filter(|path| runs("avsm", path).1);
@@ -19,7 +20,7 @@ fn compare_moves() {
     let mut specs: Vec<_> = paths.map(|path| format!("avsm:path={path},nodes=4,size=32")).collect();
     specs.extend(runs("uncompressed", "list").1.then(|| "uncompressed:size=32".to_owned()));
     let techniques = specs.iter().flat_map(|spec| ["--technique", spec]);
-    ok(&moving.into_iter().chain(techniques).chain(["--out", text(out.path())]).collect::<Vec<_>>());
+    ok(&moving.chain(techniques).chain(["--out", text(out.path())]).collect::<Vec<_>>());
     let results = results(out.path());
     assert_eq!(results.rows.len(), specs.len());
     let timed = results.device.features["timestamp_valid_bits"] != 0;
@@ -73,14 +74,23 @@ fn compare_simulates() {
     for truth in some_usual([true, false]) {
         let out = folder();
         let moving = ["compare", "fountain:particles=700", "--moving", "20..20.2", "--frames", "5", "--quick"];
-        let rest = ["--validation", "--technique", "avsm:path=binned,size=64", "--passes", "--out", text(out.path())];
+        let rest = [
+            "--validation",
+            "--technique",
+            "avsm:path=binned,size=64",
+            "--passes",
+            "--picture",
+            "96x54",
+            "--out",
+            text(out.path()),
+        ];
         let no_truth = ["--no-truth"].into_iter().filter(|_| !truth);
         let printed = ok(&moving.into_iter().chain(rest).chain(no_truth).collect::<Vec<_>>());
         let mut results = results(out.path());
         let timed = results.device.features["timestamp_valid_bits"] != 0;
         let row = results.rows.remove(0);
         assert_eq!((row.status, row.scene.as_str()), (Status::Ok, "fountain-700"), "{}", row.reason);
-        decodes(&out.path().join("fountain-700-01-avsm.png"), [320, 180]);
+        decodes(&out.path().join("fountain-700-01-avsm.png"), [96, 54]);
         if timed {
             let passes: Vec<_> = row.passes.iter().map(|p| p.name.as_str()).collect();
             assert_eq!(passes[..4], ["simulate.step", "maps.aim", "maps.bounds", "maps.fit"]);
@@ -134,7 +144,17 @@ fn render_draws_simulated_particles() {
 fn times_alone_have_no_errors() {
     log("exercised", "times_alone_have_no_errors", &runs("avsm", "binned").0);
     let out = folder();
-    let arguments = ["compare", "big-8k", "--no-truth", "--quick", "--technique", "avsm:path=binned,size=16", "--out"];
+    let arguments = [
+        "compare",
+        "big-8k",
+        "--no-truth",
+        "--quick",
+        "--picture",
+        "96x54",
+        "--technique",
+        "avsm:path=binned,size=16",
+        "--out",
+    ];
     ok(&[&arguments[..], &[text(out.path())]].concat());
     let mut results = results(out.path());
     let timed = results.device.features["timestamp_valid_bits"] != 0;
@@ -203,7 +223,18 @@ fn files_are_frames() {
     }
     pictures.dedup();
     assert_eq!(pictures.len(), 3, "each is another picture");
-    let compared = ["compare", text(&all), "--moving", "0.01..0.1", "--frames", "3", "--quick", "--validation"];
+    let compared = [
+        "compare",
+        text(&all),
+        "--moving",
+        "0.01..0.1",
+        "--frames",
+        "3",
+        "--quick",
+        "--picture",
+        "64x36",
+        "--validation",
+    ];
     ok(&[&compared[..], &["--technique", "avsm:path=binned,size=32", "--out", text(&path("out"))]].concat());
     let row = results(&path("out")).rows.remove(0);
     assert_eq!((row.status, row.scene.as_str()), (Status::Ok, "puff"), "{}", row.reason);

@@ -36,18 +36,38 @@ pub fn some<T>(cases: impl IntoIterator<Item = T>, few: usize) -> Vec<T> {
     cases.into_iter().take(if all() { usize::MAX } else { few }).collect()
 }
 
-/// Whether this is the usual loop, on one driver: no variable asks for all cases, for devices that stay open as CI does on further drivers,
-/// or for checks in shaders. CI runs all cases on one driver and on each other what it would run here without being in haste.
-pub fn is_usual() -> bool {
-    !all() && ["GOBO_TEST_KEEP", "GOBO_TEST_VALIDATION"].iter().all(|name| std::env::var_os(name).is_none())
+/// Which third of the costly cases runs. In the usual loop, on one driver, that is the first, and what takes long stands aside. With
+/// GOBO_TEST_THIRD, 1 to 3, it is that one, with as large a part of the tests that take long. `None` is all of it: with [`all`], with
+/// GOBO_TEST_KEEP and with GOBO_TEST_VALIDATION. CI runs all on one driver, and shares the thirds out among lesser devices.
+fn third() -> Option<usize> {
+    let whole = ["GOBO_TEST_KEEP", "GOBO_TEST_VALIDATION"].iter().any(|name| std::env::var_os(name).is_some());
+    (!all() && !whole).then(|| asked_third().unwrap_or(1))
 }
 
-/// Whether a test that takes long stands aside in the usual loop; it says so.
+/// What GOBO_TEST_THIRD says.
+fn asked_third() -> Option<usize> {
+    let text = std::env::var("GOBO_TEST_THIRD").ok().filter(|text| !text.is_empty())?;
+    let third = text.parse().ok().filter(|third| (1..=3).contains(third));
+    Some(third.unwrap_or_else(|| panic!("GOBO_TEST_THIRD={text} is none of 1 to 3")))
+}
+
+/// Whether the `i`-th case of `test` is in a third: in another one for each test.
+fn is_in_third(test: &str, i: usize, third: usize) -> bool {
+    (test.bytes().map(usize::from).sum::<usize>() + i + third - 1).is_multiple_of(3)
+}
+
+/// Whether a part of the costly cases runs: in the usual loop, and where [`third`] says so.
+pub fn is_usual() -> bool {
+    third().is_some()
+}
+
+/// Whether a test that takes long stands aside, in the usual loop or in two of the thirds; it says so.
 pub fn is_long(test: &str) -> bool {
-    if is_usual() {
-        skipped(test, "it takes long; GOBO_TEST_ALL or GOBO_TEST_KEEP runs it");
+    let stands_aside = is_usual() && asked_third().is_none_or(|third| !is_in_third(test, 0, third));
+    if stands_aside {
+        skipped(test, "it takes long; GOBO_TEST_ALL, GOBO_TEST_KEEP or another GOBO_TEST_THIRD runs it");
     }
-    is_usual()
+    stands_aside
 }
 
 /// The first case in the usual loop; elsewhere all of them.
@@ -57,8 +77,7 @@ pub fn some_usual<T>(cases: impl IntoIterator<Item = T>) -> impl Iterator<Item =
 
 /// In the usual loop every third of the cases, others for each test; elsewhere all of them.
 pub fn every_third<T>(test: &str, cases: Vec<T>) -> Vec<T> {
-    let first = test.bytes().map(usize::from).sum::<usize>();
-    let stays = |i: usize| !is_usual() || (first + i).is_multiple_of(3);
+    let stays = |i: usize| third().is_none_or(|third| is_in_third(test, i, third));
     cases.into_iter().enumerate().filter(|(i, _)| stays(*i)).map(|(_, case)| case).collect()
 }
 
