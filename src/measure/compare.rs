@@ -269,10 +269,6 @@ impl Case<'_> {
             self.count(&asked, facts.nodes, row);
             row.colors = asked.colors.errors(self.world.extinction_ratio())?;
         }
-        if self.simulation.is_some() {
-            // In the picture casters are blended by depth, in an order that the host makes.
-            self.world.read_back()?;
-        }
         let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
         let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
@@ -281,8 +277,7 @@ impl Case<'_> {
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
             // For a simulated scene, the times that count are those of its frames. There particles are drawn in the order in which they
-            // come from the device. The picture that is compared with the truth blends them in an order that the host makes, and making
-            // that order is no part of a frame.
+            // come from the device. The picture that is compared with the truth blends them from far to near, and is no part of a frame.
             drawn = timed.draws;
         }
         row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
