@@ -5,6 +5,8 @@
 
 mod support;
 
+#[path = "accuracy/far_to_near.rs"]
+mod far_to_near;
 #[path = "accuracy/hair.rs"]
 mod hair;
 #[path = "accuracy/lights.rs"]

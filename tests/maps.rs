@@ -7,7 +7,7 @@ mod support;
 
 use glam::{DVec3, Vec3};
 use gobo::gpu::Context;
-use gobo::maps::{Extents, Map, Maps, OPAQUE_SIZE, OpaqueMaps, Order};
+use gobo::maps::{Extents, Map, Maps, NearToFar, OPAQUE_SIZE, OpaqueMaps, Order};
 use gobo::reference::twin::{fit, order};
 use gobo::scene::{Caster, Casting, Particle, Projection, Scene, View};
 use gobo::world::World;
@@ -184,24 +184,14 @@ fn no_extents_are_none() {
     assert_eq!(fit::bounds([&view; 2], &[], &[]), [none, none]);
 }
 
-/// So many spheres on a line.
-fn row(count: usize) -> Scene {
-    let particle = |i: usize| Particle { position: [i as f32 * 1e-3, 0.0, 0.0], radius: 0.5, extinction: 0.1 };
-    scenes::directional("row", [0.0, 0.0, -1.0], (0..count).map(particle).collect())
-}
-
-/// Sorts these keys for as many maps.
+/// Sorts these keys, a list each.
 fn sorted(context: &Context, keys: &[Vec<u32>]) -> Vec<Vec<u32>> {
-    let (maps, count) = (keys.len(), keys[0].len());
-    let mut scene = row(count);
-    scene.lights = vec![scene.lights[0]; maps];
-    let world = world(context, &scene);
-    let all = Maps::new(context, &world, 8, OpaqueMaps::SHARED).expect("room");
-    let order = Order::new(context, &world, &all).expect("room");
+    let (lists, count) = (keys.len(), keys[0].len());
+    let order = Order::new(context, count as u32, lists as u32).expect("room");
     let items: Vec<[u32; 2]> = keys.iter().flat_map(|k| k.iter().zip(0..).map(|(k, i)| [*k, i])).collect();
     order.items.write(&items).expect("written");
     context.submit(|commands| order.sort(commands, count as u32)).expect("sorted");
-    let sorted: Vec<u32> = order.sorted.read(maps * count).expect("read");
+    let sorted: Vec<u32> = order.sorted.read(lists * count).expect("read");
     sorted.chunks_exact(count).map(<[u32]>::to_vec).collect()
 }
 
@@ -234,19 +224,19 @@ fn casters_are_drawn_near_to_far() {
         for scene in [scenes::inside(), scenes::strands(), scenes::duplicates(), scenes::random()] {
             let mut world = world(context, &scene);
             let mut maps = Maps::new(context, &world, 16, OpaqueMaps::SHARED).expect("room");
-            let order = Order::new(context, &world, &maps).expect("room");
+            let near_to_far = NearToFar::new(context, &world, &maps).expect("room");
             let mut fewer = scene.clone();
             fewer.particles.truncate(scene.particles.len() / 2);
             for state in [scene.clone(), fewer] {
                 world.replace(&state).expect("as many or fewer");
                 let run = |commands: &mut gobo::gpu::Commands| {
                     maps.record(commands, &world).expect("its lights");
-                    order.record(commands, &world);
+                    near_to_far.record(commands, &world);
                 };
                 let frame = ran(context, run);
                 maps.settle(frame, false).expect("read");
                 let (casters, room) = (state.casters(), world.caster_capacity() as usize);
-                let all: Vec<u32> = order.sorted.read(room * maps.count() as usize).expect("read");
+                let all: Vec<u32> = near_to_far.order.sorted.read(room * maps.count() as usize).expect("read");
                 for (map, sorted) in maps.all().iter().zip(all.chunks_exact(room)) {
                     near_to_far(&state.name, &map.volume, &casters, &sorted[..casters.len()]);
                 }

@@ -19,6 +19,8 @@ mod lights_gathered;
 mod lights_of_buffers;
 #[path = "world/parts.rs"]
 mod parts;
+#[path = "world/pictured.rs"]
+mod pictured;
 #[path = "world/refused.rs"]
 mod refused;
 #[path = "world/splats.rs"]

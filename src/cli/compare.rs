@@ -1,6 +1,7 @@
 //! `gobo compare`
 
 use super::baseline::BaselineArguments;
+use super::compared::{Compared, name_apart};
 use super::progress::Progress;
 use super::resume::{SCENE, files, kept};
 use super::writer::Writer;
@@ -173,33 +174,36 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
 }
 
 /// The scene in each frame, and the times of these frames. Without a truth to compare with, one frame of a simulated
-/// scene is enough: the device moves it.
-fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
+/// scene is enough: the device moves it. Frames of a sequence of files are read when they are shown.
+fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
     let scene = load(name, &arguments.load)?;
     let times_s = arguments.moving.times(&scene, arguments.frames)?;
     if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) && !arguments.vpls.is_given() {
-        return Ok((vec![scene], times_s));
+        return Ok(Compared::held(vec![scene], times_s));
+    }
+    if arguments.turn.is_some() && arguments.frames < 2 {
+        return Err(Error::input("--frames", "a camera turns from one frame to another", "give 2 or more"));
+    }
+    let step_degrees = arguments.turn.map(|degrees| degrees / f64::from(arguments.frames - 1));
+    if matches!(scene.motion, Motion::Animation(_)) && arguments.moving.is_given() && !arguments.vpls.is_given() {
+        return Compared::read(scene, times_s, step_degrees);
     }
     let mut states = arguments.moving.states(scene, arguments.frames)?;
-    if let Some(degrees) = arguments.turn {
-        if arguments.frames < 2 {
-            return Err(Error::input("--frames", "a camera turns from one frame to another", "give 2 or more"));
-        }
+    if let Some(step_degrees) = step_degrees {
         states.resize(arguments.frames as usize, states[0].clone());
-        let step = degrees / f64::from(arguments.frames - 1);
         for (frame, scene) in states.iter_mut().enumerate() {
-            scene.camera = scene.camera.turned(step * frame as f64);
+            scene.camera = scene.camera.turned(step_degrees * frame as f64);
         }
     }
-    Ok((states, times_s))
+    Ok(Compared::held(states, times_s))
 }
 
 /// With `--bounce`, each scene in its last frame, under its own lights.
-fn bounced(arguments: &Arguments, scenes: &[(Vec<Scene>, Vec<f64>)]) -> Result<Vec<Scene>> {
+fn bounced(arguments: &Arguments, scenes: &[Compared]) -> Result<Vec<Scene>> {
     if arguments.bounce.is_none() {
         return Ok(Vec::new());
     }
-    let last = scenes.iter().filter_map(|(states, _)| states.last());
+    let last = scenes.iter().filter_map(|compared| compared.states.last());
     let with_meshes = |scene: &Scene| match scene.has_only_meshes() {
         true => Ok(scene.clone()),
         false => {
@@ -220,18 +224,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
     little::first(&mut scenes, 1);
-    arguments.vpls.check(scenes.iter().flat_map(|(states, _)| states))?;
+    arguments.vpls.check(scenes.iter().flat_map(|compared| &compared.states))?;
     let baseline = arguments.baseline.read()?;
-    let fingerprints: Vec<u32> = scenes.iter().map(|(states, _)| states[0].fingerprint()).collect();
+    let fingerprints: Vec<u32> = scenes.iter().map(|compared| compared.first().fingerprint()).collect();
     let bounced = bounced(arguments, &scenes)?;
     let context = arguments.device.open()?;
-    for (states, _) in &mut scenes {
-        arguments.vpls.light(&context, states)?;
+    for compared in &mut scenes {
+        arguments.vpls.light(&context, &mut compared.states)?;
     }
     name_apart(&mut scenes);
-    let of_scene = |(states, _): &(Vec<Scene>, Vec<f64>)| {
+    let of_scene = |compared: &Compared| {
         let mut specs = if specs.is_empty() {
-            little::specs(default_specs(&states[0], context.features(), false)?)
+            little::specs(default_specs(compared.first(), context.features(), false)?)
         } else {
             specs.clone()
         };
@@ -261,12 +265,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         executables: Vec::new(),
     };
     let named = scenes.iter().zip(fingerprints);
-    let prints = named.map(|((states, _), print)| (format!("{SCENE}{}", states[0].name), format!("{print:08x}")));
+    let prints = named.map(|(compared, print)| (format!("{SCENE}{}", compared.first().name), format!("{print:08x}")));
     results.conditions.extend(prints);
     results.conditions.extend(files(specs.iter().flatten()));
     baseline.check(&results)?;
-    let asked = scenes.iter().zip(&specs).flat_map(|((states, _), specs)| {
-        let name = states[0].name.as_str();
+    let asked = scenes.iter().zip(&specs).flat_map(|(compared, specs)| {
+        let name = compared.first().name.as_str();
         specs.iter().map(move |spec| (name, spec))
     });
     let asked: Vec<(&str, &Spec)> = asked.collect();
@@ -298,14 +302,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     // Where one scene does not fit on the device, the others are still measured. A lost device ends the run.
     let mut ended: Result<()> = Ok(());
     let mut first = 0;
-    for (i, ((states, times_s), specs)) in scenes.iter().zip(&specs).enumerate() {
+    for (i, (compared, specs)) in scenes.iter().zip(&specs).enumerate() {
         let of_scene = first..first + specs.len();
         first = of_scene.end;
         if !of_scene.clone().any(|place| is_left(&rows, place)) || context.is_lost() {
             continue;
         }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
-        let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
+        let read = |frame| compared.at(frame);
+        let frames = Frames { states: compared.states(&read), times_s: &compared.times_s, bounce };
+        let measured = with_case(&context, frames, effort, |case| {
             // On a software device, and where the driver is asked about its pipelines, each row makes its own pipelines. A software driver
             // compiles a pipeline when it first draws, so making it early gains nothing; and the driver's reports must come in the order of
             // the rows.
@@ -317,7 +323,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 if !is_left(&rows, row_place) || context.is_lost() {
                     continue;
                 }
-                progress.begins(&states[0].name, spec);
+                progress.begins(&compared.first().name, spec);
                 let (mut row, mut drawn) = case.measure(spec);
                 for _ in 0..MEASURED_AGAIN {
                     if !baseline.is_slower(&row) {
@@ -459,22 +465,4 @@ pub(super) fn exit_code(results: &Results) -> ExitCode {
         complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, results.device.name, row.reason));
     }
     if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// Gives numbers to scenes with the same name, such as smoke.ply and smoke.toml: their names are used for the files of
-/// pictures.
-fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
-    for i in 1..scenes.len() {
-        let (before, rest) = scenes.split_at_mut(i);
-        let named = |name: &str| before.iter().flat_map(|(states, _)| states).any(|s| s.name == name);
-        let name = rest[0].0[0].name.clone();
-        let mut unique = name.clone();
-        for number in 2.. {
-            if !named(&unique) {
-                break;
-            }
-            unique = format!("{name}-{number}");
-        }
-        rest[0].0.iter_mut().for_each(|s| s.name.clone_from(&unique));
-    }
 }

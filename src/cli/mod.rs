@@ -4,6 +4,7 @@ mod bake;
 mod baseline;
 mod change;
 mod compare;
+mod compared;
 mod curve;
 mod devices;
 mod drawn;

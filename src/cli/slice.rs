@@ -1,6 +1,7 @@
 //! `gobo slice`
 
 use super::sequence::Sequence;
+use super::states::States;
 use super::{
     ChangeArguments, DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load,
     one_spec, place, say, silhouette,
@@ -80,20 +81,21 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = load(&arguments.scene, &arguments.load)?;
     let spec = one_spec(&arguments.technique)?;
     let frames = arguments.frames.unwrap_or(if moves { FRAMES } else { 1 });
-    let mut states = arguments.moving.states(scene, frames)?;
-    for state in &mut states {
-        *state = arguments.change.change().of(state)?;
-    }
-    let map = arguments.map.of(&states[0])?;
+    let states = States::new(scene, &arguments.moving, frames, arguments.change.change())?;
+    let first = states.at(0)?;
+    let map = arguments.map.of(&first)?;
     let context = arguments.device.open()?;
-    let mut world = World::new(&context, &states[0])?;
+    let mut world = World::new(&context, &first)?;
     let mut opened = open(&context, &world, &spec)?;
     let size = [arguments.size; 2];
     let mut sequence = Sequence::new(&arguments.out, frames);
     let mut path = "";
+    let mut first = Some(first);
     for frame in 0..frames {
+        // The frame before is gone when the next comes.
+        let scene = &first.take().map_or_else(|| states.at(frame as usize), Ok)?;
         if frame > 0 && moves {
-            world.replace(&states[frame as usize])?;
+            world.replace(scene)?;
         }
         opened.build(&world)?;
         path = opened.technique.facts()?.path;
@@ -110,7 +112,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             sequence.add(size, painted)?;
             continue;
         }
-        let scene = if moves { &states[frame as usize] } else { &states[0] };
         let paper = silhouette::shown(scene, &view, depth, arguments.size, painted);
         sequence.add(paper.size, paper.rgb8)?;
     }

@@ -1,7 +1,9 @@
 //! Consumers of a technique's answers: the point query, the depth slice, the shaded picture (with many lights in tiles, a part of them per
 //! pixel, or one per pixel) and fog over it. A consumer knows only the [`crate::technique::Answer`], never which technique it comes from.
 
+mod blending;
 mod colored;
+mod far_to_near;
 mod fog;
 mod gbuffer;
 mod half;
@@ -24,6 +26,7 @@ mod sliced;
 mod steps;
 mod volumes;
 
+pub use far_to_near::FarToNear;
 pub use fog::FogKernel;
 pub use interleaved::PartsSeen;
 pub use kernels::Kernels;

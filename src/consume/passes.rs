@@ -49,6 +49,10 @@ impl Renderer {
     }
 
     pub(super) fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
+        // A technique that paints casters sorts them for itself.
+        if !matches!(kernels.casters, Casters::Sliced(_)) {
+            self.blending.record(commands, &self.camera);
+        }
         match &kernels.casters {
             Casters::Fragment(channels) => self.caster(commands, channels, kernels),
             Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
@@ -109,7 +113,7 @@ impl Renderer {
         push: &SpacingPush,
         kernels: &Kernels,
     ) {
-        let step = (self.blended.casters.len() as u32).div_ceil(OUTLINED).max(1);
+        let step = self.blending.casters.div_ceil(OUTLINED).max(1);
         let outlined = |i: u32| i % step == step / 2;
         let both = |channel: usize, places: Range<u32>| {
             let kernels = |i| [Some(&filled[channel]), outlined(i).then_some(&lines[channel])];

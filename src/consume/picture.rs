@@ -1,6 +1,7 @@
 //! The shaded picture: first meshes, in one of five ways ([`Shading`]), then casters and volumes from far to near. Twin:
 //! reference::truth::picture.
 
+use super::blending::Blending;
 use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
 use super::many_lights::ManyLights;
@@ -8,7 +9,7 @@ use super::shown::Shown;
 use super::volumes::Volumes;
 use super::{Lighting, Shading};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
-use crate::scene::{Order, Picture, View, far_to_near};
+use crate::scene::{Picture, View};
 use crate::shaders::set;
 use crate::technique::{Answer, Technique};
 use crate::world::World;
@@ -35,7 +36,6 @@ pub struct Renderer {
     pub(super) extinction_ratio: [f32; 3],
     pub(super) camera: View,
     camera_data: Buffer,
-    order: Buffer,
     splats: Buffer,
     /// Buffers and passes of `shading=tiled`, made when kernels first need them and kept from frame to frame.
     pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
@@ -44,18 +44,8 @@ pub struct Renderer {
     pub(super) triangle_vertices: u32,
     /// All casters of the world, with the cells of volumes.
     pub(super) caster_count: u32,
-    pub(super) blended: Order,
+    pub(super) blending: Blending,
     pub(super) volumes: Option<Volumes>,
-}
-
-/// The things to blend, and their order.
-fn blended(world: &World, camera: &View) -> Result<Order> {
-    if world.caster_count() == 0 {
-        return Ok(Order::default());
-    }
-    let needs = "a scene that the host knows, for the order in which smoke and hair are blended: draw these otherwise";
-    let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
-    Ok(far_to_near(scene, camera))
 }
 
 /// Words of the buffer `Splats` of glsl/consume/picture_set.glsl: the index of the first splat or cell among the casters, then the colour
@@ -64,7 +54,8 @@ fn splat_colors(world: &World) -> Result<Vec<u32>> {
     if !world.has_packed() {
         return Ok(vec![0; 4]);
     }
-    let scene = world.scene()?;
+    let needs = "a scene that the host knows, for the colors of splats and volumes in a picture: draw these otherwise";
+    let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
     let first = (scene.particles.len() + scene.strands.len()) as u32;
     let splats = scene.gaussians.iter().map(|g| g.color);
     let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));
@@ -75,8 +66,8 @@ impl Renderer {
     /// Prepares pictures of the world as it is now, as `camera` sees it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out. [`Error::Refused`] where the world has smoke or hair that the caller supplied in buffers: the
-    /// host cannot sort them for blending.
+    /// [`Error::Gpu`] where memory runs out. [`Error::Refused`] where the caller's buffers fill the world and it has room for splats or
+    /// volumes: only a scene has their colors.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
         // Devices need not blend into 32-bit floats. All blend into half floats, which are precise to about a thousandth.
@@ -89,9 +80,7 @@ impl Renderer {
         let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::StoredColor)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
-        let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
-        let blended = blended(world, camera)?;
-        order.write(&blended.casters)?;
+        let blending = Blending::new(context, world, camera)?;
         let colors = splat_colors(world)?;
         // A sequence of files may have more cells at other times; the buffer has room for the most.
         let most = match world.scene() {
@@ -106,7 +95,7 @@ impl Renderer {
             camera: &camera_data,
             triangles: &world.triangles,
             casters: &world.casters,
-            order: &order,
+            order: &blending.order,
             sides: &world.sides,
             splats: &splats,
         };
@@ -128,13 +117,12 @@ impl Renderer {
             extinction_ratio: world.extinction_ratio(),
             camera: *camera,
             camera_data,
-            order,
             splats,
             tiles: RefCell::default(),
             shown: None,
             triangle_vertices: 3 * world.triangle_count(),
             caster_count: world.caster_count(),
-            blended,
+            blending,
             volumes: Volumes::new(context, world)?,
         })
     }
@@ -160,8 +148,7 @@ impl Renderer {
             }
             None => {}
         }
-        self.blended = blended(world, camera)?;
-        self.order.write(&self.blended.casters)?;
+        self.blending.look(world, camera, *camera != self.camera)?;
         self.splats.write(&splat_colors(world)?)?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
         if let Some(shown) = &mut self.shown {

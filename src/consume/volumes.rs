@@ -195,8 +195,8 @@ impl Renderer {
         channel: usize,
         mut casters: impl FnMut(&mut Draw<'_, '_, 'a>, std::ops::Range<u32>),
     ) {
-        for next in self.blended.blended() {
-            match next {
+        for next in &self.blending.runs {
+            match next.clone() {
                 Blended::Casters(places) => casters(draw, places),
                 Blended::Volume(volume) => {
                     if let Some(kernel) = volumes {

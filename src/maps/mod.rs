@@ -33,7 +33,7 @@ pub use list::{Keep, List, SegmentData};
 pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw};
-pub use order::{ItemData, Order};
+pub use order::{ItemData, NearToFar, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use sums::{SumKernels, Sums, sum_targets};
 pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};

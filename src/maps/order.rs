@@ -1,5 +1,5 @@
-//! The casters of each map in the order of rising depth of their nearest points: a radix sort on the device, for passes
-//! that draw in that order. Twin: [`crate::reference::twin::order`].
+//! A radix sort on the device, for passes that draw casters in an order; and one such order: the casters of each map by rising depth of
+//! their nearest points. Twin: [`crate::reference::twin::order`].
 
 use super::Maps;
 use crate::Result;
@@ -50,38 +50,35 @@ pub struct ItemData {
     pub index: u32,
 }
 
-/// Keys, the sort and its result.
+/// The sort of one or several lists, and its result.
 pub struct Order {
-    /// Caster indices: map m's from `m · capacity` on.
+    /// Indices: list l's from `l · capacity` on.
     pub sorted: Buffer,
-    /// [`ItemData`], in two halves: a round reads one half and writes the other.
+    /// [`ItemData`], in two halves: a round reads one half and writes the other. Keys are written into the first.
     pub items: Buffer,
     counts: Buffer,
     capacity: u32,
-    maps: u32,
-    keys: Kernel<KeysPush>,
+    lists: u32,
     count: Kernel<SortPush>,
     scan: Kernel<SortPush>,
     scatter: Kernel<SortPush>,
 }
 
 impl Order {
-    /// Room for all casters of `world` in each of `maps`.
+    /// Room for `capacity` items in each of `lists` lists.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, maps: &Maps) -> Result<Self> {
-        let capacity = world.caster_capacity().max(1);
-        let all = u64::from(capacity) * u64::from(maps.count());
+    pub fn new(context: &Context, capacity: u32, lists: u32) -> Result<Self> {
+        let capacity = capacity.max(1);
+        let all = u64::from(capacity) * u64::from(lists);
         let buffer = |name, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
         let sorted = buffer("order.sorted", all)?;
         let items = buffer("order.items", 2 * all * size_of::<ItemData>() as u64 / 4)?;
-        let counts = buffer("order.counts", u64::from(capacity).div_ceil(BLOCK) * DIGITS * u64::from(maps.count()))?;
-        let first = set::OrderKeys { items: &items }.bind(context, "order.keys")?;
+        let counts = buffer("order.counts", u64::from(capacity).div_ceil(BLOCK) * DIGITS * u64::from(lists))?;
         let set = set::Order { items: &items, counts: &counts, sorted: &sorted }.bind(context, "order")?;
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &Constants::new());
         Ok(Self {
-            keys: Kernel::compute(context, &KEYS, &[maps.scene(), &first], &Constants::new())?,
             count: kernel(&COUNT)?,
             scan: kernel(&SCAN)?,
             scatter: kernel(&SCATTER)?,
@@ -89,32 +86,52 @@ impl Order {
             items,
             counts,
             capacity,
-            maps: maps.count(),
+            lists,
         })
     }
 
-    /// Sorts the present casters, in maps that are already fitted.
-    pub fn record(&self, commands: &mut Commands, world: &World) {
-        let count = world.caster_count();
-        let [x, y] = groups(u64::from(count).div_ceil(64));
-        let push = KeysPush { count, capacity: self.capacity };
-        commands.pass("order.keys", |pass| pass.dispatch(&self.keys, &push, [x, y, self.maps]));
-        self.sort(commands, count);
-    }
-
-    /// Sorts the first `count` items of each map by the keys in the items.
+    /// Sorts the first `count` items of each list by the keys in the items. Items with equal keys keep their order.
     pub fn sort(&self, commands: &mut Commands, count: u32) {
         let [x, y] = groups(u64::from(count).div_ceil(BLOCK));
         for round in 0..ROUNDS {
-            let push = SortPush { count, capacity: self.capacity, maps: self.maps, round };
-            commands.pass("order.count", |pass| pass.dispatch(&self.count, &push, [x, y, self.maps]));
-            commands.pass("order.scan", |pass| pass.dispatch(&self.scan, &push, [1, 1, self.maps]));
-            commands.pass("order.scatter", |pass| pass.dispatch(&self.scatter, &push, [x, y, self.maps]));
+            let push = SortPush { count, capacity: self.capacity, maps: self.lists, round };
+            commands.pass("order.count", |pass| pass.dispatch(&self.count, &push, [x, y, self.lists]));
+            commands.pass("order.scan", |pass| pass.dispatch(&self.scan, &push, [1, 1, self.lists]));
+            commands.pass("order.scatter", |pass| pass.dispatch(&self.scatter, &push, [x, y, self.lists]));
         }
     }
 
     /// Bytes of all buffers. They are needed only for the sort.
     pub fn bytes(&self) -> u64 {
         self.sorted.bytes() + self.items.bytes() + self.counts.bytes()
+    }
+}
+
+/// The casters of each map by rising depth of their nearest points.
+pub struct NearToFar {
+    /// A list per map.
+    pub order: Order,
+    keys: Kernel<KeysPush>,
+}
+
+impl NearToFar {
+    /// Room for all casters of `world` in each of `maps`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, maps: &Maps) -> Result<Self> {
+        let order = Order::new(context, world.caster_capacity(), maps.count())?;
+        let first = set::OrderKeys { items: &order.items }.bind(context, "order.keys")?;
+        let keys = Kernel::compute(context, &KEYS, &[maps.scene(), &first], &Constants::new())?;
+        Ok(Self { order, keys })
+    }
+
+    /// Sorts the present casters, in maps that are already fitted.
+    pub fn record(&self, commands: &mut Commands, world: &World) {
+        let (count, Order { capacity, lists, .. }) = (world.caster_count(), &self.order);
+        let [x, y] = groups(u64::from(count).div_ceil(64));
+        let push = KeysPush { count, capacity: *capacity };
+        commands.pass("order.keys", |pass| pass.dispatch(&self.keys, &push, [x, y, *lists]));
+        self.order.sort(commands, count);
     }
 }

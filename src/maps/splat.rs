@@ -1,6 +1,6 @@
 //! The casters drawn as quads over the maps, in order. Casters that meet no tile, as the bins found, are left out.
 
-use super::{Bins, Compact, Maps, Order};
+use super::{Bins, Compact, Maps, NearToFar};
 use crate::Result;
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Shader, push_struct,
@@ -40,7 +40,7 @@ pub enum DrawingOrder {
 /// The draw of the casters of each map, with its arguments.
 pub struct Splat {
     /// The sort; none where casters are drawn by index.
-    order: Option<Order>,
+    order: Option<NearToFar>,
     set: Bindings,
     /// The casters that are left after culling.
     culled: Option<Compact>,
@@ -73,9 +73,9 @@ impl Splat {
                 (None, Buffer::with_data(context, "splat.order", &indices)?)
             }
             DrawingOrder::NearToFar => {
-                let order = Order::new(context, world, maps)?;
-                let sorted = order.sorted.clone();
-                (Some(order), sorted)
+                let near_to_far = NearToFar::new(context, world, maps)?;
+                let sorted = near_to_far.order.sorted.clone();
+                (Some(near_to_far), sorted)
             }
         };
         let culled = match bins {
@@ -156,6 +156,6 @@ impl Splat {
 
     /// Bytes of the orders and the commands.
     pub fn bytes(&self) -> u64 {
-        self.culled.as_ref().map_or(0, Compact::bytes) + self.order.as_ref().map_or(0, Order::bytes)
+        self.culled.as_ref().map_or(0, Compact::bytes) + self.order.as_ref().map_or(0, |sorts| sorts.order.bytes())
     }
 }

@@ -3,13 +3,13 @@
 use super::color::ColorAnswers;
 use super::flicker::Flicker;
 use super::footprint::{FootprintError, Footprints, footprint_errors, footprints};
-use super::frames::Frames;
+use super::frames::{Frames, States};
 use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
 use super::points::{at_once, of_each_light};
 use super::steadiness::ClockMeter;
 use super::timed::{LookupTimes, TimedBuilds};
-use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
+use super::truth::{Known, LIMIT_NODES, LitPicture, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
 use super::{Answers, Extent, PassCount, Row, RowError, Status, Timing, picture_error};
 use crate::advice::advised;
@@ -75,7 +75,10 @@ pub struct Case<'a> {
     pub(super) frames: Frames<'a>,
     /// Moves the world on the device, where the device simulates it.
     pub(super) simulation: Option<Simulation>,
+    /// The truth in each frame, of states that are in memory.
     truths: &'a [Truth<'a>],
+    /// What is known of the truth in each frame.
+    known: &'a [Arc<Known>],
     pub(super) world: World,
     pub(super) effort: Effort,
     /// Pictures of consecutive frames, once they are asked for.
@@ -100,31 +103,36 @@ pub fn with_case<'a, R>(
     effort: Effort,
     measure: impl FnOnce(&mut Case) -> Result<R>,
 ) -> Result<R> {
-    let frames = frames.into();
+    let frames: Frames = frames.into();
     let states = frames.states;
     let Some(first) = states.first() else {
         return Err(Error::input("the scene", "it has no state", "give one at least"));
     };
-    let boxes = states.iter().filter_map(bounds);
-    let all = boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
+    let boxes = (0..states.count()).map(|frame| Ok(bounds(&states.at(frame)?))).collect::<Result<Vec<_>>>()?;
+    let all = boxes.iter().copied().flatten().reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
     // Points per light.
     let within = |points: &dyn Fn(usize, [DVec3; 2]) -> Vec<[f32; 3]>| -> Vec<_> {
         (0..first.lights.len()).map(|light| all.map_or_else(Vec::new, |all| points(light, all))).collect()
     };
     let watched = of_each_light(WATCHED, first.lights.len());
     let watch = |casters: &Casters| within(&|light, all| points_outside(casters, all, light, watched));
-    let watched = Arc::new(if states.len() > 1 { watch(&Casters::new(first)) } else { Vec::new() });
-    let truth = |scene| {
-        let wanted = Wanted {
+    let watched = Arc::new(if states.count() > 1 { watch(&Casters::new(first)) } else { Vec::new() });
+    let known = |bounds| {
+        Arc::new(Known::new(Wanted {
             extent: effort.truth,
             points: of_each_light(effort.space_points, first.lights.len()),
             picture: effort.picture,
-            bounds: bounds(scene),
+            bounds,
             watched: watched.clone(),
-        };
-        Truth::new(scene, wanted)
+        }))
     };
-    let truths: Vec<Truth> = states.iter().map(truth).collect();
+    let known: Vec<_> = boxes.into_iter().map(known).collect();
+    let truths: Vec<Truth> = match states {
+        States::Held(states) => {
+            states.iter().zip(&known).map(|(scene, known)| Truth::of(scene, known.clone())).collect()
+        }
+        States::Read { .. } => Vec::new(),
+    };
     let world = World::new(context, first)?;
     let count = effort.lookups / first.lights.len().max(1);
     let asked = within(&|light, all| points_within(all, &first.lights[light], count));
@@ -134,6 +142,7 @@ pub fn with_case<'a, R>(
         frames,
         simulation,
         truths: &truths,
+        known: &known,
         world,
         effort,
         references: OnceCell::new(),
@@ -171,7 +180,7 @@ fn prepare(truths: &[Truth], stop: &AtomicBool) {
         if moments.contains(&frame) && !stopped() {
             truth.surface();
         }
-        if moments.last() == Some(&frame) && truth.has_picture() && !stopped() {
+        if moments.last() == Some(&frame) && truth.known().has_picture() && !stopped() {
             truth.picture();
         }
     }
@@ -196,8 +205,30 @@ struct Moments {
 impl Case<'_> {
     /// The picture lit by the truth; none where it has not been made.
     pub fn reference(&self) -> Option<&Picture> {
-        let last = self.truths.last().filter(|truth| self.effort.truth != Extent::None && truth.has_picture())?;
-        last.picture().map(|lit| &lit.picture)
+        let known = self.known.last().filter(|known| self.effort.truth != Extent::None && known.has_picture())?;
+        let lit = self.truths.last().map_or_else(|| known.picture(), Truth::picture);
+        lit.map(|lit| &lit.picture)
+    }
+
+    /// The last frame's picture, lit by the truth; none where none is wanted or it would take long.
+    fn lit(&self) -> Result<Option<&LitPicture>> {
+        let Some(last) = self.known.last().filter(|known| known.has_picture()) else { return Ok(None) };
+        if !last.has_tried_picture() {
+            self.with_truth(self.known.len() - 1, |truth| {
+                truth.picture();
+                Ok(())
+            })?;
+        }
+        Ok(last.picture())
+    }
+
+    /// Calls `ask` with the truth in a frame. What is in no memory is read, and given back.
+    fn with_truth<R>(&self, frame: usize, ask: impl FnOnce(&Truth) -> Result<R>) -> Result<R> {
+        if let Some(truth) = self.truths.get(frame) {
+            return ask(truth);
+        }
+        let state = self.frames.states.at(frame)?;
+        ask(&Truth::of(&state, self.known[frame].clone()))
     }
 
     /// One bounce of light, if pictures were compared with it by now.
@@ -207,7 +238,7 @@ impl Case<'_> {
 
     /// The scene's name.
     pub fn scene_name(&self) -> &str {
-        &self.frames.states[0].name
+        self.frames.states.first().map_or("", |first| first.name.as_str())
     }
 
     /// Measures one variant. A missing feature or a failure gives a row too. Returns the picture if it was drawn.
@@ -269,10 +300,6 @@ impl Case<'_> {
             self.count(&asked, facts.nodes, row);
             row.colors = asked.colors.errors(self.world.extinction_ratio())?;
         }
-        if self.simulation.is_some() {
-            // In the picture casters are blended by depth, in an order that the host makes.
-            self.world.read_back()?;
-        }
         let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
         let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
@@ -281,8 +308,7 @@ impl Case<'_> {
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
             // For a simulated scene, the times that count are those of its frames. There particles are drawn in the order in which they
-            // come from the device. The picture that is compared with the truth blends them in an order that the host makes, and making
-            // that order is no part of a frame.
+            // come from the device. The picture that is compared with the truth blends them from far to near, and is no part of a frame.
             drawn = timed.draws;
         }
         row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
@@ -305,7 +331,7 @@ impl Case<'_> {
         let mut beside_truth = None;
         if self.effort.truth != Extent::None {
             let mut image = None;
-            if let Some(lit) = self.truths.last().filter(|truth| truth.has_picture()).and_then(Truth::picture) {
+            if let Some(lit) = self.lit()? {
                 let drawn = if lit.camera == camera {
                     picture.clone()
                 } else {
@@ -342,8 +368,12 @@ impl Case<'_> {
     }
 
     /// The true pictures of consecutive frames.
-    pub(super) fn references(&self) -> Arc<Vec<Picture>> {
-        self.references.get_or_init(|| Arc::new(references(self.frames.states))).clone()
+    pub(super) fn references(&self) -> Result<Arc<Vec<Picture>>> {
+        if let Some(made) = self.references.get() {
+            return Ok(made.clone());
+        }
+        let made = Arc::new(references(&self.frames.states)?);
+        Ok(self.references.get_or_init(|| made).clone())
     }
 
     /// One bounce of light in the picture that the truth lights; none unless asked for.
@@ -359,7 +389,7 @@ impl Case<'_> {
         match &mut self.simulation {
             _ if self.frames.count() == 1 => Ok(Vec::new()),
             Some(simulation) => simulation.move_to(&mut self.world, self.frames.times_s[frame]),
-            None => Ok(self.world.replace(&self.frames.states[frame])?.pass.into_iter().collect()),
+            None => Ok(self.world.replace(&self.frames.states.at(frame)?)?.pass.into_iter().collect()),
         }
     }
 
@@ -387,40 +417,49 @@ impl Case<'_> {
     /// Goes through all frames once more. Asks in some of them for errors, and in all of them for flicker, which it
     /// returns.
     fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
-        let moments = moments(self.frames.states.len());
-        let moves = self.frames.states.len() > 1;
+        let count = self.frames.states.count();
+        let moments = moments(count);
         let mut flicker = Flicker::default();
-        for frame in 0..self.frames.states.len() {
-            if moves {
+        for frame in 0..count {
+            if count > 1 {
                 self.show(frame)?;
                 opened.build(&self.world)?;
             }
             let technique = opened.technique.as_ref();
-            let truth = &self.truths[frame];
-            let whole = self.effort.truth.is_whole();
-            let resolution = if whole { technique.resolution() } else { Vec::new() };
-            let paints = technique.painter().is_some();
-            if moves && !paints {
-                let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
-                flicker.frame(watched, truth.watched(), &self.frames.states[frame]);
-            }
-            if !moments.contains(&frame) {
-                continue;
-            }
-            if !paints {
-                asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
-            }
-            asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
-            self.ask_colors(technique, truth, &mut asked.colors)?;
-            // A technique without maps has no map error.
-            let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
-            if !views.is_empty() && whole && !paints {
-                let maps = truth.maps(views);
-                asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
-                asked.maps.push(maps);
-            }
+            self.with_truth(frame, |truth| {
+                if count > 1 && technique.painter().is_none() {
+                    let resolution = self.resolution(technique);
+                    let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
+                    flicker.frame(watched, truth.watched(), truth.scene());
+                }
+                if moments.contains(&frame) { self.ask_moment(technique, truth, asked) } else { Ok(()) }
+            })?;
         }
         Ok(flicker.rms())
+    }
+
+    /// The technique's resolution, where points within it are told apart.
+    fn resolution(&self, technique: &dyn Technique) -> Vec<Resolution> {
+        if self.effort.truth.is_whole() { technique.resolution() } else { Vec::new() }
+    }
+
+    /// Asks for errors in one frame.
+    fn ask_moment(&self, technique: &dyn Technique, truth: &Truth, asked: &mut Moments) -> Result<()> {
+        let resolution = self.resolution(technique);
+        let paints = technique.painter().is_some();
+        if !paints {
+            asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
+        }
+        asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
+        self.ask_colors(technique, truth, &mut asked.colors)?;
+        // A technique without maps has no map error.
+        let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
+        if !views.is_empty() && self.effort.truth.is_whole() && !paints {
+            let maps = truth.maps(views);
+            asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
+            asked.maps.push(maps);
+        }
+        Ok(())
     }
 
     /// Answers at points of all lights.
@@ -444,7 +483,13 @@ impl Case<'_> {
 
     /// Errors against means over areas of each size; look-ups are told the size.
     fn ask_footprints(&self, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
-        let areas = self.footprints.get_or_init(|| footprints(&self.truths[0], &self.frames.states[0]));
+        let areas = match self.footprints.get() {
+            Some(areas) => areas,
+            None => {
+                let made = self.with_truth(0, |truth| Ok(footprints(truth, truth.scene())))?;
+                self.footprints.get_or_init(|| made)
+            }
+        };
         let asked: Vec<_> =
             areas.points.iter().map(|p| Asked { light: p.light, points: &p.positions, normals: &[] }).collect();
         let of = |sides: &Vec<f32>| Query::of_areas(self.context, &asked, sides)?.ask(&technique.answer());

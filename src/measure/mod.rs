@@ -38,7 +38,7 @@ pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{Answers, PartError, PointError, point_error};
 pub use footprint::{FOOTPRINTS, FootprintError};
-pub use frames::{Frames, Traced};
+pub use frames::{Frames, States, Traced};
 pub(crate) use host_memory::host_bytes;
 pub use interlock::{Built, PATHS as BUILD_PATHS};
 pub use light_ray::{LightRay, RayLine, RayPoints};

@@ -137,11 +137,9 @@ impl<K: PartialEq, V> Cached<K, V> {
     }
 }
 
-/// See the module.
-pub(crate) struct Truth<'a> {
-    scene: &'a Scene,
+/// What is known of the truth at one time. It outlives the scene, which may have been read for a while only.
+pub(crate) struct Known {
     wanted: Wanted,
-    casters: OnceLock<Casters<'a>>,
     space: OnceLock<Vec<Points>>,
     watched: OnceLock<Vec<Points>>,
     surface: OnceLock<Vec<Points>>,
@@ -149,18 +147,58 @@ pub(crate) struct Truth<'a> {
     maps: Cached<Vec<View>, MapsTruth>,
 }
 
-impl<'a> Truth<'a> {
-    pub fn new(scene: &'a Scene, wanted: Wanted) -> Self {
+/// See the module.
+pub(crate) struct Truth<'a> {
+    scene: &'a Scene,
+    casters: OnceLock<Casters<'a>>,
+    known: Arc<Known>,
+}
+
+impl Known {
+    /// Nothing is known yet.
+    pub fn new(wanted: Wanted) -> Self {
         Self {
-            scene,
             wanted,
-            casters: OnceLock::new(),
             space: OnceLock::new(),
             watched: OnceLock::new(),
             surface: OnceLock::new(),
             picture: OnceLock::new(),
             maps: Cached::new(),
         }
+    }
+
+    /// Whether a picture is wanted.
+    pub fn has_picture(&self) -> bool {
+        self.wanted.extent != Extent::Glance
+    }
+
+    /// Whether [`Truth::picture`] has been asked for.
+    pub fn has_tried_picture(&self) -> bool {
+        self.picture.get().is_some()
+    }
+
+    /// The picture, where it has been made.
+    pub fn picture(&self) -> Option<&LitPicture> {
+        self.picture.get()?.as_ref()
+    }
+}
+
+impl<'a> Truth<'a> {
+    pub fn new(scene: &'a Scene, wanted: Wanted) -> Self {
+        Self::of(scene, Arc::new(Known::new(wanted)))
+    }
+
+    /// The truth of a scene of which some may be known.
+    pub fn of(scene: &'a Scene, known: Arc<Known>) -> Self {
+        Self { scene, casters: OnceLock::new(), known }
+    }
+
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    pub fn known(&self) -> &Known {
+        &self.known
     }
 
     pub fn casters(&self) -> &Casters<'a> {
@@ -173,10 +211,10 @@ impl<'a> Truth<'a> {
 
     /// Per light, its points in space.
     pub fn space(&self) -> &[Points] {
-        self.space.get_or_init(|| {
+        self.known.space.get_or_init(|| {
             let of = |light| {
-                let within = |bounds| points_outside(self.casters(), bounds, light, self.wanted.points);
-                self.at(light, self.wanted.bounds.map_or_else(Vec::new, within))
+                let within = |bounds| points_outside(self.casters(), bounds, light, self.known.wanted.points);
+                self.at(light, self.known.wanted.bounds.map_or_else(Vec::new, within))
             };
             (0..self.scene.lights.len()).map(of).collect()
         })
@@ -185,7 +223,7 @@ impl<'a> Truth<'a> {
     /// Per light, points that stay where they are in every frame.
     pub fn watched(&self) -> &[Points] {
         let of = |(light, positions): (usize, &Vec<[f32; 3]>)| self.at(light, positions.clone());
-        self.watched.get_or_init(|| self.wanted.watched.iter().enumerate().map(of).collect())
+        self.known.watched.get_or_init(|| self.known.wanted.watched.iter().enumerate().map(of).collect())
     }
 
     /// Visibility of each color at these points; none where casters absorb all colors alike.
@@ -207,17 +245,17 @@ impl<'a> Truth<'a> {
 
     /// Per light, its points on surfaces; none without meshes.
     pub fn surface(&self) -> &[Points] {
-        self.surface.get_or_init(|| {
-            let camera = self.camera(self.wanted.picture);
+        self.known.surface.get_or_init(|| {
+            let camera = self.camera(self.known.wanted.picture);
             let of = |light: usize| {
                 let casters = self.casters();
-                let surface = surface_points(casters, self.scene, light, &camera, self.wanted.points);
+                let surface = surface_points(casters, self.scene, light, &camera, self.known.wanted.points);
                 let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
                 let visibility = |p: &SurfacePoint| casters.visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
                 let colors = self.colors(light, &surface, |p: &SurfacePoint| p.position);
                 let normals = surface.iter().map(|p| p.asked(&self.scene.lights[light])).collect();
-                let wanted = if self.wanted.extent.is_whole() { &surface[..] } else { &[] };
+                let wanted = if self.known.wanted.extent.is_whole() { &surface[..] } else { &[] };
                 let distances = wanted.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
                 let boundaries = Cached::new();
                 Points { light, positions, visibility, colors, surface, normals, casters: distances, boundaries }
@@ -229,10 +267,10 @@ impl<'a> Truth<'a> {
     /// The picture. Where the whole truth is wanted, it has the wanted size. Else its size is halved as often as needed, so that it does
     /// not take long; None where even the smallest size would take long.
     pub fn picture(&self) -> Option<&LitPicture> {
-        let made = self.picture.get_or_init(|| {
-            let mut size = self.wanted.picture;
+        let made = self.known.picture.get_or_init(|| {
+            let mut size = self.known.wanted.picture;
             let mut tries = picture_tries(self.casters(), self.scene, &self.camera(size));
-            let most = if self.wanted.extent == Extent::Full { f64::INFINITY } else { PICTURE_TRIES };
+            let most = if self.known.wanted.extent == Extent::Full { f64::INFINITY } else { PICTURE_TRIES };
             while tries > most && size[0] / 2 >= LEAST_WIDTH {
                 (size, tries) = (size.map(|side| side / 2), tries / 4.0);
             }
@@ -242,15 +280,10 @@ impl<'a> Truth<'a> {
         made.as_ref()
     }
 
-    /// Whether a picture is wanted.
-    pub fn has_picture(&self) -> bool {
-        self.wanted.extent != Extent::Glance
-    }
-
     /// The truth in maps of these views, which many variants share.
     pub fn maps(&self, views: Vec<View>) -> Arc<MapsTruth> {
-        self.maps.get(views, |views| {
-            let most = if self.wanted.extent == Extent::Full { usize::MAX } else { SAMPLED_TEXELS };
+        self.known.maps.get(views, |views| {
+            let most = if self.known.wanted.extent == Extent::Full { usize::MAX } else { SAMPLED_TEXELS };
             let (truths, share) = sample_maps(self.casters(), self.scene, views, most);
             let count = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum::<u64>();
             let (covered, segments) = (count(|t| t.texels.len() as u64), count(|t| t.segments));

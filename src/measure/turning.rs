@@ -1,7 +1,7 @@
 //! Pictures of consecutive frames compared with the true pictures, while the camera goes around.
 
 use super::compare::Case;
-use super::{FramesError, picture_error, picture_flicker};
+use super::{FramesError, States, picture_error, picture_flicker};
 use crate::Result;
 use crate::consume::{Lighting, Renderer, Shading};
 use crate::reference::truth::{Casters, picture};
@@ -15,9 +15,9 @@ const PICTURE: [u32; 2] = [320, 180];
 const MOST_FRAMES: usize = 16;
 
 /// The true pictures of the compared frames.
-pub(super) fn references(states: &[Scene]) -> Vec<Picture> {
+pub(super) fn references(states: &States) -> Result<Vec<Picture>> {
     let of = |scene: &Scene| picture(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, PICTURE));
-    states.iter().take(MOST_FRAMES).map(of).collect()
+    (0..states.count().min(MOST_FRAMES)).map(|frame| Ok(of(&states.at(frame)?))).collect()
 }
 
 impl Case<'_> {
@@ -29,15 +29,15 @@ impl Case<'_> {
         shading: Shading,
         lighting: Lighting,
     ) -> Result<Option<FramesError>> {
-        let references = self.references();
+        let references = self.references()?;
         let states = self.frames.states;
-        let camera = |scene: &Scene| View::camera(&scene.camera, scene, PICTURE);
-        let mut renderer = Renderer::new(self.context, &self.world, &camera(&states[0]))?;
+        let camera = |frame| states.at(frame).map(|scene| View::camera(&scene.camera, &scene, PICTURE));
+        let mut renderer = Renderer::new(self.context, &self.world, &camera(0)?)?;
         let mut pictures = Vec::new();
-        for (frame, scene) in states.iter().enumerate().take(references.len()) {
+        for frame in 0..references.len() {
             self.show(frame)?;
             opened.build(&self.world)?;
-            renderer.look(&self.world, &camera(scene))?;
+            renderer.look(&self.world, &camera(frame)?)?;
             renderer.draw(&renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?)?;
             pictures.push(renderer.read()?);
         }

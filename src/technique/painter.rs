@@ -76,7 +76,7 @@ impl Painter {
     pub(super) fn new(context: &Context, world: &World, maps: &Maps, kernels: &PainterKernels) -> Result<Self> {
         let PainterKernels { name, slices, format, fragment, keys, constants } = *kernels;
         let light = Image::new(context, name, format, maps.size(), ImageUse::Color)?;
-        let order = Order::new(context, world, maps)?;
+        let order = Order::new(context, world.caster_capacity(), 1)?;
         let splat = Splat::sorted_by(context, world, maps, &order.sorted)?;
         let items = set::OrderKeys { items: &order.items }.bind(context, name)?;
         Ok(Self {

@@ -96,7 +96,7 @@ impl World {
     /// [`Error::Gpu`] where they cannot be read, [`Error::Refused`] as [`World::scene`].
     pub fn read_back(&mut self) -> Result<()> {
         let casters: Vec<Caster> = self.casters.read(self.particle_count as usize)?;
-        self.particles_were(&casters)?;
+        self.take_particles(&casters)?;
         let staged = self.staged()?;
         staged.written = false;
         let bounds = Bounds::of_casters(&staged.scene.casters());
@@ -105,24 +105,22 @@ impl World {
     }
 
     /// As [`World::read_back`], from `casters`, a copy of [`World::casters`] that was read back with frames in flight,
-    /// so that nothing waits. `now` says whether the copy is up to date, since no pass has written the casters since.
+    /// so that nothing waits. No pass may have written the casters since.
     ///
     /// # Errors
     /// [`Error::Refused`] as [`World::scene`].
-    pub fn particles_are(&mut self, casters: &[Caster], now: bool) -> Result<()> {
-        self.particles_were(casters)?;
-        if now {
-            let known = self.known_bounds();
-            let staged = self.staged()?;
-            staged.written = false;
-            let bounds = [known[0], Bounds::of_casters(&staged.scene.casters())];
-            self.generations.bounds += u64::from(whole(bounds) != whole(known));
-            self.bounds = Some(bounds);
-        }
+    pub fn particles_are(&mut self, casters: &[Caster]) -> Result<()> {
+        self.take_particles(casters)?;
+        let known = self.known_bounds();
+        let staged = self.staged()?;
+        staged.written = false;
+        let bounds = [known[0], Bounds::of_casters(&staged.scene.casters())];
+        self.generations.bounds += u64::from(whole(bounds) != whole(known));
+        self.bounds = Some(bounds);
         Ok(())
     }
 
-    fn particles_were(&mut self, casters: &[Caster]) -> Result<()> {
+    fn take_particles(&mut self, casters: &[Caster]) -> Result<()> {
         let particles = casters.iter().take(self.particle_count as usize);
         let particle = |c: &Caster| Particle { position: c.position, radius: c.radius, extinction: c.density };
         let particles = particles.map(particle);

@@ -5,11 +5,14 @@ use crate::{left_by_cells, mean_apart};
 use glam::DVec3;
 use gobo::consume::{Lighting, Renderer, Shading};
 use gobo::gpu::Context;
+use gobo::measure::{Effort, Extent, Frames, Row, States, Status, with_case};
 use gobo::reference::truth::{Casters, picture, space_points};
-use gobo::scene::{Picture, Scene, View};
+use gobo::scene::{Field, Picture, Placed, Scene, View, Volume};
 use gobo::technique::Opened;
 use gobo::world::World;
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Weak};
 
 /// A file that results/files/vdb.py wrote.
 fn seed(name: &str) -> PathBuf {
@@ -213,5 +216,71 @@ fn volumes_may_begin_empty() {
                 assert_eq!(seen > 200, frame == 1, "{text}, frame {frame}: {seen} pixels are not the sky");
             }
         }
+    });
+}
+
+/// A block of density that shrinks from frame to frame, and what tells whether anything still has it.
+fn block(frame: usize) -> (Scene, Weak<Field>) {
+    let side = 6 - frame as i32;
+    let samples =
+        (0..side.pow(3)).map(|i| ([i % side, i / side % side, i / side.pow(2)], 0.5 + 0.1 * (i % side) as f32));
+    let field = Arc::new(Field::new(samples).expect("a field"));
+    let held = Arc::downgrade(&field);
+    let steps = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 0.25 * axis);
+    let placed = Placed { origin: DVec3::splat(-0.6), steps, extinction: 2.0, color: [0.7; 3], side: 1 };
+    let mut scene = support::scenes::directional("block", [0.3, 0.2, -1.0], Vec::new());
+    scene.volumes.push(Volume::new(field, placed).expect("a volume"));
+    (scene, held)
+}
+
+/// Frames that are read when they are asked for give the rows of frames that are all in memory, to the bit; beside the first there are never
+/// more than three, whatever is measured: the one that is shown, the one that is read, and the last while errors over areas are taken.
+#[test]
+fn frames_that_are_read_are_compared_as_those_in_memory() {
+    gpu_test("frames_that_are_read_are_compared_as_those_in_memory", |context| {
+        const COUNT: usize = 5;
+        let effort = Effort {
+            frames: COUNT,
+            warm_up: 1,
+            space_points: 300,
+            lookups: 0,
+            picture: [32, 18],
+            turning: false,
+            footprints: true,
+            counts: false,
+            truth: Extent::Sample,
+        };
+        let specs = ["avsm:path=binned,size=32", "none", "density-grid:size=64"];
+        let measured = |frames: Frames| -> Vec<Row> {
+            let rows = with_case(context, frames, effort, |case| {
+                Ok(specs.iter().map(|text| case.measure(&spec(text)).0).collect())
+            });
+            rows.expect("measured")
+        };
+        let all: Vec<Scene> = (0..COUNT).map(|frame| block(frame).0).collect();
+        let held = measured(Frames::from(&all[..]));
+        let (given, most) = (RefCell::new(Vec::<Weak<Field>>::new()), Cell::new(0));
+        let read = |frame: usize| {
+            let (scene, field) = block(frame);
+            given.borrow_mut().push(field);
+            most.set(most.get().max(given.borrow().iter().filter(|field| field.strong_count() > 0).count()));
+            Ok(scene)
+        };
+        let states = States::Read { first: &all[0], count: COUNT, read: &read };
+        let rows = measured(Frames { states, ..Frames::from(&all[..1]) });
+        println!("{} frames were read, {} in memory at most", given.borrow().len(), most.get());
+        assert!(given.borrow().len() > 2 * COUNT && most.get() <= 3, "{} in memory", most.get());
+        for (row, held) in rows.iter().zip(&held) {
+            let what = format!("{} {}", row.technique, row.reason);
+            assert_eq!((row.status, held.status), (Status::Ok, Status::Ok), "{what}");
+            assert!(row.flicker_rms.is_some() && row.error.is_some() && !row.footprints.is_empty(), "{what}");
+            assert_eq!(row.flicker_rms, held.flicker_rms, "{what}");
+            assert_eq!(
+                format!("{:?}", (&row.error, &row.footprints)),
+                format!("{:?}", (&held.error, &held.footprints))
+            );
+        }
+        // Blocks of other sizes flicker by other amounts: that frames are those that were asked for shows.
+        assert_ne!(rows[0].flicker_rms, rows[1].flicker_rms);
     });
 }

@@ -13,6 +13,7 @@ pub mod cone;
 pub mod deep_shadow_map;
 pub mod detail;
 pub mod exact;
+pub mod far_to_near;
 pub mod filter;
 pub mod fit;
 pub mod fourier;

@@ -9,6 +9,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
+#[cfg(feature = "program")]
+use std::time::Duration;
 use std::time::SystemTime;
 
 /// Frames per second where a scene file gives none: the rate of films.
@@ -120,6 +122,18 @@ impl Animation {
             }
         }
         Ok((particles, volumes))
+    }
+}
+
+#[cfg(feature = "program")]
+impl Animation {
+    /// Waits until the frames behind those that were shown are read.
+    pub(crate) fn read_ahead(&self) {
+        for part in &self.parts {
+            if let Part::Moving(sequence) = part {
+                sequence.read_ahead();
+            }
+        }
     }
 }
 
@@ -241,6 +255,16 @@ impl Sequence {
             shown(content);
         }
         Ok(())
+    }
+}
+
+#[cfg(feature = "program")]
+impl Sequence {
+    fn read_ahead(&self) {
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        while kept.next.as_ref().is_some_and(|(_, thread)| !thread.is_finished()) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 }
 

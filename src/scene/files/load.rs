@@ -150,6 +150,14 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Waits until the next frame of each sequence of files is read, which a thread begins when one is shown.
+    #[cfg(feature = "program")]
+    pub(crate) fn read_ahead(&self) {
+        if let Motion::Animation(animation) = &self.motion {
+            animation.read_ahead();
+        }
+    }
+
     /// The parts of the scene that move, at another time. Smoke continues from its state in `before`.
     ///
     /// # Errors

@@ -53,8 +53,8 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     Order { casters, volumes }
 }
 
-/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. Smoke that moves is sorted in every frame, so this
-/// must be fast: it is a radix sort by three digits of each number's upper half. Numbers with equal upper halves are then sorted by the
+/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. Where volumes are among smoke that moves,
+/// this runs in every frame and must be fast: it is a radix sort by three digits of each number's upper half. Numbers with equal upper halves are then sorted by the
 /// whole number.
 fn falling(depths: &[f64]) -> Vec<u32> {
     const DIGIT: u32 = 11;

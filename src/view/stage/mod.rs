@@ -61,8 +61,7 @@ pub struct Stage {
     smoke: Smoke,
     /// Moves particles on the device; made when they first move.
     simulation: Option<Simulation>,
-    /// Copies the particles that the device has moved to the host. While they move, the copy gives only their drawing
-    /// order; once they stand still, the host's scene takes all of their data from it.
+    /// Copies the particles that the device has moved to the host, whose scene takes them over once they stand still.
     simulated: Option<Simulated>,
     sides: [Option<Lit>; 2],
     /// Specs that cannot be shown, and why.

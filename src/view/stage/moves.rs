@@ -96,18 +96,15 @@ impl Stage {
         Ok(())
     }
 
-    /// Takes over the particles' positions from a frame that is over. These give the drawing order. Where the particles
-    /// have not moved since that frame, they are also the positions in the host's scene.
+    /// Takes over the particles' positions into the host's scene from a frame that is over, where they have not moved since.
     pub(super) fn take_particles(&mut self, over: u64) -> Result<()> {
-        let Some(simulated) = self.simulated.as_mut().filter(|simulated| simulated.is_moving) else { return Ok(()) };
-        let stands = simulated.frame <= over;
+        let stood = |simulated: &&mut Simulated| simulated.is_moving && simulated.frame <= over;
+        let Some(simulated) = self.simulated.as_mut().filter(stood) else { return Ok(()) };
         let Some(casters) = simulated.read.read::<Caster>(over, self.base.particles.len())? else { return Ok(()) };
-        self.world.particles_are(&casters, stands)?;
-        if stands {
-            simulated.is_moving = false;
-            self.base.particles.clone_from(&self.world.scene()?.particles);
-            (self.version, self.cast) = (next_version(), next_version());
-        }
+        self.world.particles_are(&casters)?;
+        simulated.is_moving = false;
+        self.base.particles.clone_from(&self.world.scene()?.particles);
+        (self.version, self.cast) = (next_version(), next_version());
         Ok(())
     }
 

@@ -1,0 +1,116 @@
+//! A scene that is compared, in each of its frames. Frames of a sequence of files are read when they are shown: of these the first, the
+//! one that is shown and the next are in memory, and no others.
+
+use crate::Result;
+use crate::measure::States;
+use crate::scene::{Camera, Scene};
+
+/// See the module.
+pub(super) struct Compared {
+    /// Its states; the first alone where the others are read.
+    pub states: Vec<Scene>,
+    /// The times of these frames; none where the scene is not to move.
+    pub times_s: Vec<f64>,
+    /// The camera of states that are read; none where all are in memory.
+    camera: Option<Turning>,
+}
+
+/// A camera that turns from frame to frame, if degrees are given.
+#[derive(Clone, Copy)]
+struct Turning {
+    camera: Camera,
+    step_degrees: Option<f64>,
+}
+
+impl Compared {
+    /// All states are in memory: one at least.
+    pub(super) fn held(states: Vec<Scene>, times_s: Vec<f64>) -> Self {
+        Self { states, times_s, camera: None }
+    }
+
+    /// The states of a sequence of files at these times.
+    ///
+    /// # Errors
+    /// As [`Compared::at`].
+    pub(super) fn read(scene: Scene, times_s: Vec<f64>, step_degrees: Option<f64>) -> Result<Self> {
+        let camera = Some(Turning { camera: scene.camera, step_degrees });
+        let mut compared = Self { states: vec![scene], times_s, camera };
+        compared.states = vec![compared.at(0)?];
+        Ok(compared)
+    }
+
+    /// The state in the first frame.
+    pub(super) fn first(&self) -> &Scene {
+        &self.states[0]
+    }
+
+    /// The state in a frame of a sequence of files. The next is read too by the time that this returns, so that no thread reads while
+    /// something is timed.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a file cannot be read.
+    pub(super) fn at(&self, frame: usize) -> Result<Scene> {
+        let mut state = self.first().at(self.times_s[frame])?;
+        state.read_ahead();
+        if let Some(Turning { camera, step_degrees: Some(step) }) = self.camera {
+            state.camera = camera.turned(step * frame as f64);
+        }
+        Ok(state)
+    }
+
+    /// All states, of which `read` reads those that are not in memory, by [`Compared::at`].
+    pub(super) fn states<'a>(&'a self, read: &'a dyn Fn(usize) -> Result<Scene>) -> States<'a> {
+        match self.camera {
+            None => States::Held(&self.states),
+            Some(_) => States::Read { first: self.first(), count: self.times_s.len(), read },
+        }
+    }
+}
+
+/// Gives numbers to scenes with the same name, such as smoke.ply and smoke.toml: their names are used for the files of
+/// pictures.
+pub(super) fn name_apart(scenes: &mut [Compared]) {
+    for i in 1..scenes.len() {
+        let (before, rest) = scenes.split_at_mut(i);
+        let named = |name: &str| before.iter().flat_map(|compared| &compared.states).any(|s| s.name == name);
+        let name = rest[0].first().name.clone();
+        let mut unique = name.clone();
+        for number in 2.. {
+            if !named(&unique) {
+                break;
+            }
+            unique = format!("{name}-{number}");
+        }
+        rest[0].states.iter_mut().for_each(|s| s.name.clone_from(&unique));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Field;
+    use std::sync::Weak;
+
+    /// A sequence of three files, twice: of the frames that were given out the first and the last are in memory, and the camera turns.
+    #[test]
+    fn the_first_and_the_last_are_alive() {
+        let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");
+        let scene = Scene::load(files, 0.0).expect("a sequence");
+        let (camera, times_s) = (scene.camera, (0..6).map(|frame| (f64::from(frame) + 0.5) / 24.0).collect());
+        let compared = Compared::read(scene, times_s, Some(30.0)).expect("read");
+        let first = compared.first().volumes[0].held();
+        let mut given: Vec<Weak<Field>> = Vec::new();
+        for frame in 0..6 {
+            let state = compared.at(frame).expect("read");
+            assert_eq!(state.camera, camera.turned(30.0 * frame as f64), "frame {frame}");
+            given.push(state.volumes[0].held());
+            let alive = given.iter().filter(|field| field.strong_count() > 0 && !field.ptr_eq(&first)).count();
+            assert_eq!(alive, usize::from(frame > 0), "frame {frame}");
+        }
+        assert!(first.strong_count() > 0);
+        let read = |frame| compared.at(frame);
+        let states = compared.states(&read);
+        assert_eq!((states.count(), states.first()), (6, Some(compared.first())));
+        assert_eq!(states.at(1).expect("read").volumes, compared.at(1).expect("read").volumes);
+    }
+}

@@ -1,0 +1,64 @@
+//! Pictures of a world that the caller's buffers fill: the device orders the casters, so that the host need not know them.
+
+use super::buffers::{scene, theirs};
+use super::{build, opened};
+use crate::support::{gpu_test, spec};
+use gobo::Error;
+use gobo::consume::{Lighting, Renderer, Shading};
+use gobo::gpu::Context;
+use gobo::scene::{Picture, Scene, View};
+use gobo::world::{Capacity, World};
+
+fn pictured(context: &Context, world: &World, scene: &Scene, text: &str) -> Picture {
+    let mut opened = opened(context, world, &spec(text));
+    build(&mut opened, world, text);
+    let camera = View::camera(&scene.camera, scene, [64, 36]);
+    let renderer = Renderer::new(context, world, &camera).expect("a renderer");
+    renderer.picture_of(opened.technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("drawn")
+}
+
+/// Smoke, with the count the host's or the device's and room for more: the picture of a scene of the same casters, to the bit.
+#[test]
+fn smoke_of_a_buffer_is_seen_as_a_scenes() {
+    gpu_test("smoke_of_a_buffer_is_seen_as_a_scenes", |context| {
+        let mut scene = scene(9, 80);
+        scene.lights.truncate(1);
+        // Whether triangles of a buffer close a mesh is not known, which is seen in light on them.
+        scene.meshes.clear();
+        let nothing = Scene { particles: Vec::new(), ..scene.clone() };
+        for text in ["none", "avsm:path=two-pass,size=32", "half-angle:size=32,slices=32"] {
+            let ours = super::world(context, &scene);
+            let expected = pictured(context, &ours, &scene, text);
+            let without = pictured(context, &super::world(context, &nothing), &scene, "none");
+            let differing = expected.pixels.iter().zip(&without.pixels).filter(|(a, b)| a != b).count();
+            assert!(differing > 300, "{text}: {differing} pixels see smoke");
+            for (more, on_device) in [(0, false), (40, false), (40, true)] {
+                // Slices have as many casters each, and those behind the device's count are among them.
+                if text.starts_with("half") && on_device {
+                    continue;
+                }
+                let world = theirs(context, &scene, more, on_device);
+                assert_eq!(world.caster_count(), if on_device { 120 } else { 80 });
+                assert!(pictured(context, &world, &scene, text) == expected, "{text}, {more} more, {on_device}");
+            }
+        }
+    });
+}
+
+/// What only a scene knows is named: colours of splats and volumes.
+#[test]
+fn splats_of_a_buffer_have_no_colors() {
+    gpu_test("splats_of_a_buffer_have_no_colors", |context| {
+        let scene = scene(9, 10);
+        for capacity in [Capacity { splats: 5, ..Capacity::default() }, Capacity { cells: 5, ..Capacity::default() }] {
+            let mut world = World::of(context, Capacity { lights: 3, particles: 2, ..capacity }).expect("room");
+            context.submit(|commands| world.lights(commands, &scene.lights).expect("lights")).expect("submitted");
+            let camera = View::camera(&scene.camera, &scene, [16, 9]);
+            match Renderer::new(context, &world, &camera) {
+                Err(Error::Refused { needs }) => assert!(needs.contains("colors of splats and volumes"), "{needs}"),
+                Err(error) => panic!("{error}"),
+                Ok(_) => panic!("it is drawn"),
+            }
+        }
+    });
+}
