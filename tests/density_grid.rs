@@ -74,6 +74,45 @@ fn directions_equal_their_twin() {
     });
 }
 
+/// Sizes that are no power of two stand in a grid that is one, of which they fill the middle: where the box of the casters says, voxel by
+/// voxel what the twin has, and ways are the twin's.
+#[test]
+fn sizes_between_powers_of_two_are_fitted() {
+    gpu_test("sizes_between_powers_of_two_are_fitted", |context| {
+        for scene in some([scenes::locks(), scenes::random()], 1) {
+            let ends = |c: &gobo::scene::Caster| [c.start(), c.end()].map(|end| (end, f64::from(c.radius)));
+            let all: Vec<_> = scene.casters().iter().flat_map(ends).collect();
+            let side = |axis: usize| {
+                let most = all.iter().map(|(end, radius)| end[axis] + radius).fold(f64::NEG_INFINITY, f64::max);
+                most - all.iter().map(|(end, radius)| end[axis] - radius).fold(f64::INFINITY, f64::min)
+            };
+            let widest = (0..3).map(side).fold(0.0, f64::max);
+            for (size, voxels) in some([(48, 64), (32, 64), (96, 128), (192, 256)], 2) {
+                let (_, opened, place) = built(context, &scene, Settings { size, ..PLAIN });
+                let what = format!("{}, size {size}", scene.name);
+                assert_eq!(place.size, voxels, "{what}");
+                let times = f64::from(place.voxel) * f64::from(size - 2) / widest;
+                assert!((times - 1.0).abs() < 1e-5, "{what}: {times} of the widest side");
+                let media = Media::deposit(&scene.casters(), &place);
+                let (found, bits) = opened.technique.grid().media().expect("read").expect("there are casters");
+                assert!(found == media.voxels && bits == media.bits.words, "{what}");
+                let soft = Soft { media: &media, directions: None, size: voxels };
+                let mut random = Random::new(85);
+                let points: Vec<_> = (0..600).map(|_| random.point(-1.3, 1.3)).collect();
+                let answers = ask(context, opened.technique.as_ref(), 0, &points);
+                let off = points.iter().zip(&answers).filter(|(point, answer)| {
+                    let (from, way) = way(&place, &scene.lights[0], **point);
+                    (**answer - (-soft.march_exact(from, way)).exp()).abs() > 5e-4
+                });
+                let off = off.count();
+                let dark = answers.iter().filter(|answer| **answer < 0.9).count();
+                // A way along the side of a voxel that is full.
+                assert!(off < 9 && dark > 20, "{what}: {off} unsure, {dark} dark");
+            }
+        }
+    });
+}
+
 /// All lights and ways, skipping what is empty or not.
 #[test]
 fn ways_equal_their_twin() {
@@ -235,4 +274,40 @@ fn finer_grids_are_nearer_to_the_truth() {
         println!("mean error at 64 and 128: {errors:?}");
         assert!(errors[1] < 0.7 * errors[0] && errors[0] < 0.02, "{errors:?}");
     });
+}
+
+/// The distance from the middle of a strand of `hair` to the nearest axis of another hair's, in the mean: the unit in which the sweep of
+/// docs/notebook/density-grid.md says how wide voxels are. The table there has just these ratios.
+#[test]
+fn voxels_are_so_many_spacings_wide() {
+    const SPACING: f64 = 0.0134;
+    const OF_A_HAIR: usize = 16;
+    let scene = Scene::load("hair", 20.0).expect("built in");
+    let ends: Vec<[DVec3; 2]> =
+        scene.strands.iter().map(|s| [s.start, s.end].map(|p| DVec3::from(p.map(f64::from)))).collect();
+    let nearest = |i: usize| {
+        let middle = 0.5 * (ends[i][0] + ends[i][1]);
+        let others = ends.iter().enumerate().filter(|(other, _)| other / OF_A_HAIR != i / OF_A_HAIR);
+        let square = |[start, end]: &[DVec3; 2]| {
+            let (axis, to) = (*end - *start, middle - *start);
+            (to - axis * (to.dot(axis) / axis.length_squared()).clamp(0.0, 1.0)).length_squared()
+        };
+        others.map(|(_, ends)| square(ends)).fold(f64::INFINITY, f64::min).sqrt()
+    };
+    // A prime, so that all places along a hair have their share.
+    let all: Vec<f64> = (0..ends.len()).step_by(if support::all() { 11 } else { 61 }).map(nearest).collect();
+    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    let wide = |axis: usize| {
+        let along = || ends.iter().flatten().map(|end| end[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    let widest = (0..3).map(wide).fold(0.0, f64::max) + 2.0 * f64::from(scene.strands[0].radius);
+    println!("{} strands: {mean:.5} from the nearest; {widest:.4} wide", all.len());
+    assert!((mean / SPACING - 1.0).abs() < 0.03, "{mean}");
+    let page = std::fs::read_to_string("docs/notebook/density-grid.md").expect("the page");
+    for size in [32, 48, 64, 96, 128, 192, 256] {
+        let row = format!("| {size} | {:.1} |", widest / f64::from(size - 2) / SPACING);
+        println!("{row}");
+        assert!(page.contains(&row), "{row}");
+    }
 }

@@ -6,7 +6,7 @@ mod support;
 
 use glam::DVec3;
 use gobo::Error;
-use gobo::consume::{Lighting, Renderer, Shading, VERTEX_SPACING};
+use gobo::consume::{Asked, Lighting, Query, Renderer, Shading, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};
@@ -151,6 +151,94 @@ fn light_has_its_closed_form() {
             (least, most, seen) = (least.min(light), most.max(light), seen + 1);
         }
         assert!(seen > 3000 && most > 1.3 * least, "{seen} pixels, light from {least} to {most}");
+    });
+}
+
+/// The sphere of [`flank`] behind a lattice of strands in place of the other: strands are much nearer to each other than vertices, and take
+/// the more light the higher they are.
+fn shutters() -> Scene {
+    let mut scene = flank();
+    scene.particles.truncate(1);
+    let strand = |i: i16| {
+        let z = 0.05 * f32::from(i);
+        let end = |y: f32| [-8.0, y, z];
+        Strand { start: end(-3.0), end: end(3.0), radius: 0.012, opacity: 0.6 + 0.2 * z }
+    };
+    scene.strands = (-40..=40).map(strand).collect();
+    scene
+}
+
+/// Each vertex asks as wide as it stands for: light between vertices is what a query of squares answers at these points, as wide as vertices
+/// are apart, and not what it answers of points.
+#[test]
+fn vertices_ask_by_their_width() {
+    gpu_test_needing("vertices_ask_by_their_width", NEEDS, |context| {
+        let (scene, size, spacing) = (shutters(), [160, 160], 20.0);
+        let camera = camera(&scene, size);
+        let caster = scene.casters()[0];
+        let quad = vertex_lit::quad(&camera, &caster, f64::from(spacing)).expect("it is seen");
+        let [low, high] = quad.corners;
+        let (parts, row) = (quad.parts, quad.parts[0] + 1);
+        let pixels = glam::DVec2::from(size.map(f64::from));
+        let apart = 0.5 * (high - low) * pixels / glam::DVec2::from(parts.map(|n| n as f64));
+        let axis = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let vertex = |i: usize| {
+            let at = glam::DVec2::new((i % row) as f64, (i / row) as f64) / glam::DVec2::from(parts.map(|n| n as f64));
+            let pixel = (0.5 * (low + at * (high - low)) + 0.5) * pixels;
+            let asked = vertex_lit::asked(&camera, &caster, pixel, camera.far.into());
+            let z = (asked - axis(camera.origin)).dot(axis(camera.forward));
+            let pixel_side = 2.0 * z / (pixels.y * f64::from(camera.scale_y)).abs();
+            (asked.as_vec3().to_array(), ((apart.x * apart.y).sqrt() * pixel_side) as f32)
+        };
+        let (points, sides): (Vec<_>, Vec<_>) = (0..row * (parts[1] + 1)).map(vertex).unzip();
+        for name in some(["avsm", "layers", "moments", "beer-shadow-map", "translucency-map"], 2) {
+            let text = format!("{name}:path=binned,size=256,levels=7");
+            if !runs("vertices_ask_by_their_width", context, &text) {
+                continue;
+            }
+            let [drawn] = pictures(context, &scene, size, &text, [Lighting::Vertex { spacing }]);
+            let technique = built(context, &scene, &text);
+            let ask = |sides: &[f32]| {
+                let asked = [Asked { light: 0, points: &points, normals: &[] }];
+                Query::of_areas(context, &asked, sides).expect("room").ask(&technique.answer()).expect("answered")
+            };
+            // The least and the most of a pixel's light, since the device may cut a part along either diagonal.
+            let between = |all: &[f32], ndc: glam::DVec2| {
+                let at = (ndc - low) / (high - low) * glam::DVec2::from(parts.map(|n| n as f64));
+                let part = at.floor();
+                let (first, glam::DVec2 { x, y }) = (part.y as usize * row + part.x as usize, at - part);
+                let [a, b, c, d] = [0, 1, row, row + 1].map(|i| f64::from(all[first + i]));
+                let falling = if x >= y { a + x * (b - a) + y * (d - b) } else { a + y * (c - a) + x * (d - c) };
+                let below = x + y <= 1.0;
+                let rising =
+                    if below { a + x * (b - a) + y * (c - a) } else { d + (1.0 - x) * (c - d) + (1.0 - y) * (b - d) };
+                [falling.min(rising), falling.max(rising)]
+            };
+            let outside = |answers: &[f32]| {
+                let (mut outside, mut seen, mut range) = (0, 0, [f64::INFINITY, 0.0f64]);
+                for (i, pixel) in drawn.pixels.iter().enumerate() {
+                    let at = glam::DVec2::new((i as u32 % size[0]).into(), (i as u32 / size[0]).into()) + 0.5;
+                    let ray = camera.ray(at);
+                    let middle = ray.at(-ray.origin.dot(ray.direction) / ray.direction.length_squared());
+                    if middle.length() > 0.95 {
+                        continue;
+                    }
+                    let opacity = -(-5e-4 * 2.0 * (1.0 - middle.length_squared()).sqrt()).exp_m1();
+                    let shown =
+                        |light: f64| 0.92 * (0.10 + 1e3 * light) * opacity + f64::from(SKY[0]) * (1.0 - opacity);
+                    let [least, most] = between(answers, 2.0 * at / pixels - 1.0).map(shown);
+                    let found = f64::from(pixel[0]);
+                    outside += usize::from(found < 0.99 * least || found > 1.01 * most);
+                    (seen, range) = (seen + 1, [range[0].min(found), range[1].max(found)]);
+                }
+                (outside, seen, range)
+            };
+            let (wrong, seen, range) = outside(&ask(&sides));
+            let (of_points, ..) = outside(&ask(&vec![0.0; sides.len()]));
+            println!("{text}: {wrong} of {seen} pixels outside, {of_points} of points; {range:.2?}");
+            assert!(wrong == 0 && seen > 10_000, "{text}: {wrong} of {seen}");
+            assert!(3 * of_points > seen && range[1] > 1.2 * range[0], "{text}: {of_points}, {range:?} prove nothing");
+        }
     });
 }
 

@@ -12,6 +12,7 @@ layout(push_constant, scalar) uniform GridPush {
     uint level;    // of grid.cells
     uint pairs_room;  // of grid.pairs: pairs that there is room for
     uint share;       // of grid.casters: a caster whose box has more voxels is listed once, for all voxels
+    uint fitted;      // of grid.fit: voxels along the longest side of the box about all casters, two of them beside it
 };
 
 // A shader that only reads defines GRID_ACCESS as `readonly` first: a device need not let vertex shaders write.

@@ -1,6 +1,6 @@
 #version 460
-// Places the grid: a cube about all casters, a voxel wider to each side. One thread. Source: ours. Input: grid.low, grid.high. Output: the
-// grid's other fields. Twin: reference::twin::grid::fit.
+// Places the grid: a cube about all casters, a voxel wider to each side, and more where the grid has more voxels than are wanted along the
+// box. One thread. Source: ours. Input: grid.low, grid.high. Output: the grid's other fields. Twin: reference::twin::grid::Place::about.
 layout(local_size_x = 1) in;
 #include "grid/build.glsl"
 
@@ -15,7 +15,7 @@ void main() {
     // Even a single point gets a grid whose voxels floats can tell apart.
     float least = max(1.0, max(far.x, max(far.y, far.z))) * 1e-3;
     float widest = max(max(extent.x, max(extent.y, extent.z)), least);
-    grid.voxel = widest / float(grid.size - 2u);
-    grid.per_unit = float(grid.size - 2u) / widest;
+    grid.voxel = widest / float(fitted - 2u);
+    grid.per_unit = float(fitted - 2u) / widest;
     grid.origin = middle - 0.5 * float(grid.size) * grid.voxel;
 }

@@ -62,6 +62,12 @@ const fn side(size: u32, level: u32) -> u32 {
     size >> (2 * level + 2)
 }
 
+/// Voxels per side of a grid that has `fitted` of them along the longest side of the box about all casters: a power of two, and whole blocks
+/// of the highest level. What is more than `fitted` stays empty. Twin: reference::twin::grid::Place::about.
+pub fn voxels_per_side(fitted: u32) -> u32 {
+    fitted.next_power_of_two().max(1 << (2 * GRID_LEVELS))
+}
+
 /// Levels of bits.
 pub const GRID_LEVELS: u32 = 3;
 
@@ -79,6 +85,7 @@ push_struct! {
         level: u32,
         pairs_room: u32,
         share: u32,
+        fitted: u32,
     }
 }
 
@@ -86,6 +93,7 @@ push_struct! {
 /// ours.
 pub struct Grid {
     size: u32,
+    fitted: u32,
     data: Buffer,
     bits: Buffer,
     large: Buffer,
@@ -121,7 +129,8 @@ pub enum Finer {
 
 /// The content of a grid, and its place.
 struct Plan {
-    size: u32,
+    /// Voxels along the longest side of the box about all casters.
+    fitted: u32,
     /// None: without meshes.
     voxelizer: Option<Voxelizer>,
     finer: Finer,
@@ -156,7 +165,7 @@ impl Grid {
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
         let media = (world.caster_capacity() > 0).then(Holds::default);
         let voxelizer = Some(voxelizer);
-        Self::planned(context, world, &Plan { size, voxelizer, finer, media, cast: false, stands: None })
+        Self::planned(context, world, &Plan { fitted: size, voxelizer, finer, media, cast: false, stands: None })
     }
 
     /// A grid that lists the triangles and the casters of each voxel.
@@ -165,16 +174,17 @@ impl Grid {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn listing(context: &Context, world: &World, size: u32) -> Result<Self> {
         let (voxelizer, finer) = (Some(Voxelizer::Listed), Finer::Nothing);
-        Self::planned(context, world, &Plan { size, voxelizer, finer, media: None, cast: true, stands: None })
+        Self::planned(context, world, &Plan { fitted: size, voxelizer, finer, media: None, cast: true, stands: None })
     }
 
-    /// A grid of smoke and hair alone, with the data that `holds` names.
+    /// A grid of smoke and hair alone, with the data that `holds` names, and `fitted` voxels along the longest side of the box about these
+    /// ([`voxels_per_side`]).
     ///
     /// # Errors
     /// As [`Grid::new`].
-    pub fn of_media(context: &Context, world: &World, size: u32, holds: Holds) -> Result<Self> {
+    pub fn of_media(context: &Context, world: &World, fitted: u32, holds: Holds) -> Result<Self> {
         let (finer, media) = (Finer::Nothing, Some(holds));
-        Self::planned(context, world, &Plan { size, voxelizer: None, finer, media, cast: false, stands: None })
+        Self::planned(context, world, &Plan { fitted, voxelizer: None, finer, media, cast: false, stands: None })
     }
 
     /// A grid of the meshes alone, at `place`. All meshes must lie inside it, at least a voxel from its sides.
@@ -182,13 +192,14 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
-        let (size, voxelizer) = (place.size, Some(Voxelizer::Compute));
-        let plan = Plan { size, voxelizer, finer: Finer::Nothing, media: None, cast: false, stands: Some(place) };
+        let (fitted, voxelizer) = (place.size, Some(Voxelizer::Compute));
+        let plan = Plan { fitted, voxelizer, finer: Finer::Nothing, media: None, cast: false, stands: Some(place) };
         Self::planned(context, world, &plan)
     }
 
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
-        let Plan { size, voxelizer, finer, media, cast, stands } = *plan;
+        let Plan { fitted, voxelizer, finer, media, cast, stands } = *plan;
+        let size = voxels_per_side(fitted);
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         // Zeroed, since clearing passes only visit words that are not 0.
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
@@ -207,6 +218,7 @@ impl Grid {
         let meshes = if voxelizer.is_some() { Parts::MESHES.and(place) } else { place };
         Ok(Self {
             size,
+            fitted,
             bits,
             large,
             media: media.map(|holds| Media::new(context, world, size, &set, holds)).transpose()?,
@@ -444,7 +456,7 @@ impl Grid {
         let caster_count = world.caster_count();
         let bounds_groups = triangle_count.max(caster_count).div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
         let threads = THREADS * bounds_groups;
-        let push = GridPush { triangle_count, caster_count, threads, ..GridPush::zeroed() };
+        let push = GridPush { triangle_count, caster_count, threads, fitted: self.fitted, ..GridPush::zeroed() };
         commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
         commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
     }

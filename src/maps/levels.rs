@@ -35,6 +35,11 @@ pub fn coarser_texels(maps: &Maps, levels: u32) -> u64 {
     (1..levels).map(|level| level_texels(maps, level)).sum()
 }
 
+/// Texels of all maps in the levels from which a pass goes on where another has ended; `levels` counts the map too.
+pub fn carried_texels(maps: &Maps, levels: u32) -> u64 {
+    (1..levels).step_by(LEVELS_A_PASS).skip(1).map(|level| level_texels(maps, level - 1)).sum()
+}
+
 /// The passes that make levels, up to three levels each.
 pub struct Levels {
     label: &'static str,

@@ -28,14 +28,14 @@ pub use bins::{Bins, TILE_TEXELS};
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
-pub use levels::{Levels, coarser_texels, level_size, level_texels, leveled_texels};
+pub use levels::{Levels, carried_texels, coarser_texels, level_size, level_texels, leveled_texels};
 pub use list::{Keep, List, SegmentData};
 pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw};
 pub use order::{ItemData, NearToFar, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
-pub use sums::{SumKernels, Sums, sum_targets};
+pub use sums::{EVEN_CELLS, SumKernels, Sums, sum_targets};
 pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 
 use self::fit::Fit;

@@ -2,7 +2,9 @@
 //! lost. Shaders: glsl/maps/sums/.
 
 use super::texels::TexelPasses;
-use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, coarser_texels, stacked};
+use super::{
+    Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, carried_texels, coarser_texels, stacked,
+};
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Limit, Memory, Resource, Shader,
     Target,
@@ -11,6 +13,10 @@ use crate::shaders::constant::SUM_RANGE;
 use crate::shaders::{self, set};
 use crate::world::World;
 use crate::{Error, Result};
+
+/// Cells that a coarser level's range is cut into, where the technique's own sums cut it into none. Twin: LEVEL_CELLS in
+/// glsl/maps/sums/even_cells.glsl.
+pub const EVEN_CELLS: u32 = 32;
 
 /// The most targets that sums are drawn to, with four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
 const MOST_TARGETS: u32 = 8;
@@ -34,6 +40,8 @@ pub struct SumKernels<'a> {
     pub levels: &'a Shader,
     /// The number of levels, the map itself among them. The constants hold it too.
     pub level_count: u32,
+    /// Cells that a coarser level's range is cut into.
+    pub level_cells: u32,
 }
 
 /// The words of all texels, map after map, and the passes that make them.
@@ -43,6 +51,8 @@ pub struct Sums {
     way: Way,
     /// Makes the coarser levels behind the maps' words.
     levels: Option<Levels>,
+    /// What one of the levels' passes leaves for the next.
+    curves: Buffer,
 }
 
 enum Way {
@@ -97,9 +107,13 @@ impl Sums {
                 Way::Binned { bins, kernel, label }
             }
         };
-        let sets = [maps.scene(), &set::MapsLevelSums { sum_words: &words }.bind(context, kernels.labels[3])?];
-        let levels = Levels::new(context, kernels.labels[3], maps, count, kernels.levels, &sets, constants)?;
-        Ok(Self { words, way, levels })
+        let label = kernels.labels[3];
+        let bytes = 4 * u64::from(kernels.level_cells) * carried_texels(maps, count);
+        let curves = Buffer::new(context, label, bytes.max(4), Memory::Device)?;
+        let sets =
+            [maps.scene(), &set::MapsLevelSums { sum_words: &words, level_curves: &curves }.bind(context, label)?];
+        let levels = Levels::new(context, label, maps, count, kernels.levels, &sets, constants)?;
+        Ok(Self { words, way, levels, curves })
     }
 }
 
@@ -204,6 +218,7 @@ impl TexelPasses for Sums {
     }
 
     fn bytes(&self) -> [u64; 2] {
-        [self.words.bytes(), if let Way::Raster(raster) = &self.way { raster.bytes() } else { 0 }]
+        let drawn = if let Way::Raster(raster) = &self.way { raster.bytes() } else { 0 };
+        [self.words.bytes(), drawn + self.curves.bytes()]
     }
 }

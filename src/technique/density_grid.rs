@@ -29,7 +29,7 @@ use super::settings::{Keyed, OPAQUE, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
-use crate::grid::{Grid, Holds, media_limit};
+use crate::grid::{Grid, Holds, media_limit, voxels_per_side};
 use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{constant, folder, set};
@@ -61,8 +61,11 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// Voxels per side of the grid: 64, 128 or 256.
-        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the grid about smoke and hair");
+        /// Voxels along the longest side of the box about smoke and hair: 32, 48, 64, 96, 128, 192 or 256.
+        size: u32 = Setting::one_of(
+            "128",
+            &["32", "48", "64", "96", "128", "192", "256"],
+            "voxels along the longest side of the box about smoke and hair");
         /// How a look-up marches through the grid.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, linear between voxels; or random places, without bias");
@@ -91,7 +94,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=64,march=exact|steps|ratio", "size=64,direction=mean"],
         ..Runs::NONE
     },
-    limits: |spec, _| vec![media_limit(spec.settings::<Settings>().size, 1)],
+    limits: |spec, _| vec![media_limit(voxels_per_side(spec.settings::<Settings>().size), 1)],
     open: |context, world, spec| Ok(Box::new(DensityGrid::new(context, world, &spec.settings())?)),
 };
 
@@ -138,7 +141,7 @@ impl DensityGrid {
         };
         let look_up = look_up.bind(context, "density_grid.look_up")?;
         let constants = Constants::new()
-            .set(constant::GRID_SIZE, size)
+            .set(constant::GRID_SIZE, voxels_per_side(size))
             .set(constant::MARCH, march as u32)
             .set(constant::MARCH_STEPS, steps)
             .set(constant::DIRECTION, directions);

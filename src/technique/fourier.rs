@@ -29,7 +29,7 @@ use super::texel_map::{TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Constants, Context};
-use crate::maps::Sums;
+use crate::maps::{EVEN_CELLS, Sums};
 use crate::shaders::constant::{COEFFICIENTS, SUM_RANGE, SUM_STORAGE};
 use crate::shaders::folder;
 use crate::world::World;
@@ -94,7 +94,7 @@ impl Fourier {
             .set(SUM_RANGE, range.constant())
             .set(SUM_STORAGE, *storage as u32);
         let common = settings.common(constants);
-        let kernels = sum_kernels!(fourier, *coefficients, settings.words(), settings.levels);
+        let kernels = sum_kernels!(fourier, *coefficients, settings.words(), settings.levels, EVEN_CELLS);
         Self::open(context, world, &ENTRY, (settings, common), folder::FOURIER, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

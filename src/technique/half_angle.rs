@@ -78,7 +78,12 @@ pub const ENTRY: Entry = Entry {
     keys: Settings::KEYS,
     paths: &[Path { name: SLICED, requires: &[] }],
     promises: |_, _| Promises::OF_NO_DEPTH,
-    runs: Runs { compare: &[""], on_cpu: &[(Name::SIZE, "64")], stress_smoke: &["size=32,slices=32"], ..Runs::NONE },
+    runs: Runs {
+        compare: &[""],
+        on_cpu: &[(Name::SIZE, "64")],
+        stress_smoke: &["size=32,slices=32,storage=r16f|r8|r32f"],
+        ..Runs::NONE
+    },
     limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(HalfAngle::new(context, world, &spec.settings())?)),
 };

@@ -117,7 +117,7 @@ impl Layers {
         let constants =
             Constants::new().set(PLANES, *layers).set(SUM_RANGE, *range as u32).set(SUM_STORAGE, *storage as u32);
         let common = settings.common(constants);
-        let kernels = sum_kernels!(layers, *layers, settings.words(), settings.levels);
+        let kernels = sum_kernels!(layers, *layers, settings.words(), settings.levels, *layers);
         Self::open(context, world, &ENTRY, (settings, common), folder::LAYERS, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

@@ -31,7 +31,7 @@ use super::texel_map::{BINNED, TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Constants, Context};
-use crate::maps::Sums;
+use crate::maps::{EVEN_CELLS, Sums};
 use crate::shaders::constant::{MOMENTS, OVERESTIMATION, SUM_RANGE, SUM_STORAGE, TRIGONOMETRIC};
 use crate::shaders::folder;
 use crate::world::World;
@@ -138,7 +138,7 @@ impl Moments {
             .set(SUM_RANGE, range.constant())
             .set(SUM_STORAGE, storage as u32);
         let common = settings.common(constants);
-        let kernels = sum_kernels!(moments, moments + 1, settings.words(), settings.levels);
+        let kernels = sum_kernels!(moments, moments + 1, settings.words(), settings.levels, EVEN_CELLS);
         Self::open(context, world, &ENTRY, (settings, common), folder::MOMENTS, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

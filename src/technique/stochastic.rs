@@ -77,7 +77,7 @@ pub const ENTRY: Entry = Entry {
             "path=raster",
         ],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,sampling=stratified"],
+        stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,sampling=stratified|hash"],
         ..Runs::NONE
     },
     limits: |spec, _| {

@@ -74,9 +74,9 @@ pub fn limits(path: &str, [sums, words]: [u32; 2], size: u32, levels: u32) -> Ve
 }
 
 /// The kernels of the technique whose shaders have the name `$name`. `$sums`: sums per texel. `$words`: words per texel. `$levels`:
-/// levels of detail.
+/// levels of detail. `$cells`: cells of a coarser level's range.
 macro_rules! sum_kernels {
-    ($name:ident, $sums:expr, $words:expr, $levels:expr) => {
+    ($name:ident, $sums:expr, $words:expr, $levels:expr, $cells:expr) => {
         $crate::maps::SumKernels {
             labels: [
                 concat!(stringify!($name), ".binned"),
@@ -96,6 +96,7 @@ macro_rules! sum_kernels {
             pack: &$crate::shaders::$name::PACK,
             levels: &$crate::shaders::$name::LEVELS,
             level_count: $levels,
+            level_cells: $cells,
         }
     };
 }

@@ -60,7 +60,7 @@ pub const ENTRY: Entry = Entry {
     runs: Runs {
         compare: &["path=raster|binned"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,path=raster|binned,levels=3"],
+        stress_smoke: &["size=32,path=raster|binned,levels=3", "size=32,path=binned,storage=r16f"],
         ..Runs::NONE
     },
     limits: |spec, _| vec![Limit::image_2d(spec.settings::<Settings>().size.into())],

@@ -28,7 +28,7 @@ use super::sums::{self, PATHS, RANGE, Range, STORAGE, Storage, promises, sum_ker
 use super::texel_map::{TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Runs};
 use crate::gpu::{Constants, Context};
-use crate::maps::{Sums, TexelWay};
+use crate::maps::{EVEN_CELLS, Sums, TexelWay};
 use crate::shaders::constant::{MEANS, SUM_RANGE, SUM_STORAGE};
 use crate::shaders::folder;
 use crate::world::World;
@@ -102,7 +102,7 @@ impl Wavelet {
             return Err(Error::Refused { needs });
         }
         let common = settings.common(constants);
-        let kernels = sum_kernels!(wavelet, settings.means() + 1, settings.words(), settings.levels);
+        let kernels = sum_kernels!(wavelet, settings.means() + 1, settings.words(), settings.levels, EVEN_CELLS);
         Self::open(context, world, &ENTRY, (settings, common), folder::WAVELET, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

@@ -2,16 +2,16 @@
 //! from frame to frame makes it steadier.
 
 use super::{AMBIENT, Built, build, camera, lamps};
-use crate::support::{all, gpu_test, some};
+use crate::support::{all, gpu_test, scenes, some};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Kernels, Lighting, PartsSeen, Renderer, Shading};
+use gobo::consume::{Asked, Kernels, Lighting, PartsSeen, Query, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::SurfacePoint;
 use gobo::reference::twin::interleaved::gather;
 use gobo::reference::twin::many_lights::frame::Frame;
 use gobo::reference::twin::packed_normal::pack_normal;
 use gobo::reference::twin::reservoir::{Kept, ask, pixel_seed};
-use gobo::scene::{SKY, Scene, View};
+use gobo::scene::{Camera, Light, LightKind, SKY, Scene, Strand, View};
 
 const CLOSED: u32 = 1 << 31;
 
@@ -108,6 +108,77 @@ fn reservoirs_equal_their_twin() {
             }
             println!("{}: {compared} pixels equal their twin, {close} are too close to tell", scene.name);
             assert!(compared > 300 && close * 50 < compared, "{compared}, {close}");
+        }
+    });
+}
+
+/// A floor under a lattice of strands, which are nearer to each other than pixels, and many suns.
+fn under_a_lattice() -> Scene {
+    let mut scene = scenes::directional("lattice", [0.0, 0.0, -1.0], Vec::new());
+    scene.meshes.push(scenes::level(0.0, 4.0, [0.0; 2]));
+    let strand = |i: i16| {
+        let x = 0.24 * f32::from(i);
+        Strand { start: [x, -6.0, 4.0], end: [x, 6.0, 4.0], radius: 0.06, opacity: 0.9 }
+    };
+    scene.strands = (-25..25).map(strand).collect();
+    let mut random = scenes::Random::new(3);
+    let sun = |_| {
+        let [x, y, radiance] = random.point(-0.3, 0.3);
+        let direction = DVec3::new(x.into(), y.into(), -1.0).normalize();
+        Light { kind: LightKind::Directional { direction }, radiance: [0.5 + radiance; 3], radius: f64::INFINITY }
+    };
+    scene.lights = (0..24).map(sun).collect();
+    scene.camera =
+        Camera { position: DVec3::new(0.0, -6.0, 1.5), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 };
+    scene
+}
+
+/// Each pixel asks as wide as it is: what reaches it of the light that it keeps is what a query of squares answers there, as wide as the pixel
+/// on the floor, and not what it answers of points; in the first frame and when a light was kept.
+#[test]
+fn pixels_ask_by_their_width() {
+    gpu_test("pixels_ask_by_their_width", |context| {
+        let (scene, size) = (under_a_lattice(), [32, 18]);
+        for name in some(["layers:layers=4,", "avsm:nodes=4,", "beer-shadow-map:"], 1) {
+            let text = format!("{name}path=binned,size=128,levels=6");
+            let built = build(context, &scene, &text);
+            let renderer = renderer(context, &built, size);
+            let (kernels, camera) = (kernels(&renderer, &built), camera(&scene, size));
+            for frame in 0..3 {
+                let seen = parts(&renderer, &kernels);
+                let mut each: Vec<[Vec<[f32; 3]>; 2]> = vec![Default::default(); scene.lights.len()];
+                let (mut sides, mut found) = (vec![Vec::new(); each.len()], vec![Vec::new(); each.len()]);
+                for (i, kept) in seen.reservoirs.iter().enumerate().filter(|(_, kept)| kept.weight > 0.0) {
+                    let at = DVec2::new((i as u32 % size[0]).into(), (i as u32 / size[0]).into()) + 0.5;
+                    let position = camera.ray(at).at(f64::from(kept.z));
+                    let normal = DVec3::from(kept.normal.map(f64::from));
+                    let light = kept.light as usize;
+                    let facing = if scene.lights[light].towards(position).dot(normal) < 0.0 { -normal } else { normal };
+                    let all = turned(&scene, kept.light, position, normal)[0] * f64::from(kept.weight);
+                    each[light][0].push(position.as_vec3().to_array());
+                    each[light][1].push(facing.as_vec3().to_array());
+                    sides[light].push((2.0 * kept.z / (size[1] as f32 * camera.scale_y)).abs());
+                    found[light].push(f64::from(seen.estimates[i][0]) / all);
+                }
+                let asked: Vec<_> = (each.iter().enumerate())
+                    .map(|(light, [points, normals])| Asked { light, points, normals })
+                    .collect();
+                let (sides, found) = (sides.concat(), found.concat());
+                let off = |sides: &[f32]| {
+                    let query = Query::of_areas(context, &asked, sides).expect("room");
+                    let answers = query.ask(&built.technique.technique.answer()).expect("answered");
+                    let apart = answers.iter().zip(&found).map(|(answer, found)| (f64::from(*answer) - found).abs());
+                    apart.filter(|apart| *apart > 2e-3).count()
+                };
+                let (wrong, of_points) = (off(&sides), off(&vec![0.0; sides.len()]));
+                let lights = each.iter().filter(|[points, _]| !points.is_empty()).count();
+                println!(
+                    "{text}, frame {frame}: {wrong} of {} off, {of_points} of points; {lights} lights",
+                    found.len()
+                );
+                assert!(wrong == 0, "{text}, frame {frame}: {wrong} of {}", found.len());
+                assert!(found.len() > 200 && 4 * of_points > found.len() && lights > 12, "proves nothing");
+            }
         }
     });
 }

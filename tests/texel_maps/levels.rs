@@ -3,9 +3,11 @@
 
 use super::cases;
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
+use glam::{DVec2, DVec3};
 use gobo::consume::{Asked, Query};
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::level_size;
+use gobo::reference::truth::Casters;
 use gobo::reference::twin::beer_shadow_map::{self as beer, Texel};
 use gobo::reference::twin::translucency_map as translucency;
 use gobo::scene::{Scene, Strand};
@@ -185,6 +187,77 @@ fn squares_see_what_lattices_leave() {
                 let off = farthest(&between, one);
                 assert!(off < 0.05 + most, "{text}: {off} from {one} between them");
             }
+        }
+    });
+}
+
+/// Bundles of dark strands with nothing between them, each strand as wide as a texel or two.
+fn bundles() -> Scene {
+    let mut scene = scenes::directional("bundles", [0.0, 0.0, -1.0], Vec::new());
+    let mut random = scenes::Random::new(34);
+    for _ in 0..24 {
+        let [x, y, _] = random.point(-1.8, 1.8);
+        for _ in 0..24 {
+            let [dx, dy, z] = random.point(-0.1, 0.1);
+            let [x, y, z] = [x + dx, y + dy, 2.0 + 20.0 * z];
+            let [ex, ey, _] = random.point(-0.2, 0.2);
+            let end = [x + ex, y + ey, z];
+            scene.strands.push(Strand { start: [x, y, z], end, radius: 0.08, opacity: 0.8 });
+        }
+    }
+    scene
+}
+
+/// At the middle of a texel, a level has the mean of the truth on the rays of the map's texels below it, in f64, the nearer the more of them
+/// there are: what one level is off by is not added to what the next is off by.
+#[test]
+fn levels_do_not_drift() {
+    gpu_test_needing("levels_do_not_drift", &[], |context| {
+        const SIZE: u32 = 32;
+        const DEPTHS: u32 = 24;
+        let scene = bundles();
+        let (world, casters) = (World::new(context, &scene).expect("room for the scene"), Casters::new(&scene));
+        for name in
+            ["moments", "moments:moments=4", "moments:basis=trigonometric", "fourier", "wavelet", "layers", "avsm"]
+        {
+            let text = format!("{name}{}path=binned,size={SIZE},levels=6", if name.contains(':') { ',' } else { ':' });
+            let mut opened = support::opened(open(context, &world, &spec(&text)), &text);
+            opened.build(&world).expect(&text);
+            let view = opened.technique.maps()[0].volume;
+            let point = |x: f64, y: f64, k: u32| {
+                view.ray(DVec2::new(x, y)).at(view.z((f64::from(k) + 0.5) / f64::from(DEPTHS)))
+            };
+            let ray = |i: u32| {
+                let [x, y] = [i / DEPTHS % SIZE, i / DEPTHS / SIZE].map(|i| f64::from(i) + 0.5);
+                casters.visibility(0, point(x, y, i % DEPTHS))
+            };
+            let truths: Vec<f64> = (0..SIZE * SIZE * DEPTHS).map(ray).collect();
+            let texel = view.texel_at(DVec3::ZERO).map(DVec3::length);
+            let rms = |level: u32| {
+                let (wide, per_side) = (1 << level, SIZE >> level);
+                let middle = |i: u32| (f64::from(i) + 0.5) * f64::from(wide);
+                let places: Vec<_> = (0..per_side * per_side * DEPTHS)
+                    .map(|i| [i / DEPTHS % per_side, i / DEPTHS / per_side, i % DEPTHS])
+                    .collect();
+                let points: Vec<_> =
+                    places.iter().map(|[x, y, k]| point(middle(*x), middle(*y), *k).as_vec3().to_array()).collect();
+                let asked = [Asked { light: 0, points: &points, normals: &[] }];
+                // A look-up takes a level that is finer by a half.
+                let side = (texel[0] * texel[1]).sqrt() * f64::from(wide) * 2f64.sqrt();
+                let query = Query::of_areas(context, &asked, &vec![side as f32; points.len()]).expect("room");
+                let answers = query.ask(&opened.technique.answer()).expect("answered");
+                let square = |([x, y, k], answer): (&[u32; 3], &f32)| {
+                    let below = |i: u32| [x * wide + i % wide, y * wide + i / wide];
+                    let truth = |[x, y]: [u32; 2]| truths[((y * SIZE + x) * DEPTHS + k) as usize];
+                    let mean = (0..wide * wide).map(|i| truth(below(i))).sum::<f64>() / f64::from(wide * wide);
+                    (f64::from(*answer) - mean).powi(2)
+                };
+                let squares: f64 = places.iter().zip(&answers).map(square).sum();
+                (squares / places.len() as f64).sqrt()
+            };
+            let each = [1, 2, 3, 4, 5].map(rms);
+            println!("{text}: {each:.4?}");
+            assert!(each.windows(2).all(|pair| pair[1] < pair[0]), "{text}: {each:?}");
         }
     });
 }

@@ -10,7 +10,7 @@ use gobo::maps::{Sums, level_size};
 use gobo::measure::point_error;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::moments::{Basis, bias};
-use gobo::reference::twin::texel_sums::{Range, binned, drawn, merged, place};
+use gobo::reference::twin::texel_sums::{Below, Curve, Range, binned, drawn, place};
 use gobo::reference::twin::{fourier, moments, wavelet};
 use gobo::scene::{Scene, View};
 use gobo::technique::{Fourier, Moments, Opened, Technique, TexelMap, Wavelet, open};
@@ -178,30 +178,44 @@ impl<const N: usize> Twin<N> {
         println!("{what}: off by {:.1e}, at most {most:.1e}", sum / answers.len() as f32);
     }
 
-    /// Each texel of a level of detail is the twin's of the device's four below it, and lets through as much behind all as they do.
+    /// Each texel of a level of detail has the sums of the twin's curve, which is made from the device's own map and then from the twin's
+    /// curves; and it lets through as much behind all as the device's four below it do.
     fn levels_are_means(&self, context: &Context, scene: &Scene, size: u32) {
-        const LEVELS: u32 = 4;
+        const LEVELS: u32 = 6;
         let text = format!("{},levels={LEVELS}", self.with("binned", size));
         let Built { words, views, .. } = built(context, scene, &text);
         let (each, maps) = (self.words()[1], views.len() as u32);
         let all: Vec<_> = words.chunks_exact(each).map(|words| self.stored(words)).collect();
+        let total = |sums: &[f32; N]| (self.optical_depth)(sums, 1.0);
         let (mut first, mut covered, mut astray) = (0, 0, 0);
+        let mut curves: Vec<Curve> = Vec::new();
         for level in 1..LEVELS {
             let [[w, h], [width, height]] =
                 [level - 1, level].map(|l| level_size([views[0].width, views[0].height], l));
             let next = first + (w * h * maps) as usize;
+            let mut made = Vec::new();
             for i in 0..width * height * maps {
                 let [map, y, x] = [i / (width * height), i / width % height, i % width];
                 let what = format!("{} {text}, level {level}, map {map}, texel {x}, {y}", scene.name);
                 let below = [0, 1, 2, 3].map(|i| {
                     let [x, y] = [2 * x + i % 2, 2 * y + i / 2];
-                    (x < w && y < h).then(|| all[first + ((map * h + y) * w + x) as usize])
+                    (x < w && y < h).then(|| ((map * h + y) * w + x) as usize)
                 });
-                let total = |sums: &[f32; N]| (self.optical_depth)(sums, 1.0);
+                let depths = below.map(|texel| {
+                    let (sums, curve) = (texel.map(|i| all[first + i].1), texel.and_then(|i| curves.get(i)));
+                    move |place| match curve {
+                        Some(curve) => curve.optical_depth(place),
+                        None => sums.map_or(0.0, |sums| (self.optical_depth)(&sums, place)),
+                    }
+                });
+                let ranges = below.map(|texel| texel.map(|i| all[first + i].0));
+                let texel = |i: usize| ranges[i].map(|range| -> Below { (range, &depths[i]) });
+                let curve = Curve::merged([0, 1, 2, 3].map(texel), self.range());
+                let (range, sums) = (curve.range, curve.sums(self.parts));
+                made.push(curve);
                 let (found_range, found) = all[next + i as usize];
-                let (range, sums) = merged(below, self.range(), self.parts, total, self.optical_depth);
                 assert_eq!(found_range, range, "{what}");
-                let through = |texel: &Option<([f32; 2], [f32; N])>| texel.map_or(1.0, |t| (-total(&t.1)).exp());
+                let through = |texel: &Option<usize>| texel.map_or(1.0, |i| (-total(&all[first + i].1)).exp());
                 let mean = below.iter().map(through).sum::<f32>() / 4.0;
                 let left = (-total(&found)).exp();
                 let stored = if self.halves() { 1e-3 } else { 1e-5 };
@@ -213,7 +227,7 @@ impl<const N: usize> Twin<N> {
                 astray += u32::from(is_astray);
                 covered += u32::from(mean < 0.99);
             }
-            first = next;
+            (first, curves) = (next, made);
         }
         println!("{} {text}: {astray} of {covered} astray", scene.name);
         assert!(covered > 20 && 50 * astray <= covered, "{} {text}: {astray} of {covered} astray", scene.name);

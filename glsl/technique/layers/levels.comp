@@ -8,5 +8,6 @@
 
 #define LEVEL_CELLS PLANES
 float cell_end(uint k) { return layer_end(k); }
+uint cell_at(float place) { return layer_at(place); }
 
 #include "maps/sums/levels.glsl"

@@ -7,8 +7,9 @@ pub use crate::scene::{Bits, Place};
 use std::array::from_fn;
 
 impl Place {
-    /// The grid about all corners. It equals the device's except for the rounding of a division. Twin: glsl/grid/bounds.comp, fit.comp.
-    pub fn about(corners: impl Iterator<Item = [f32; 3]>, size: u32) -> Self {
+    /// The grid about all corners, with `fitted` voxels along the longest side of their box. It equals the device's except for the rounding of
+    /// a division. Twin: glsl/grid/bounds.comp, fit.comp, and grid::voxels_per_side.
+    pub fn about(corners: impl Iterator<Item = [f32; 3]>, fitted: u32) -> Self {
         let (low, high) = corners.fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), p| {
             (from_fn(|i| low[i].min(p[i])), from_fn(|i| high[i].max(p[i])))
         });
@@ -16,9 +17,10 @@ impl Place {
         let most = |of: [f32; 3]| of[0].max(of[1]).max(of[2]);
         let far: [f32; 3] = from_fn(|i| low[i].abs().max(high[i].abs()));
         let widest = most(from_fn(|i| high[i] - low[i])).max(most(far).max(1.0) * 1e-3);
-        let voxel = widest / (size - 2) as f32;
+        let size = fitted.next_power_of_two().max(64);
+        let voxel = widest / (fitted - 2) as f32;
         let origin = from_fn(|i| 0.5 * (low[i] + high[i]) - 0.5 * size as f32 * voxel);
-        Self { origin, voxel, per_unit: (size - 2) as f32 / widest, size }
+        Self { origin, voxel, per_unit: (fitted - 2) as f32 / widest, size }
     }
 }
 

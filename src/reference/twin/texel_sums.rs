@@ -93,40 +93,63 @@ pub fn drawn<const N: usize>(
 /// Even cells that a coarser level's range is cut into. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
 pub const EVEN_CELLS: usize = 32;
 
-/// The range and the sums of a texel in a coarser level of detail, made from four texels. The range is cut into even cells. At the ends of
-/// the cells, the transmittance is the mean of the four; each cell then adds one segment to the sums. Texels past the map's edge count as
-/// unshadowed, and so do texels without casters. `all` gives a texel's whole optical depth, `optical_depth` that up to a place of its
-/// range. Twin: glsl/maps/sums/levels.glsl.
-pub fn merged<const N: usize>(
-    below: [Option<([f32; 2], [f32; N])>; 4],
-    range: Range,
-    parts: impl Fn([f32; 2], f32) -> [f32; N],
-    all: impl Fn(&[f32; N]) -> f32,
-    optical_depth: impl Fn(&[f32; N], f32) -> f32,
-) -> ([f32; 2], [f32; N]) {
-    let casts = below.map(|texel| texel.filter(|(_, sums)| all(sums) > 0.0));
-    let ends = casts.iter().flatten().map(|(range, _)| *range);
-    let front = ends.clone().map(|range| range[0]).fold(f32::INFINITY, f32::min);
-    let back = ends.map(|range| range[1]).fold(f32::NEG_INFINITY, f32::max);
-    let its = match range {
-        Range::Scene => [0.0, 1.0],
-        _ if front > back => [0.0, if range == Range::Front { 1.0 } else { 0.0 }],
-        Range::Front => [front, 1.0],
-        Range::Texel => [front, back],
-    };
-    let (mut last, mut sums) = (0.0f32, [0.0; N]);
-    for cell in 0..EVEN_CELLS {
-        let [from, to] = [cell, cell + 1].map(|k| k as f32 / EVEN_CELLS as f32);
-        let depth = its[0] * (1.0 - to) + its[1] * to;
-        let through = |texel: &Option<([f32; 2], [f32; N])>| {
-            texel.as_ref().map_or(1.0, |(range, sums)| (-optical_depth(sums, place(*range, depth))).exp())
+/// A texel that a coarser level is made from: its range, and its optical depth up to a place of it.
+pub type Below<'a> = ([f32; 2], &'a dyn Fn(f32) -> f32);
+
+/// The curve of a texel in a coarser level of detail: between the ends of even cells of its range the optical depth grows evenly. Twin:
+/// glsl/maps/sums/levels.glsl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Curve {
+    /// Depths at which the range begins and ends.
+    pub range: [f32; 2],
+    /// The optical depth up to the end of each cell.
+    pub ends: [f32; EVEN_CELLS],
+}
+
+impl Curve {
+    /// At the ends of cells, the transmittance is the mean of the four texels below. Texels past the map's edge count as unshadowed, and so
+    /// do texels without casters.
+    pub fn merged(below: [Option<Below>; 4], of: Range) -> Self {
+        let casts = below.map(|texel| texel.filter(|(_, optical_depth)| optical_depth(1.0) > 0.0));
+        let all = casts.iter().flatten().map(|(range, _)| *range);
+        let front = all.clone().map(|range| range[0]).fold(f32::INFINITY, f32::min);
+        let back = all.map(|range| range[1]).fold(f32::NEG_INFINITY, f32::max);
+        let range = match of {
+            Range::Scene => [0.0, 1.0],
+            _ if front > back => [0.0, if of == Range::Front { 1.0 } else { 0.0 }],
+            Range::Front => [front, 1.0],
+            Range::Texel => [front, back],
         };
-        let mean = casts.iter().fold(0.0, |sum, texel| sum + 0.25 * through(texel));
-        let next = last.max(if mean < 1.0 { -mean.max(1e-35).ln() } else { 0.0 });
-        for (sum, part) in sums.iter_mut().zip(parts([from, to], next - last)) {
-            *sum += part;
+        let (mut ends, mut last) = ([0.0; EVEN_CELLS], 0.0f32);
+        for (cell, end) in ends.iter_mut().enumerate() {
+            let to = (cell + 1) as f32 / EVEN_CELLS as f32;
+            let depth = range[0] * (1.0 - to) + range[1] * to;
+            let through = |(range, optical_depth): &Below| (-optical_depth(place(*range, depth))).exp();
+            let mean = casts.iter().fold(0.0, |sum, texel| sum + 0.25 * texel.as_ref().map_or(1.0, through));
+            last = last.max(if mean < 1.0 { -mean.max(1e-35).ln() } else { 0.0 });
+            *end = last;
         }
-        last = next;
+        Self { range, ends }
     }
-    (its, sums)
+
+    /// The optical depth up to a place of the range, 0 to 1. The next level reads this, and not the sums.
+    pub fn optical_depth(&self, place: f32) -> f32 {
+        let cell = ((place * EVEN_CELLS as f32) as usize).min(EVEN_CELLS - 1);
+        let [before, end] = [cell, cell + 1].map(|k| if k == 0 { 0.0 } else { self.ends[k - 1] });
+        let along = (place * EVEN_CELLS as f32 - cell as f32).clamp(0.0, 1.0);
+        before * (1.0 - along) + end * along
+    }
+
+    /// The sums that are stored: each cell adds one segment. `parts` is the technique's segment_parts.
+    pub fn sums<const N: usize>(&self, parts: impl Fn([f32; 2], f32) -> [f32; N]) -> [f32; N] {
+        let (mut last, mut sums) = (0.0, [0.0; N]);
+        for (cell, end) in self.ends.into_iter().enumerate() {
+            let places = [cell, cell + 1].map(|k| k as f32 / EVEN_CELLS as f32);
+            for (sum, part) in sums.iter_mut().zip(parts(places, end - last)) {
+                *sum += part;
+            }
+            last = end;
+        }
+        sums
+    }
 }

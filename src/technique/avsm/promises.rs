@@ -41,6 +41,13 @@ pub const RUNS: Runs = Runs {
         "size=32,path=binned,resolve=streaming|whole|cells",
         "size=32,path=two-pass,curve=linear",
         "size=32,path=binned,levels=3",
+        "size=32,path=binned,nodes=4,storage=packed,batch=shared",
+        "size=32,path=binned,nodes=16,storage=tight,batch=lanes",
+        "size=32,path=binned,detail=adaptive",
+        "size=32,path=binned,texel=area",
+        "size=32,path=binned,resolve=cells,fit=plain,storage=full",
+        "size=32,path=two-pass,resolve=whole,fit=refined",
+        "size=32,path=two-pass,order=captured,nudge=off",
     ],
     ..Runs::NONE
 };

@@ -95,7 +95,12 @@ pub const ENTRY: Entry = Entry {
     runs: Runs {
         compare: &["path=raster|fused"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,slices=64,path=raster|fused"],
+        stress_smoke: &[
+            "size=32,slices=64,path=raster|fused",
+            "size=32,slices=64,path=raster,storage=rgba16f,coverage=viewport,route=geometry",
+            "size=32,slices=64,path=raster,storage=optical-depth,coverage=tiles,route=vertex",
+            "size=32,slices=64,path=fused,assign=split",
+        ],
         ..Runs::NONE
     },
     limits: |spec, path| limits(&spec.settings(), path),
