@@ -238,14 +238,14 @@ fn casters_are_drawn_near_to_far() {
                 let (casters, room) = (state.casters(), world.caster_capacity() as usize);
                 let all: Vec<u32> = near_to_far.order.sorted.read(room * maps.count() as usize).expect("read");
                 for (map, sorted) in maps.all().iter().zip(all.chunks_exact(room)) {
-                    near_to_far(&state.name, &map.volume, &casters, &sorted[..casters.len()]);
+                    are_near_to_far(&state.name, &map.volume, &casters, &sorted[..casters.len()]);
                 }
             }
         }
     });
 }
 
-fn near_to_far(name: &str, view: &View, casters: &[Caster], sorted: &[u32]) {
+fn are_near_to_far(name: &str, view: &View, casters: &[Caster], sorted: &[u32]) {
     let mut seen = sorted.to_vec();
     seen.sort_unstable();
     assert!(seen.into_iter().eq(0..casters.len() as u32), "{name}: each once");

@@ -108,7 +108,7 @@ pub fn with_case<'a, R>(
     let Some(first) = states.first() else {
         return Err(Error::input("the scene", "it has no state", "give one at least"));
     };
-    let boxes = (0..states.count()).map(|frame| Ok(bounds(&states.at(frame)?))).collect::<Result<Vec<_>>>()?;
+    let boxes = (0..states.count()).map(|frame| Ok(bounds(states.at(frame)?.as_ref()))).collect::<Result<Vec<_>>>()?;
     let all = boxes.iter().copied().flatten().reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
     // Points per light.
     let within = |points: &dyn Fn(usize, [DVec3; 2]) -> Vec<[f32; 3]>| -> Vec<_> {
@@ -389,7 +389,7 @@ impl Case<'_> {
         match &mut self.simulation {
             _ if self.frames.count() == 1 => Ok(Vec::new()),
             Some(simulation) => simulation.move_to(&mut self.world, self.frames.times_s[frame]),
-            None => Ok(self.world.replace(&self.frames.states.at(frame)?)?.pass.into_iter().collect()),
+            None => Ok(self.world.replace(self.frames.states.at(frame)?.as_ref())?.pass.into_iter().collect()),
         }
     }
 

@@ -17,7 +17,7 @@ const MOST_FRAMES: usize = 16;
 /// The true pictures of the compared frames.
 pub(super) fn references(states: &States) -> Result<Vec<Picture>> {
     let of = |scene: &Scene| picture(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, PICTURE));
-    (0..states.count().min(MOST_FRAMES)).map(|frame| Ok(of(&states.at(frame)?))).collect()
+    (0..states.count().min(MOST_FRAMES)).map(|frame| Ok(of(states.at(frame)?.as_ref()))).collect()
 }
 
 impl Case<'_> {
