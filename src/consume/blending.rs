@@ -1,5 +1,5 @@
-//! What a picture blends, and who brings it into order: the device sorts casters; the host sorts them where volumes are blended among them,
-//! since it has to know how many casters come before each volume.
+//! What a picture blends, in its order. The device sorts casters. The host sorts them where volumes are blended among them, since it has to
+//! know how many casters come before each volume.
 
 use super::FarToNear;
 use crate::gpu::{Buffer, Commands, Context, Memory};

@@ -11,7 +11,7 @@ use crate::world::World;
 push_struct! {
     /// Twin: FarToNearPush in glsl/consume/far_to_near.comp.
     struct FarToNearPush {
-        /// Of the camera.
+        /// Where the camera stands.
         origin: [f32; 3],
         count: u32,
         forward: [f32; 3],

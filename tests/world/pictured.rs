@@ -23,7 +23,7 @@ fn smoke_of_a_buffer_is_seen_as_a_scenes() {
     gpu_test("smoke_of_a_buffer_is_seen_as_a_scenes", |context| {
         let mut scene = scene(9, 80);
         scene.lights.truncate(1);
-        // Whether triangles of a buffer close a mesh is not known, which is seen in light on them.
+        // Where triangles come from a buffer nobody says whether they close a mesh, and light on them shows that.
         scene.meshes.clear();
         let nothing = Scene { particles: Vec::new(), ..scene.clone() };
         for text in ["none", "avsm:path=two-pass,size=32", "half-angle:size=32,slices=32"] {
@@ -31,7 +31,7 @@ fn smoke_of_a_buffer_is_seen_as_a_scenes() {
             let expected = pictured(context, &ours, &scene, text);
             let without = pictured(context, &super::world(context, &nothing), &scene, "none");
             let differing = expected.pixels.iter().zip(&without.pixels).filter(|(a, b)| a != b).count();
-            assert!(differing > 300, "{text}: {differing} pixels see smoke");
+            assert!(differing > 200, "{text}: {differing} pixels see smoke");
             for (more, on_device) in [(0, false), (40, false), (40, true)] {
                 // Slices have as many casters each, and those behind the device's count are among them.
                 if text.starts_with("half") && on_device {
