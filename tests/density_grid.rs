@@ -280,7 +280,7 @@ fn finer_grids_are_nearer_to_the_truth() {
 /// docs/notebook/density-grid.md says how wide voxels are. The table there has just these ratios.
 #[test]
 fn voxels_are_so_many_spacings_wide() {
-    const SPACING: f64 = 0.0134;
+    const SPACING: f64 = 0.0129;
     const OF_A_HAIR: usize = 16;
     let scene = Scene::load("hair", 20.0).expect("built in");
     let ends: Vec<[DVec3; 2]> =
@@ -303,7 +303,8 @@ fn voxels_are_so_many_spacings_wide() {
     };
     let widest = (0..3).map(wide).fold(0.0, f64::max) + 2.0 * f64::from(scene.strands[0].radius);
     println!("{} strands: {mean:.5} from the nearest; {widest:.4} wide", all.len());
-    assert!((mean / SPACING - 1.0).abs() < 0.03, "{mean}");
+    // The fewer strands of the usual loop are a sample.
+    assert!((mean / SPACING - 1.0).abs() < if support::all() { 0.01 } else { 0.06 }, "{mean}");
     let page = std::fs::read_to_string("docs/notebook/density-grid.md").expect("the page");
     for size in [32, 48, 64, 96, 128, 192, 256] {
         let row = format!("| {size} | {:.1} |", widest / f64::from(size - 2) / SPACING);
