@@ -317,16 +317,19 @@ mod tests {
         let (scene, camera) = plume();
         let (mut truth, mut asked) = (Truth::default(), 0);
         let seen = |i: u64| View { far: camera.far + i as f32 * 1e-3, ..camera };
-        for i in 0..300 {
+        let mut all = 0;
+        // A busy machine may begin none of the first few hundred.
+        while all < 300 || truth.counts().dropped == 0 && all < 20_000 {
             let scene = || {
                 asked += 1;
                 Some(scene.clone())
             };
-            truth.see(i, &seen(i), None, scene);
+            truth.see(all, &seen(all), None, scene);
+            all += 1;
             std::thread::sleep(Duration::from_micros(100));
         }
         while !truth.is_whole() {
-            truth.see(299, &seen(299), None, || {
+            truth.see(all - 1, &seen(all - 1), None, || {
                 asked += 1;
                 Some(scene.clone())
             });
@@ -337,8 +340,8 @@ mod tests {
         let at_rest = |of: Counts| of.begun == of.finished + of.dropped;
         (0..1000).take_while(|_| !at_rest(truth.counts())).for_each(|_| std::thread::sleep(Duration::from_millis(1)));
         let Counts { begun, finished, dropped } = truth.counts();
-        assert!(finished >= 1 && dropped >= 1 && begun < 300, "{begun} {finished} {dropped}");
+        assert!(finished >= 1 && dropped >= 1 && begun < all, "{begun} {finished} {dropped}");
         assert!(begun == finished + dropped && begun <= asked, "{begun} {finished} {dropped} {asked}");
-        assert_eq!(truth.news(true).expect("whole"), picture(&Casters::new(&scene), &scene, &seen(299)));
+        assert_eq!(truth.news(true).expect("whole"), picture(&Casters::new(&scene), &scene, &seen(all - 1)));
     }
 }
