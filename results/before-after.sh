@@ -5,7 +5,7 @@
 # hair and houses. Rows whose errors, bytes, counts and picture have the same digits have the same answers: one that is rounded otherwise
 # moves the mean of thousands. `times`: no truth, 30 frames, in turns (before, after, before, after …) until BUDGET seconds (130) would be
 # over; medians of the rounds are compared. Only on a quiet machine. Without a word of these, both.
-# Prints Markdown; rows of both programs are kept in FOLDER, and answers that are there are not measured again. FRAMES and PICTURE (640x360) are those of `times`;
+# Prints Markdown; rows of both programs are kept in FOLDER, and answers that are there are not measured again. FRAMES and PICTURE (640x360) are those of `times`, ALONE='SCENE SPEC' is all that it measures;
 # PARTS are those of `answers`: smoke settings cornell virtual houses.
 set -u
 before=${1:-} after=${2:-} folder=${3:-}
@@ -66,6 +66,10 @@ answers() {
 frames=(--no-truth --frames "${FRAMES:-30}" --picture "${PICTURE:-640x360}" --no-skip)
 times() {
     local program=$1 out=$2
+    if [ -n "${ALONE:-}" ]; then
+        run "$program" "$out-alone" "${ALONE%% *}" "${frames[@]}" --technique "${ALONE#* }"
+        return
+    fi
     run "$program" "$out-smoke" three-emitters "${frames[@]}" \
         --technique 'avsm:path=two-pass|interlock|raster-order|binned' --technique 'psm:path=raster|fused' \
         --technique 'beer-shadow-map:path=raster|binned' --technique 'translucency-map:path=raster|binned' --technique uncompressed \
@@ -84,7 +88,7 @@ for what in "$@"; do
         ;;
     times)
         rm -rf "$folder"/times-*
-        parts='smoke meshes virtual' start=$SECONDS round=0
+        parts=${ALONE:+alone} parts=${parts:-smoke meshes virtual} start=$SECONDS round=0
         while [ $round -lt 2 ] || [ $((SECONDS - start + (SECONDS - start) / round)) -lt "${BUDGET:-130}" ]; do
             round=$((round + 1))
             times "$before" "$folder/times-before-$round"
@@ -166,7 +170,7 @@ if what == "answers":
     if others:
         print("\n" + "\n".join(others))
 else:
-    count = len(glob.glob(os.path.join(folder, "times-after-*-smoke")))
+    count = len(glob.glob(os.path.join(folder, f"times-after-*-{parts[0]}")))
     runs = {edition: [rows(f"times-{edition}-{i}") for i in range(1, count + 1)] for edition in ("before", "after")}
     device = runs["before"][0][0]["device"]
     print(f"{device.get('name')}, {device.get('driver')}: {count} rounds, in turns\n")
