@@ -435,10 +435,10 @@ fn it_goes_on_for_long() {
     let [first, last, wireframe] = &Report::all(&lines)[..] else { panic!("{lines:#?}") };
     println!("{}\n{}\n{}", first.0, last.0, wireframe.0);
     assert!(wireframe.number("frames") >= 300.0, "{}", wireframe.0);
-    // The interface's buffers are as long as its words, so that bytes go up and down by some hundreds from round to round. A buffer of 4
-    // bytes left behind in each frame would be more.
+    // The interface's buffers are as long as its words: each glyph has 104 bytes (4 corners of 20, 6 numbers of 4) in the buffers of both
+    // frames in flight, and times have up to six digits more or fewer. 16 bytes left behind in each of 150 frames would be 2,400.
     let more = last.number("bytes of device") - first.number("bytes of device");
-    assert!(more < 600.0, "{}\n{}", first.0, last.0);
+    assert!(more < 1250.0, "{}\n{}", first.0, last.0);
     // What the heap keeps of freed blocks is among what is resident, and more with each round: docs/notebook/view.md. What is in use is not.
     let grown = |what: &str| Some(last.get(what)? / first.get(what)? - 1.0);
     let [heap, resident] = ["bytes of the heap", "bytes resident"].map(grown);

@@ -272,7 +272,11 @@ fn frames_that_are_read_are_compared_as_those_in_memory() {
         assert!(given.borrow().len() > 2 * COUNT && most.get() <= 3, "{} in memory", most.get());
         for (row, held) in rows.iter().zip(&held) {
             let what = format!("{} {}", row.technique, row.reason);
-            assert_eq!((row.status, held.status), (Status::Ok, Status::Ok), "{what}");
+            assert_eq!((row.status, &row.reason), (held.status, &held.reason));
+            if row.status == Status::Refused && support::is_lowered() {
+                continue;
+            }
+            assert_eq!(row.status, Status::Ok, "{what}");
             assert!(row.flicker_rms.is_some() && row.error.is_some() && !row.footprints.is_empty(), "{what}");
             assert_eq!(row.flicker_rms, held.flicker_rms, "{what}");
             assert_eq!(

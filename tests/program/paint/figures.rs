@@ -145,14 +145,30 @@ const FIGURES: [Figure; 62] = [
     Figure("town.png", "docs/guide/gallery.md", "gobo render town", 0),
 ];
 
-/// Those that a software driver draws for a minute, which no run of tests compares.
-const MINUTES: [&str; 6] = [
+/// Those that a software driver draws for more than some seconds: [`figures_that_take_long`].
+const SLOW: [&str; 22] = [
+    "cloud.png",
     "courtyard.png",
-    "fountain.gif",
+    "fog.png",
+    "fountain-colour.png",
+    "fountain-density.png",
     "fountain-speed.png",
+    "fountain.gif",
+    "hair.png",
+    "indirect-cornell.png",
     "indirect-courtyard.png",
+    "ink.png",
+    "lantern.png",
     "many-lights.png",
+    "opaque-cornell.png",
     "opaque-courtyard.png",
+    "opaque-town.png",
+    "panels.png",
+    "plume-deep-shadow-map.svg",
+    "splats.png",
+    "three-emitters-density-grid.png",
+    "three-emitters.png",
+    "town.png",
 ];
 
 /// Those that no one command of a page makes: put together from pictures of several (hair-footprints.png by results/hair-pictures.py), made by
@@ -252,6 +268,16 @@ fn same_pictures(picture: &str, (shown, made): (&Path, &Path), from: u32) {
     assert!(mean < 0.5 && far < 0.01, "{picture}: {mean} of 255 in the mean, {} % by more than 8", 100.0 * far);
 }
 
+/// Makes a figure, and holds it against the one that is shown.
+fn compared(figure: &Figure, folder: &Path) {
+    let Some(out) = made(figure, folder) else { return };
+    let shown = root().join("results/pictures").join(figure.0);
+    match figure.0.ends_with(".svg") {
+        true => same_plots(figure.0, &Plot::read(&shown), &Plot::read(&out)),
+        false => same_pictures(figure.0, (&shown, &out), figure.3),
+    }
+}
+
 /// Writes pictures in the place of those that there are; of one that shows two, both.
 fn write(names: &str, folder: &Path) {
     let wanted = |figure: &&Figure| names == "1" || names.split(',').any(|name| figure.0.starts_with(name));
@@ -282,18 +308,21 @@ fn figures_are_what_their_commands_make() {
     if let Some(names) = std::env::var_os("GOBO_WRITE_PICTURES") {
         return write(&names.into_string().expect("names"), folder.path());
     }
-    for figure in some(&FIGURES, 3) {
-        if MINUTES.contains(&figure.0) {
-            skipped(NAME, &format!("{} takes a minute on a software driver", figure.0));
-            continue;
-        }
-        let Some(out) = made(figure, folder.path()) else { continue };
-        let shown = root().join("results/pictures").join(figure.0);
-        match figure.0.ends_with(".svg") {
-            true => same_plots(figure.0, &Plot::read(&shown), &Plot::read(&out)),
-            false => same_pictures(figure.0, (&shown, &out), figure.3),
-        }
-    }
+    let quick = FIGURES.iter().filter(|figure| !SLOW.contains(&figure.0));
+    some(quick, 3).into_iter().for_each(|figure| compared(figure, folder.path()));
+    skipped(
+        NAME,
+        &format!("{} pictures take long: figures_that_take_long, which is ignored, compares them", SLOW.len()),
+    );
+}
+
+/// The others, which takes many minutes.
+#[test]
+#[ignore = "takes many minutes on a software driver"]
+fn figures_that_take_long() {
+    log("exercised", "figures_that_take_long", &runs("avsm", "two-pass").0);
+    let folder = folder();
+    FIGURES.iter().filter(|figure| SLOW.contains(&figure.0)).for_each(|figure| compared(figure, folder.path()));
 }
 
 /// No picture lies about without a command, or a page that shows it.
