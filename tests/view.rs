@@ -335,7 +335,9 @@ fn a_slow_reference_keeps_no_frame_waiting() {
     assert!((1..=cores.max(2)).contains(&threads), "{threads} threads on {cores} cores");
     let [begun, finished, dropped] = ["begun", "finished", "dropped"].map(|what| reports[1].number(what));
     assert!(begun >= 1.0 && begun <= open_s + 1.0 && finished == 0.0 && begun - dropped <= 1.0, "{}", reports[1].0);
-    assert!(reports[1].number("ms to the next frame") < 500.0, "{}", reports[1].0);
+    // What the device takes itself depends on what else the machine does.
+    let [next, passes] = ["ms to the next frame", "ms of passes"].map(|what| reports[1].number(what));
+    assert!(next - passes < 500.0, "{}", reports[1].0);
 }
 
 /// A GIF has the window as it was: the picture, and beside it the panel.
