@@ -47,12 +47,19 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
         uint all = bell_count(bell);
         for (uint v = first; v < all && all <= most; v += step) {
             uvec3 of = bell_place(bell, v);
-            vec3 at = vec3(0.0);
             if (bell.thick) {
                 deposit(uvec3(bell.first) + of, bell_amount(bell, bell.first + ivec3(of)));
-            } else {
-                uint amount = bell_part(bell, of, at);
-                deposit(uvec3(clamp(at, vec3(0.0), vec3(grid.size - 1u))), amount);
+                continue;
+            }
+            vec3 at, half_sides;
+            float amount = bell_part(bell, of, at, half_sides);
+            BellVoxels voxels = bell_voxels(at, half_sides, grid.size);
+            for (uint corner = 0u; corner < 8u; ++corner) {
+                uvec3 voxel;
+                float share = bell_in(voxels, corner, voxel);
+                if (share > 0.0) {
+                    deposit(voxel, bell_units(amount * share));
+                }
             }
         }
         return all;

@@ -31,6 +31,10 @@ const FEW_LIGHTS: usize = 8;
 /// while a disturbance by another program passes.
 const MEASURED_AGAIN: u32 = 2;
 
+/// Timed frames, and those on a software device where the world is still: its times are for ratios, and builds take a hundred times as long.
+const FRAMES: u32 = 30;
+const SOFTWARE_FRAMES: u32 = 10;
+
 /// Size of a picture, pixels, in a quick look, and on a software device where no technique is named.
 pub(super) const SMALL_PICTURE: [u32; 2] = [320, 180];
 
@@ -52,11 +56,11 @@ pub struct Arguments {
     /// Measure the I-th of N shards of the rows, in a folder of its own: gobo join puts all together
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<[usize; 2]>,
-    /// Timed frames per row; with --moving, how many frames the world moves through
-    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    frames: u32,
-    /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture, on a software device an eighth of the
-    /// timed look-ups
+    /// Timed frames per row; with --moving, how many frames the world moves through [default: 30; 10 on a software device where
+    /// the world is still]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: Option<u32>,
+    /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture
     #[arg(long)]
     quick: bool,
     /// Build everything, also parts that no look-up reads or that have not changed: skip=off for every technique
@@ -115,7 +119,8 @@ impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
-            (self.frames, self.quick, self.picture) = (self.frames.min(2), true, Some([32, 18]));
+            let frames = self.frames.map_or(2, |frames| frames.min(2));
+            (self.frames, self.quick, self.picture) = (Some(frames), true, Some([32, 18]));
             self.vpls.vpls = self.vpls.vpls.map(|count| count.min(64));
             self.bounce = self.bounce.map(|samples| samples.min(2));
         }
@@ -145,7 +150,11 @@ fn degrees(text: &str) -> std::result::Result<f64, String> {
 }
 
 fn effort(arguments: &Arguments, features: &Features) -> Effort {
-    let frames = arguments.frames as usize;
+    let software = features.is_software();
+    let is_still = !arguments.moving.is_given() && arguments.turn.is_none();
+    let frames = arguments.frames.unwrap_or(if software && is_still { SOFTWARE_FRAMES } else { FRAMES }) as usize;
+    // On a GPU all look-ups are timed: an eighth of a pass would time too little. A software device takes up to seconds for so many.
+    let lookups = LOOKUPS / if software { 8 } else { 1 };
     let truth = match (arguments.no_truth, arguments.truth) {
         (true, _) => Extent::None,
         (false, TruthArgument::Sample) => Extent::Sample,
@@ -154,13 +163,11 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let (turning, footprints, counts) = (arguments.turn.is_some(), arguments.footprints, arguments.pipeline_statistics);
     if arguments.quick {
         let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
-        // On a GPU all look-ups are timed: an eighth of a pass would time too little.
-        let parts = if features.is_software() { 8 } else { 1 };
         return Effort {
             frames: frames.min(8),
             warm_up: if little::is_asked() { 0 } else { 2 },
             space_points: 8192,
-            lookups: if little::is_asked() { little::LOOKUPS } else { LOOKUPS / parts },
+            lookups: if little::is_asked() { little::LOOKUPS } else { lookups },
             picture,
             turning,
             footprints,
@@ -168,29 +175,32 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
             truth,
         };
     }
-    let small = arguments.techniques.is_empty() && features.is_software();
+    let small = arguments.techniques.is_empty() && software;
     let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
-    Effort { frames, warm_up: 5, space_points: 65536, lookups: LOOKUPS, picture, turning, footprints, counts, truth }
+    // A software device has no clock rate to reach, and the row's first build has made room for everything.
+    let warm_up = if software { 0 } else { 5 };
+    Effort { frames, warm_up, space_points: 65536, lookups, picture, turning, footprints, counts, truth }
 }
 
 /// The scene in each frame, and the times of these frames. Without a truth to compare with, one frame of a simulated
 /// scene is enough: the device moves it. Frames of a sequence of files are read when they are shown.
 fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
     let scene = load(name, &arguments.load)?;
-    let times_s = arguments.moving.times(&scene, arguments.frames)?;
+    let frames = arguments.frames.unwrap_or(FRAMES);
+    let times_s = arguments.moving.times(&scene, frames)?;
     if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) && !arguments.vpls.is_given() {
         return Ok(Compared::held(vec![scene], times_s));
     }
-    if arguments.turn.is_some() && arguments.frames < 2 {
+    if arguments.turn.is_some() && frames < 2 {
         return Err(Error::input("--frames", "a camera turns from one frame to another", "give 2 or more"));
     }
-    let step_degrees = arguments.turn.map(|degrees| degrees / f64::from(arguments.frames - 1));
+    let step_degrees = arguments.turn.map(|degrees| degrees / f64::from(frames - 1));
     if matches!(scene.motion, Motion::Animation(_)) && arguments.moving.is_given() && !arguments.vpls.is_given() {
         return Compared::read(scene, times_s, step_degrees);
     }
-    let mut states = arguments.moving.states(scene, arguments.frames)?;
+    let mut states = arguments.moving.states(scene, frames)?;
     if let Some(step_degrees) = step_degrees {
-        states.resize(arguments.frames as usize, states[0].clone());
+        states.resize(frames as usize, states[0].clone());
         for (frame, scene) in states.iter_mut().enumerate() {
             scene.camera = scene.camera.turned(step_degrees * frame as f64);
         }

@@ -1,9 +1,8 @@
-//! What a picture blends, in its order. The device sorts casters. The host sorts them where volumes are blended among them, since it has to
-//! know how many casters come before each volume.
+//! What a picture blends, in its order. The device sorts casters; the host counts how many of them come before each volume.
 
 use super::FarToNear;
 use crate::gpu::{Buffer, Commands, Context, Memory};
-use crate::scene::{Blended, View, far_to_near};
+use crate::scene::{Blended, View, blended, volumes_among};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use std::cell::Cell;
@@ -16,7 +15,9 @@ pub(super) struct Blending {
     pub casters: u32,
     /// Indices of casters, from far to near.
     pub order: Buffer,
-    /// The sort; none where the host sorts, and where there is nothing to sort.
+    /// The most casters that can be sorted.
+    room: u32,
+    /// The sort; none where there is nothing to sort.
     sort: Option<FarToNear>,
     /// Whether the order is out of date, and is sorted with the next picture.
     stale: Cell<bool>,
@@ -30,14 +31,14 @@ impl Blending {
     /// # Errors
     /// As [`Blending::look`]; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
-        let sorts = world.caster_capacity() > 0 && !world.kinds().volumes;
-        let sort = if sorts { Some(FarToNear::new(context, world)?) } else { None };
+        let room = FarToNear::room(world);
+        let sort = if room > 0 { Some(FarToNear::new(context, world)?) } else { None };
         let order = match &sort {
             Some(sort) => sort.sorted().clone(),
-            None => Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?,
+            None => Buffer::new(context, "picture.order", 4, Memory::Device)?,
         };
         let made = Made::of(Parts::CASTERS);
-        let mut blending = Self { runs: Vec::new(), casters: 0, order, sort, stale: Cell::new(false), made };
+        let mut blending = Self { runs: Vec::new(), casters: 0, order, room, sort, stale: Cell::new(false), made };
         blending.look(world, camera, true)?;
         Ok(blending)
     }
@@ -45,26 +46,26 @@ impl Blending {
     /// Takes over the world as it is now, and a camera, of which `turned` says whether it is another than before.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the host sorts, and knows no scene.
+    /// [`Error::Refused`] where there are volumes, and the host knows no scene; [`Error::Input`] where there is no room for as many casters.
     pub fn look(&mut self, world: &World, camera: &View, turned: bool) -> Result<()> {
-        let casters = world.caster_count();
         let moved = self.made.make(world) || turned;
-        if self.sort.is_some() || casters == 0 {
-            self.runs.clear();
-            self.runs.extend((casters > 0).then_some(Blended::Casters(0..casters)));
-            self.casters = casters;
-            self.stale.set((self.stale.get() || moved) && casters > 0);
-            return Ok(());
+        self.casters = world.caster_count() - world.cell_count();
+        if self.casters > self.room {
+            let cause = "it has more casters beside volumes' cells than this renderer was made for";
+            return Err(Error::input(world.name(), cause, "make a new one"));
         }
-        let needs = "a scene that the host knows, for volumes in a picture: draw these otherwise";
-        let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
-        let order = far_to_near(scene, camera);
-        self.order.write(&order.casters)?;
-        (self.runs, self.casters) = (order.blended().collect(), order.casters.len() as u32);
+        self.stale.set((self.stale.get() || moved) && self.casters > 0);
+        let mut volumes = Vec::new();
+        if world.kinds().volumes {
+            let needs = "a scene that the host knows, for volumes in a picture: draw these otherwise";
+            let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
+            volumes = volumes_among(scene, camera);
+        }
+        self.runs = blended(self.casters, &volumes).collect();
         Ok(())
     }
 
-    /// Sorts the casters, where the device does that and they or the camera have moved.
+    /// Sorts the casters, where they or the camera have moved.
     pub fn record(&self, commands: &mut Commands, camera: &View) {
         if let (Some(sort), true) = (&self.sort, self.stale.take()) {
             sort.record(commands, camera, self.casters);

@@ -4,7 +4,7 @@
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, groups, push_struct};
 use crate::maps::Order;
-use crate::scene::View;
+use crate::scene::{Scene, View};
 use crate::shaders::{consume as shaders, set};
 use crate::world::World;
 
@@ -25,12 +25,18 @@ pub struct FarToNear {
 }
 
 impl FarToNear {
-    /// Room for all casters of `world`.
+    /// The most casters that `world` blends at once: all but the cells of volumes.
+    pub(super) fn room(world: &World) -> u32 {
+        let cells = world.scene().map_or(0, Scene::most_cells);
+        world.caster_capacity().saturating_sub(cells as u32)
+    }
+
+    /// Room for all casters of `world` that are no cells.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World) -> Result<Self> {
-        let order = Order::new(context, world.caster_capacity(), 1)?;
+        let order = Order::new(context, Self::room(world), 1)?;
         let set = set::FarToNear { casters: &world.casters, items: &order.items }.bind(context, "far_to_near")?;
         Ok(Self { keys: Kernel::compute(context, &shaders::FAR_TO_NEAR, &[&set], &Constants::new())?, order })
     }

@@ -1,24 +1,23 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
 
-use super::color::ColorAnswers;
-use super::flicker::Flicker;
-use super::footprint::{FootprintError, Footprints, footprint_errors, footprints};
+use super::asked::{Moments, moments};
+use super::footprint::Footprints;
 use super::frames::{Frames, States};
 use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
-use super::points::{at_once, of_each_light};
+use super::points::of_each_light;
 use super::steadiness::ClockMeter;
 use super::timed::{LookupTimes, TimedBuilds};
-use super::truth::{Known, LIMIT_NODES, LitPicture, MapsTruth, Points, Truth, Wanted};
+use super::truth::{Known, LitPicture, Truth, Wanted};
 use super::turning::references;
-use super::{Answers, Extent, PassCount, Row, RowError, Status, Timing, picture_error};
+use super::{Extent, PassCount, Row, RowError, Status, Timing, picture_error};
 use crate::advice::advised;
-use crate::consume::{Asked, Lighting, Query, Renderer, Shading};
+use crate::consume::{Lighting, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
-use crate::reference::truth::{Bounce, Casters, MAP_DEPTHS, bounce, bounds, points_outside, points_within};
-use crate::scene::{Picture, Resolution, View};
+use crate::reference::truth::{Bounce, Casters, bounce, bounds, points_outside, points_within};
+use crate::scene::{Picture, View};
 use crate::simulate::Simulation;
-use crate::technique::{self, Lifetime, Name, Opened, Spec, Technique};
+use crate::technique::{self, Lifetime, Name, Spec};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -28,9 +27,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The most look-ups that are timed or asked at once.
 pub const LOOKUPS: usize = 1_000_000;
-
-/// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
-const MOMENTS: usize = 5;
 
 /// Points per light at which a moving world is watched; fewer where there are many lights.
 const WATCHED: usize = 2048;
@@ -86,7 +82,7 @@ pub struct Case<'a> {
     /// The bounce of light that virtual lights represent; computed when first asked for.
     bounce: OnceCell<Bounce>,
     /// Means over areas, once asked for.
-    footprints: OnceCell<Footprints>,
+    pub(super) footprints: OnceCell<Footprints>,
     pub(super) clock: Arc<ClockMeter>,
     /// Per light, the points at which look-ups are timed.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
@@ -186,22 +182,6 @@ fn prepare(truths: &[Truth], stop: &AtomicBool) {
     }
 }
 
-/// The frames, of so many, at which errors are taken.
-fn moments(frames: usize) -> Vec<usize> {
-    let count = frames.min(MOMENTS);
-    (0..count).map(|i| i * (frames - 1) / (count - 1).max(1)).collect()
-}
-
-/// Answers at all kinds of points, over all moments.
-#[derive(Default)]
-struct Moments {
-    map: Answers,
-    space: Answers,
-    surface: Answers,
-    colors: ColorAnswers,
-    maps: Vec<Arc<MapsTruth>>,
-}
-
 impl Case<'_> {
     /// The picture lit by the truth; none where it has not been made.
     pub fn reference(&self) -> Option<&Picture> {
@@ -223,7 +203,7 @@ impl Case<'_> {
     }
 
     /// Calls `ask` with the truth in a frame. What is in no memory is read, and given back.
-    fn with_truth<R>(&self, frame: usize, ask: impl FnOnce(&Truth) -> Result<R>) -> Result<R> {
+    pub(super) fn with_truth<R>(&self, frame: usize, ask: impl FnOnce(&Truth) -> Result<R>) -> Result<R> {
         if let Some(truth) = self.truths.get(frame) {
             return ask(truth);
         }
@@ -396,114 +376,6 @@ impl Case<'_> {
     pub(super) fn camera(&self, size: [u32; 2]) -> Result<View> {
         let scene = self.world.scene()?;
         Ok(View::camera(&scene.camera, scene, size))
-    }
-
-    /// Writes the counts of the map points, and the figures that qualify the map error, into `row`.
-    fn count(&self, asked: &Moments, nodes: Option<u32>, row: &mut Row) {
-        let Some(first) = asked.maps.first() else { return };
-        let n = asked.maps.len() as f64;
-        let limit = LIMIT_NODES.iter().position(|k| Some(*k as u32) == nodes);
-        let limits: Option<Vec<f64>> = asked.maps.iter().map(|m| Some(m.limits.as_ref()?[limit?])).collect();
-        row.limit_mean_abs = limits.filter(|_| first.covered > 0).map(|all| all.iter().sum::<f64>() / n);
-        let share = asked.maps.iter().map(|m| m.share).sum::<f64>() / n;
-        if share < 1.0 {
-            row.standard_error = asked.map.standard_error(MAP_DEPTHS as usize, share);
-        } else if asked.maps.len() == 1 {
-            row.counters.insert("reference_covered_texels".into(), first.covered);
-            row.counters.insert("reference_fragments".into(), first.segments);
-        }
-    }
-
-    /// Goes through all frames once more. Asks in some of them for errors, and in all of them for flicker, which it
-    /// returns.
-    fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
-        let count = self.frames.states.count();
-        let moments = moments(count);
-        let mut flicker = Flicker::default();
-        for frame in 0..count {
-            if count > 1 {
-                self.show(frame)?;
-                opened.build(&self.world)?;
-            }
-            let technique = opened.technique.as_ref();
-            self.with_truth(frame, |truth| {
-                if count > 1 && technique.painter().is_none() {
-                    let resolution = self.resolution(technique);
-                    let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
-                    flicker.frame(watched, truth.watched(), truth.scene());
-                }
-                if moments.contains(&frame) { self.ask_moment(technique, truth, asked) } else { Ok(()) }
-            })?;
-        }
-        Ok(flicker.rms())
-    }
-
-    /// The technique's resolution, where points within it are told apart.
-    fn resolution(&self, technique: &dyn Technique) -> Vec<Resolution> {
-        if self.effort.truth.is_whole() { technique.resolution() } else { Vec::new() }
-    }
-
-    /// Asks for errors in one frame.
-    fn ask_moment(&self, technique: &dyn Technique, truth: &Truth, asked: &mut Moments) -> Result<()> {
-        let resolution = self.resolution(technique);
-        let paints = technique.painter().is_some();
-        if !paints {
-            asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
-        }
-        asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
-        self.ask_colors(technique, truth, &mut asked.colors)?;
-        // A technique without maps has no map error.
-        let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
-        if !views.is_empty() && self.effort.truth.is_whole() && !paints {
-            let maps = truth.maps(views);
-            asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
-            asked.maps.push(maps);
-        }
-        Ok(())
-    }
-
-    /// Answers at points of all lights.
-    fn ask_all(
-        &self,
-        technique: &dyn Technique,
-        truth: &Truth,
-        all: &[Points],
-        resolution: &[Resolution],
-    ) -> Result<Answers> {
-        let mut answers = Answers { approximate: self.ask(technique, all)?, ..Answers::default() };
-        for points in all {
-            answers.truth.extend(&points.visibility);
-            answers.casters.extend(&points.casters);
-            if self.effort.truth.is_whole() {
-                answers.within.extend(truth.boundary(points, resolution).iter());
-            }
-        }
-        Ok(answers)
-    }
-
-    /// Errors against means over areas of each size; look-ups are told the size.
-    fn ask_footprints(&self, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
-        let areas = match self.footprints.get() {
-            Some(areas) => areas,
-            None => {
-                let made = self.with_truth(0, |truth| Ok(footprints(truth, truth.scene())))?;
-                self.footprints.get_or_init(|| made)
-            }
-        };
-        let asked: Vec<_> =
-            areas.points.iter().map(|p| Asked { light: p.light, points: &p.positions, normals: &[] }).collect();
-        let of = |sides: &Vec<f32>| Query::of_areas(self.context, &asked, sides)?.ask(&technique.answer());
-        let answers: Vec<_> = areas.sides.iter().map(of).collect::<Result<_>>()?;
-        Ok(footprint_errors(&answers, areas))
-    }
-
-    /// Visibility of all lights at their points, asked about a million at a time.
-    fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
-        let mut answers = Vec::new();
-        for asked in at_once(all) {
-            answers.extend(Query::of_lights(self.context, &asked)?.ask(&technique.answer())?);
-        }
-        Ok(answers)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Asks techniques, times them and compares their answers with the truth.
 
+mod asked;
 mod beside;
 mod caster_error;
 mod change;

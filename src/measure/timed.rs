@@ -25,6 +25,15 @@ const AGAIN_BUDGET: Duration = Duration::from_secs(5);
 /// When to stop timing pictures, after one at least.
 const DRAW_BUDGET: Duration = Duration::from_secs(1);
 
+/// When to stop timing look-ups and pictures on a software device, whose times are for ratios, after [`FEW`] at least.
+const SOFTWARE_BUDGET: Duration = Duration::from_millis(250);
+const FEW: usize = 3;
+
+/// Whether so many samples, which took so long, are enough. `budget`: for one that takes long.
+fn are_enough(samples: usize, took: Duration, budget: Duration, software: bool) -> bool {
+    samples > 0 && (took > budget || software && samples >= FEW && took > SOFTWARE_BUDGET)
+}
+
 /// Consecutive builds of a row.
 #[derive(Default)]
 pub(super) struct Timed {
@@ -225,11 +234,12 @@ impl Case<'_> {
         while start.elapsed() < SLOW_WARM_UP && self.clock.is_slow() {
             query.query(&kernel)?;
         }
+        let software = self.context.features().is_software();
         let mut samples = Vec::new();
         let start = Instant::now();
         for frame in 0..self.effort.frames {
             // A list on a software device takes seconds per million look-ups.
-            if frame > 0 && start.elapsed() > LOOKUP_BUDGET {
+            if are_enough(frame, start.elapsed(), LOOKUP_BUDGET, software) {
                 break;
             }
             samples.push(LookupTimes { ran: Ran::passes(ask)?, points: query.points() });
@@ -251,7 +261,7 @@ impl Case<'_> {
             start = Instant::now();
         }
         for frame in 1..1 + self.effort.frames {
-            if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
+            if frame >= shading.frames_to_settle() && are_enough(frame, start.elapsed(), DRAW_BUDGET, software) {
                 break;
             }
             samples.push(Ran::passes(&draw)?);

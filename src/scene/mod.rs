@@ -34,7 +34,9 @@ pub use model::gaussian::Gaussian;
 #[cfg(feature = "program")]
 pub(crate) use model::gaussian::{REACH, Shape};
 pub use model::light::{FACES, Light, LightKind};
-pub use model::order::{Blended, Order, far_to_near};
+pub use model::order::{Blended, blended, volumes_among};
+#[cfg(feature = "program")]
+pub use model::order::{Order, far_to_near};
 pub use model::picture::{Picture, SKY};
 #[cfg(feature = "program")]
 pub(crate) use model::random::Random;

@@ -123,6 +123,11 @@ impl World {
         self.particle_count + self.strand_count + self.gaussian_count + self.cell_count
     }
 
+    /// Those of them that are cells of volumes. They come last.
+    pub(crate) fn cell_count(&self) -> u32 {
+        self.cell_count
+    }
+
     /// Whether there are strands: casters whose radius may reach into a view although both ends lie outside it.
     pub fn shows_strands(&self) -> bool {
         self.strand_count > 0

@@ -116,6 +116,52 @@ fn volumes_are_seen_as_in_the_reference() {
     });
 }
 
+/// A row of dense balls with two volumes in it, seen from all around by one renderer: as by a new one, to the bit, and as by the reference. So
+/// many balls come before each volume from either end. Balls are so many that they cannot be in order by chance.
+#[test]
+fn volumes_stay_among_casters_that_are_sorted() {
+    gpu_test("volumes_stay_among_casters_that_are_sorted", |context| {
+        let mut all = scene(ball(8, 1));
+        all.lights[0].radiance = [0.0; 3];
+        let placed = *all.volumes[0].placed();
+        let field = Arc::new(all.volumes[0].field().clone());
+        let steps = placed.steps.map(|step| 0.4 * step);
+        let at = |x: f64| Placed { origin: DVec3::X * x + 0.4 * placed.origin, steps, extinction: 8.0, ..placed };
+        all.volumes = [-0.8, 1.1].map(|x| Volume::new(field.clone(), at(x)).expect("a volume")).into();
+        all.particles = (0..12u8)
+            .map(|i| Particle {
+                position: [0.31 * f32::from(i * 7 % 12) - 1.7, 0.0, 0.01],
+                radius: 0.2,
+                extinction: 3.0,
+            })
+            .collect();
+        let world = World::new(context, &all).expect("room for the scene");
+        let technique = built(context, &all, "none");
+        let mut renderer = Renderer::new(context, &world, &camera(&all)).expect("a renderer");
+        let answer = technique.answer();
+        let kernels = renderer.kernels(&answer, Shading::Forward, Lighting::Fragment).expect("kernels");
+        let mut pictures = Vec::new();
+        for turn in 0..6 {
+            let angle = std::f64::consts::TAU * f64::from(turn) / 6.0 + 0.1;
+            all.camera.target = DVec3::ZERO;
+            all.camera.position = DVec3::new(5.0 * angle.cos(), 5.0 * angle.sin(), 0.7);
+            renderer.look(&world, &camera(&all)).expect("the next frame");
+            let passes = renderer.draw(&kernels).expect("drawn");
+            assert!(passes.is_empty() || passes.iter().any(|pass| pass.name == "consume.far_to_near"), "{passes:?}");
+            let found = renderer.read().expect("read");
+            assert!(found == drawn(context, &all, "none"), "turn {turn}: another picture than that of a new renderer");
+            let (most, mean) = apart(&found, &picture(&Casters::new(&all), &all, &camera(&all)));
+            println!("turn {turn}: {most:.1e}, {mean:.1e} in the mean");
+            assert!(mean < rounding(context) && most < 0.3, "turn {turn}: {most}, {mean}");
+            pictures.push(found);
+        }
+        // Without volumes the last is another.
+        let none = Scene { volumes: Vec::new(), ..all.clone() };
+        let unlike = apart(&drawn(context, &none, "none"), &pictures[5]).0;
+        assert!(unlike > 0.02, "volumes are hardly seen: {unlike}");
+    });
+}
+
 /// Lit, it differs from the reference by as much as the technique's light: here that of cells, whose error in space bounds the error of a
 /// pixel, which averages it, colour and radiance being 1 at most.
 #[test]

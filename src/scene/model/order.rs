@@ -1,11 +1,14 @@
 //! The order in which a picture is blended. Ties are by index, so that the same scene is always drawn the same.
 
-use crate::scene::{Caster, Scene, View, Volume};
+#[cfg(feature = "program")]
+use crate::scene::Caster;
+use crate::scene::{Scene, View, Volume};
 use glam::DVec3;
 use std::ops::Range;
 
 /// The things that a picture blends, from far to near by the z of their middles. A volume is blended as a whole, by a march; its cells only
 /// cast shadows.
+#[cfg(feature = "program")]
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Order {
     /// Indices of casters, without the cells of volumes.
@@ -17,28 +20,48 @@ pub struct Order {
 /// A run of casters or a volume, to be blended next.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Blended {
-    /// Casters by their places in [`Order::casters`].
+    /// Casters by their places in the order.
     Casters(Range<u32>),
     /// A volume by its number.
     Volume(u32),
 }
 
-impl Order {
-    /// All of it, from far to near.
-    pub fn blended(&self) -> impl Iterator<Item = Blended> {
-        let mut first = 0;
-        let ends = self.volumes.iter().map(|(before, volume)| (*before, Some(*volume)));
-        ends.chain([(self.casters.len() as u32, None)])
-            .flat_map(move |(before, volume)| {
-                let casters = std::mem::replace(&mut first, before)..before;
-                [Some(Blended::Casters(casters)), volume.map(Blended::Volume)]
-            })
-            .flatten()
-            .filter(|next| !matches!(next, Blended::Casters(casters) if casters.is_empty()))
+/// So many casters and the volumes among them, as [`volumes_among`] gives these, from far to near.
+pub fn blended(casters: u32, volumes: &[(u32, u32)]) -> impl Iterator<Item = Blended> {
+    let mut first = 0;
+    let ends = volumes.iter().map(|(before, volume)| (*before, Some(*volume)));
+    ends.chain([(casters, None)])
+        .flat_map(move |(before, volume)| {
+            let casters = std::mem::replace(&mut first, before)..before;
+            [Some(Blended::Casters(casters)), volume.map(Blended::Volume)]
+        })
+        .flatten()
+        .filter(|next| !matches!(next, Blended::Casters(casters) if casters.is_empty()))
+}
+
+/// The volumes of a scene from far to near, each with the number of casters that are blended before it: those that are as far from `camera`
+/// or farther. Casters need not be sorted for that.
+pub fn volumes_among(scene: &Scene, camera: &View) -> Vec<(u32, u32)> {
+    let z = |middle: DVec3| camera.project(middle).1;
+    let mut volumes: Vec<_> = scene.volumes.iter().map(|volume| z(middle(volume))).zip(0..).collect();
+    volumes.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let place = |place: [f32; 3]| DVec3::from(place.map(f64::from));
+    let casters = scene.particles.iter().map(|particle| place(particle.position));
+    let casters = casters.chain(scene.strands.iter().map(|strand| 0.5 * (place(strand.start) + place(strand.end))));
+    let casters = casters.chain(scene.gaussians.iter().map(|splat| place(splat.position)));
+    let mut behind = vec![0; volumes.len() + 1];
+    for caster in casters.map(z) {
+        behind[volumes.partition_point(|(volume, _)| *volume > caster)] += 1;
     }
+    let sums = behind.into_iter().scan(0, |sum, count| {
+        *sum += count;
+        Some(*sum)
+    });
+    sums.zip(volumes).map(|(before, (_, volume))| (before, volume)).collect()
 }
 
 /// The order of casters and volumes for `camera`, by falling z of their middles; ties by index, and casters before volumes.
+#[cfg(feature = "program")]
 pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
     let count = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
@@ -53,9 +76,10 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     Order { casters, volumes }
 }
 
-/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. Where volumes are among smoke that moves,
-/// this runs in every frame and must be fast: it is a radix sort by three digits of each number's upper half. Numbers with equal upper halves are then sorted by the
-/// whole number.
+/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. The window's reference sorts for every few rows, so
+/// this must be fast: it is a radix sort by three digits of each number's upper half. Numbers with equal upper halves are then sorted by
+/// the whole number.
+#[cfg(feature = "program")]
 fn falling(depths: &[f64]) -> Vec<u32> {
     const DIGIT: u32 = 11;
     let key = |depth: &f64| {
@@ -162,9 +186,11 @@ mod tests {
         scene.volumes = vec![volume(3.0), volume(-1.0), volume(1.0)];
         let order = all(&scene);
         assert_eq!((&order.casters[..], &order.volumes[..]), (&[2, 0, 1][..], &[(0, 1), (2, 2), (3, 0)][..]));
-        let blended: Vec<_> = order.blended().collect();
+        let camera = View::camera(&scene.camera, &scene, [16, 16]);
+        assert_eq!(volumes_among(&scene, &camera), order.volumes, "without the casters' order");
+        let next: Vec<_> = blended(order.casters.len() as u32, &order.volumes).collect();
         use Blended::{Casters, Volume};
-        assert_eq!(blended, [Volume(1), Casters(0..2), Volume(2), Casters(2..3), Volume(0)]);
+        assert_eq!(next, [Volume(1), Casters(0..2), Volume(2), Casters(2..3), Volume(0)]);
     }
 
     /// The order is by middles, whose z are 0, −1, −2 and 1.5.
@@ -187,6 +213,6 @@ mod tests {
     #[test]
     fn no_casters_no_order() {
         assert!(order(&scene(&[], &[])).is_empty());
-        assert_eq!(all(&scene(&[], &[])).blended().count(), 0);
+        assert_eq!(blended(0, &[]).count(), 0);
     }
 }

@@ -1,21 +1,19 @@
-//! The window: its frames, and the actions of keys, mouse and script lines.
+//! The window and its frames. What keys and the mouse do: `input`; what a script's lines do: `scripted`.
 
 mod input;
+mod scripted;
 
-use self::input::event_of;
 use super::chart::Chart;
 use super::files::Files;
-use super::host::{Host, Said, Ui, heap_bytes};
+use super::host::{Host, Said, Ui};
 use super::pace::Pace;
 use super::panel::{self, Pressed, Told};
 use super::rays::{self, Rays};
-use super::script::{Script, Step};
+use super::script::Script;
 use super::stage::{Stage, is_lost};
 use super::state::State;
-use super::truth::Counts;
-use super::{Options, camera, no_display};
+use super::{Options, no_display};
 use crate::gpu;
-use crate::measure::host_bytes;
 use crate::{Error, Result};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -36,9 +34,6 @@ const OLDEST: Duration = Duration::from_secs(1);
 
 /// Seconds per frame under a script.
 const FRAME_S: f64 = 1.0 / 30.0;
-
-/// How long a script waits for the window to get its size.
-const GRACE: Duration = Duration::from_secs(3);
 
 /// After more losses than this in a row, each within so few frames of the last, the device is not opened again.
 const MOST_LOSSES: u32 = 3;
@@ -364,83 +359,6 @@ impl View {
         let seen = stage.seen()?;
         rays.ask(&self.state, seen, || stage.shared());
         self.files.save_plot(rays)
-    }
-
-    /// Runs the script's next lines, until one has to wait.
-    fn script(&mut self) -> Result<()> {
-        let Some(mut open) = self.open.take() else { return Ok(()) };
-        let outcome = self.script_on(&mut open);
-        self.open = Some(open);
-        outcome
-    }
-
-    fn script_on(&mut self, open: &mut Open) -> Result<()> {
-        loop {
-            let wants = self.options.size;
-            let fits =
-                self.forced.is_some() || panel::picture(&self.state, open.size, open.window.scale_factor()) == wants;
-            if !fits && self.began.elapsed() < GRACE
-                || self.frames_left > 0
-                || self.files.are_due()
-                || self.frames == 0
-                || self.until.is_some_and(|until| Instant::now() < until)
-            {
-                return Ok(());
-            }
-            let Some(step) = self.script.as_mut().and_then(Script::next) else { return Ok(()) };
-            self.until = None;
-            // A line that only waits needs no frame.
-            self.wants |= !matches!(step, Step::Wait(_));
-            // The panel shows no camera and no count of frames.
-            self.touched |= !matches!(step, Step::Wait(_) | Step::Frames(_) | Step::Orbit(..) | Step::Report);
-            match step {
-                Step::Set(key, value) => self.state.set(&key, &value)?,
-                Step::Key(key) => self.key(&key, open),
-                Step::Orbit(right, up) => {
-                    if let Some(stage) = &open.stage {
-                        camera::orbit(&mut self.state, &stage.base().camera, right, up);
-                    }
-                }
-                Step::Wait(time) => self.until = Some(Instant::now() + time),
-                Step::Frames(count) => self.frames_left = count,
-                Step::Screenshot(path) => self.files.shoot(Some(path)),
-                Step::Gif(path, ms) => self.files.film(&path, ms),
-                Step::Curve(path) => {
-                    self.state.curve = true;
-                    self.files.plot(path);
-                }
-                Step::Resize([0, _] | [_, 0]) => (self.forced, self.frames_left) = (Some([0; 2]), 2),
-                Step::Resize(size) => {
-                    (self.forced, self.options.size, self.began) = (None, size, Instant::now());
-                    let panel = panel::pixels(&self.state, open.window.scale_factor());
-                    // Where it is so at once, no event says so.
-                    let is = open.window.request_inner_size(PhysicalSize::new(size[0] + panel, size[1]));
-                    open.size = is.map_or(open.size, Into::into);
-                }
-                Step::Drop(file) => self.state.choose(&file),
-                Step::Input(input) => self.event(&event_of(input), open),
-                Step::Report => {
-                    let (frames, bytes) = (self.frames, open.host.allocated_bytes());
-                    let known = [(host_bytes(), "resident"), (heap_bytes(), "of the heap in use")];
-                    let known =
-                        known.into_iter().filter_map(|(bytes, what)| Some(format!(", {} bytes {what}", bytes?)));
-                    let host: String = known.collect();
-                    let stage = open.stage.as_ref();
-                    let (builds, truth) = stage.map(|stage| (stage.builds(), stage.truth_counts())).unwrap_or_default();
-                    let Counts { begun, finished, dropped } = truth;
-                    let truth = format!("reference: {begun} begun, {finished} finished, {dropped} dropped");
-                    let pace = std::mem::take(&mut self.pace).text();
-                    println!("{frames} frames, {bytes} bytes of device memory{host}, {builds} builds, {truth}{pace}");
-                }
-                Step::Quit => {
-                    self.is_over = true;
-                    self.files.finish()?;
-                }
-            }
-            if self.is_over {
-                return Ok(());
-            }
-        }
     }
 
     /// Where the outcome is an error, keeps it and closes the window.
