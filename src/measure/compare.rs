@@ -298,7 +298,7 @@ impl Case<'_> {
         if self.effort.truth != Extent::None {
             row.flicker_rms = self.ask_frames(&mut opened, &mut asked)?;
             self.count(&asked, facts.nodes, row);
-            row.colors = asked.colors.errors(self.world.extinction_ratio())?;
+            row.colors = asked.colors.errors(&self.world)?;
         }
         let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
@@ -498,7 +498,7 @@ impl Case<'_> {
     }
 
     /// Visibility of all lights at their points, asked about a million at a time.
-    fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
+    pub(super) fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
         let mut answers = Vec::new();
         for asked in at_once(all) {
             answers.extend(Query::of_lights(self.context, &asked)?.ask(&technique.answer())?);
