@@ -192,6 +192,33 @@ fn each_color_is_a_grey_scene_made_by_hand() {
     });
 }
 
+/// A point light has six maps, so that the maps of a color are more than its lights.
+#[test]
+fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
+    let test = "each_color_of_a_point_light_is_a_grey_scene_made_by_hand";
+    gpu_test(test, |context| {
+        let mut scene = smoke();
+        scene.particles.truncate(60);
+        let kind = LightKind::Point { position: DVec3::new(0.1, -0.2, 0.3) };
+        scene.lights[0] = Light { kind, ..scene.lights[0] };
+        let both = Both::of(scene, 4);
+        assert_ne!(both.inks.map_count(), both.inks.lights.len());
+        let points = points(6, 300);
+        let texts = ["avsm:path=binned,size=28", "avsm:path=two-pass,size=28", "layers:size=28", "psm:slices=64"];
+        for text in those_that_run(test, context, texts) {
+            let technique = built(context, &both.inks, text);
+            for (color, grey) in both.grey.iter().enumerate() {
+                let by_hand = built(context, grey, text);
+                for light in 0..both.lights {
+                    let found = ask(context, technique.as_ref(), color * both.lights + light, &points);
+                    let expected = ask(context, by_hand.as_ref(), light, &points);
+                    assert_eq!(found, expected, "{text}, color {color}, light {light}");
+                }
+            }
+        }
+    });
+}
+
 /// Hair, splats and volumes too. Their extinctions by hand are rounded otherwise.
 #[test]
 fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
@@ -500,6 +527,14 @@ fn casters_of_inks_move() {
         other.inks[0].ratio = [0.5, 0.5, 0.25];
         let refused = world.replace(&other).expect_err("another world").to_string();
         assert!(refused.contains("of another color"), "{refused}");
+        // Fewer casters would have the ratios of others.
+        let mut fewer = moved.clone();
+        fewer.particles.remove(20);
+        let refused = world.replace(&fewer).expect_err("another world").to_string();
+        assert!(refused.contains("inks of 150 casters, and it has 149"), "{refused}");
+        let mut two = moved.clone();
+        two.lights.truncate(4);
+        assert!(World::new(context, &two).is_err_and(|e| e.to_string().contains("once per color")));
         let refused = world.casters_move().expect_err("passes know one extinction").to_string();
         assert!(refused.contains("one extinction ratio"), "{refused}");
     });
@@ -560,13 +595,20 @@ fn three_curves_err_as_one_does() {
                 let found = ask(context, technique.as_ref(), color, &points);
                 found.iter().zip(truth).map(|(a, b)| (f64::from(*a) - b).abs()).sum::<f64>() / points.len() as f64
             });
+            let by_one = built(context, &one_color, text);
+            let (answers, grey) = (ask(context, by_one.as_ref(), 0, &points), Casters::new(&one_color));
+            let errors_of_one = one_color.extinction_ratio.map(f64::from).map(|power| {
+                let truth = points.iter().map(|p| grey.visibility(0, DVec3::from(p.map(f64::from))).powf(power));
+                let off = answers.iter().zip(truth).map(|(a, b)| (f64::from(*a).powf(power) - b).abs());
+                off.sum::<f64>() / points.len() as f64
+            });
             let [three, one] = [&scene, &one_color].map(|scene| cost(context, scene, text));
-            println!("{text}: {errors:.5?}; bytes and milliseconds {three:?}, of one ratio {one:?}");
-            // A mean ratio is wrong by 0.05 in red and blue (two_inks_take_two_curves).
-            assert!(
-                text == "none" || text == "beer-shadow-map" || errors.iter().all(|e| *e < 4e-3),
-                "{text}: {errors:?}"
+            println!(
+                "{text}: {errors:.5?}, of one ratio {errors_of_one:.5?}; bytes and milliseconds {three:?}, {one:?}"
             );
+            // Colors that one ratio lets pass, half of the drops take here.
+            let [three, one] = [errors, errors_of_one].map(|errors| errors.iter().sum::<f64>());
+            assert!(text == "none" || three < 1.25 * one, "{text}: {three}, of one ratio {one}");
         }
     });
 }

@@ -198,7 +198,7 @@ impl Maps {
             lights,
             opaque,
             scene,
-            inks: (world.colors() > 1).then(|| [world.caster_capacity(), count as u32 / world.colors()]),
+            inks: (world.colors() > 1).then(|| [world.caster_capacity(), (count as u32 / world.colors()).max(1)]),
         })
     }
 

@@ -21,8 +21,9 @@ impl World {
     /// Uploads `scene`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where lights or inks are not as [`Scene::with_inks`] makes them; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
+        scene.check_inks()?;
         let triangles = triangles(scene);
         let (colors, capacity) = (scene.colors(), scene.most_casters());
         let bytes = (colors * capacity * size_of::<Caster>()) as u64;
@@ -34,7 +35,7 @@ impl World {
             let empty = Caster { radius: 0.0, density: 0.0, position: [0.0; 3], axis: [0.0; 3] };
             let mut all = vec![empty; colors * capacity];
             for (color, room) in all.chunks_mut(capacity).enumerate() {
-                room[..casters.len()].copy_from_slice(&scene.casters_of(color));
+                room[..casters.len()].copy_from_slice(&scene.in_color(casters.clone(), 0, color));
             }
             buffer.write(&all)?;
         }
@@ -257,7 +258,7 @@ impl World {
         } else if scene.extinction_ratio != self.extinction_ratio() || scene.inks != self.scene()?.inks {
             "its casters are of another color than those that the world was made with".into()
         } else {
-            return Ok(());
+            return scene.check_inks();
         };
         Err(Error::input(scene.name.clone(), cause, "make a new world, and open its techniques anew"))
     }
@@ -287,11 +288,11 @@ impl Copies<'_> {
         let mut staged = Vec::new();
         for color in 0..world.colors as usize {
             let first = ((color * world.caster_capacity as usize + start) * size_of::<Caster>()) as u64;
-            if world.colors == 1 || start == end {
-                staged.push(commands.stage_at(&world.casters, first, &self.casters[start..end])?);
-            } else {
-                staged.push(commands.stage_at(&world.casters, first, &scene.casters_of(color)[start..end])?);
-            }
+            let casters = &self.casters[start..end];
+            staged.push(match world.colors {
+                1 => commands.stage_at(&world.casters, first, casters)?,
+                _ => commands.stage_at(&world.casters, first, &scene.in_color(casters.to_vec(), start, color))?,
+            });
         }
         if self.changed.lights {
             staged.push(commands.stage(&world.lights, &LightData::all(scene))?);

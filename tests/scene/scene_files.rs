@@ -138,7 +138,7 @@ fn scene_files_have_several_inks() {
     let one = with(&[red, red], color).expect("a scene");
     assert_eq!((one.inks.len(), one.extinction_ratio, one.lights.len()), (0, [0.5, 1.0, 1.0], 1));
     for (ratios, more, words) in [
-        (["extinction_ratio = [1, -0.1, 1]", ""], "", "particles smoke.ply: color extinction"),
+        (["extinction_ratio = [1, -0.1, 1]", ""], "", "particles smoke.ply: extinction_ratio [1.0, -0.1, 1.0] is not"),
         (["extinction_ratio = [0, 0, 0]", ""], "", "0 in every color"),
         (["extinction_ratio = [1, 1]", ""], "", "line"),
         (["extinction_ratio = [2, 1, 1]", ""], "", "not from 0 to 1"),

@@ -209,8 +209,10 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let lights = parsed.light.map(|entries| entries.iter().map(light).collect::<std::result::Result<Vec<_>, _>>());
     let lights = lights.transpose().map_err(wrong)?;
     let camera = parsed.camera.as_ref().map(camera).transpose().map_err(wrong)?;
-    let extinction_ratio =
-        parsed.color.map_or(Ok(Scene::GREY), |color| extinction_ratio(color.extinction)).map_err(wrong)?;
+    let extinction_ratio = parsed
+        .color
+        .map_or(Ok(Scene::GREY), |color| extinction_ratio("color extinction", color.extinction))
+        .map_err(wrong)?;
 
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents = Contents::default();
@@ -317,7 +319,7 @@ struct Inks {
 impl Inks {
     /// Adds an entry's; the error text names the fault.
     fn add(&mut self, own: Option<[f64; 3]>, casters: usize) -> std::result::Result<(), String> {
-        let ratio = own.map_or(Ok(self.common), extinction_ratio)?;
+        let ratio = own.map_or(Ok(self.common), |own| extinction_ratio("extinction_ratio", own))?;
         self.own |= own.is_some();
         self.all.push(Ink { casters, ratio });
         Ok(())
@@ -376,14 +378,14 @@ impl MeshesEntry {
     }
 }
 
-/// Checks the extinction of red, green and blue light; the error text names the fault.
-fn extinction_ratio(values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
+/// Checks the extinction of red, green and blue light, which `key` says; the error text names the fault.
+fn extinction_ratio(key: &str, values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
     let ratio = values.map(|value| value as f32);
     if !ratio.iter().all(|value| value.is_finite() && *value >= 0.0) {
-        return Err(format!("color extinction {values:?} is not finite and at least 0"));
+        return Err(format!("{key} {values:?} is not finite and at least 0"));
     }
     if ratio == [0.0; 3] {
-        return Err("color extinction is 0 in every color: nothing would cast".into());
+        return Err(format!("{key} is 0 in every color: nothing would cast"));
     }
     Ok(ratio)
 }

@@ -25,41 +25,23 @@ impl Scene {
     /// [`Error::Input`] where the scene has inks already or a ratio of its own, where the inks are of fewer or more casters than the scene
     /// has, or split a volume, or where a ratio is out of range; [`Error::Refused`] where the scene moves.
     pub fn with_inks(mut self, inks: &[Ink]) -> Result<Self> {
-        let has = !self.inks.is_empty() || self.extinction_ratio != Self::GREY;
-        let all: Vec<Ink> = inks.iter().copied().filter(|ink| ink.casters > 0).collect();
-        let wrong = |cause: String| {
-            let way_out = "give each caster one ratio of extinctions, from 0 to 1";
-            Err(Error::input(self.name.clone(), cause, way_out))
-        };
-        if has {
-            return wrong("its casters have ratios of extinctions already".into());
+        if !self.inks.is_empty() || self.extinction_ratio != Self::GREY {
+            return Err(self.wrong_inks("its casters have ratios of extinctions already".into()));
         }
-        let (given, count) = (all.iter().map(|ink| ink.casters).sum::<usize>(), self.casters().len());
-        if given != count {
-            return wrong(format!("inks of {given} casters, and it has {count}"));
-        }
-        let Some(first) = all.first().copied() else { return Ok(self) };
-        if all.iter().all(|ink| ink.ratio == first.ratio) {
+        self.inks = inks.iter().copied().filter(|ink| ink.casters > 0).collect();
+        let Some(first) = self.inks.first().copied() else { return self.holds_inks().map(|()| self) };
+        if self.inks.iter().all(|ink| ink.ratio == first.ratio) {
+            if !is_ratio(first.ratio, f32::MAX) {
+                return Err(self.wrong_inks(format!("extinctions {:?} are not finite, below 0 or all 0", first.ratio)));
+            }
+            self.holds_inks()?;
+            self.inks.clear();
             self.extinction_ratio = first.ratio;
             return Ok(self);
-        }
-        if let Some(ink) = all.iter().find(|ink| !is_ratio(ink.ratio)) {
-            return wrong(format!("extinctions {:?} of an ink are not from 0 to 1, or are all 0", ink.ratio));
         }
         if self.motion != Motion::Still {
             let needs = "a scene that stands still: the number of casters of each extinction ratio may not change";
             return Err(Error::Refused { needs: needs.into() });
-        }
-        self.inks = all;
-        let ratios: Vec<_> = self.ink_ratios().take(count).collect();
-        let mut cells = count - self.cell_count();
-        for volume in &self.volumes {
-            let its = &ratios[cells..cells + volume.cells().len()];
-            if its.windows(2).any(|pair| pair[0] != pair[1]) {
-                self.inks.clear();
-                return Err(Error::input(self.name, "an ink ends within a volume", "give each volume one ink"));
-            }
-            cells += its.len();
         }
         let of_color = |light: &Light, color: usize| {
             let mut radiance = [0.0; COLORS];
@@ -68,7 +50,65 @@ impl Scene {
         };
         let lights = (0..COLORS).flat_map(|color| self.lights.iter().map(move |light| of_color(light, color)));
         self.lights = lights.collect();
-        Ok(self)
+        self.check_inks().map(|()| self)
+    }
+
+    /// Checks that inks, casters and lights are such as [`Scene::with_inks`] makes them.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where they are not.
+    pub(crate) fn check_inks(&self) -> Result<()> {
+        if self.inks.is_empty() {
+            return Ok(());
+        }
+        if self.extinction_ratio != Self::GREY {
+            return Err(self.wrong_inks("its casters have one ratio and several".into()));
+        }
+        if self.inks.iter().any(|ink| ink.casters == 0) {
+            return Err(self.wrong_inks("an ink of no casters".into()));
+        }
+        if let Some(ink) = self.inks.iter().find(|ink| !is_ratio(ink.ratio, 1.0)) {
+            let cause = format!("extinctions {:?} of an ink are not from 0 to 1, or are all 0", ink.ratio);
+            return Err(self.wrong_inks(cause));
+        }
+        let each = self.lights.len() / COLORS;
+        let kinds = |light: usize| (self.lights[light].kind, self.lights.get(light + each).map(|light| light.kind));
+        let is_thrice = each * COLORS == self.lights.len() && (0..each * 2).map(kinds).all(|(a, b)| Some(a) == b);
+        if !is_thrice {
+            return Err(self.wrong_inks("its lights do not stand once per color".into()));
+        }
+        self.holds_inks()
+    }
+
+    /// Checks that the inks are of as many casters as there are, and of whole volumes.
+    fn holds_inks(&self) -> Result<()> {
+        let others = self.particles.len() + self.strands.len() + self.gaussians.len();
+        let (given, count) = (self.inks.iter().map(|ink| ink.casters).sum::<usize>(), others + self.cell_count());
+        if given != count {
+            return Err(self.wrong_inks(format!("inks of {given} casters, and it has {count}")));
+        }
+        let mut end = others;
+        let ends = self.inks.iter().scan(0, |end, ink| {
+            *end += ink.casters;
+            Some(*end)
+        });
+        let ends: Vec<usize> = ends.collect();
+        for volume in &self.volumes {
+            let begin = end;
+            end += volume.cells().len();
+            if ends.iter().any(|ink| (begin + 1..end).contains(ink)) {
+                return Err(self.wrong_inks("an ink ends within a volume".into()));
+            }
+        }
+        Ok(())
+    }
+
+    fn wrong_inks(&self, cause: String) -> Error {
+        Error::input(
+            self.name.clone(),
+            cause,
+            "give each caster one ratio of extinctions from 0 to 1, and each volume one",
+        )
     }
 
     /// How many times each light stands in the scene: 3 where it has inks, else 1.
@@ -92,9 +132,16 @@ impl Scene {
     /// The casters as light of one color sees them ([`Scene::color_of_light`]): those of [`Scene::casters`], each with its extinction for
     /// that color.
     pub fn casters_of(&self, color: usize) -> Vec<Caster> {
-        let mut all = self.casters();
-        all.iter_mut().zip(self.ink_ratios()).for_each(|(caster, ratio)| caster.density *= ratio[color]);
-        all
+        self.in_color(self.casters(), 0, color)
+    }
+
+    /// Casters from `first` on, with their extinctions for a color.
+    pub(crate) fn in_color(&self, mut casters: Vec<Caster>, first: usize, color: usize) -> Vec<Caster> {
+        casters
+            .iter_mut()
+            .zip(self.ink_ratios().skip(first))
+            .for_each(|(caster, ratio)| caster.density *= ratio[color]);
+        casters
     }
 
     /// The ratio of each caster. Casters behind the last ink, as there are none in a scene from [`Scene::with_inks`], take all colors alike.
@@ -105,6 +152,9 @@ impl Scene {
 
     /// The ratio of each volume.
     pub(crate) fn volume_ratios(&self) -> Vec<[f32; 3]> {
+        if self.inks.is_empty() {
+            return vec![Self::GREY; self.volumes.len()];
+        }
         let mut ratios = self.ink_ratios().skip(self.particles.len() + self.strands.len() + self.gaussians.len());
         let mut of = |cells: usize| {
             let first = ratios.next().unwrap_or(Self::GREY);
@@ -115,8 +165,8 @@ impl Scene {
     }
 }
 
-fn is_ratio(ratio: [f32; 3]) -> bool {
-    ratio.iter().all(|factor| (0.0..=1.0).contains(factor)) && ratio != [0.0; 3]
+fn is_ratio(ratio: [f32; 3], most: f32) -> bool {
+    ratio.iter().all(|factor| (0.0..=most).contains(factor)) && ratio != [0.0; 3]
 }
 
 #[cfg(test)]
@@ -168,10 +218,37 @@ mod tests {
             (told(two(), &[red, Ink { ratio: [1.0, 1.5, 0.0], ..blue }]), "not from 0 to 1"),
             (told(two(), &[red, Ink { ratio: [0.0; 3], ..blue }]), "all 0"),
             (told(two(), &[red, Ink { ratio: [f32::NAN, 1.0, 1.0], ..blue }]), "not from 0 to 1"),
+            (told(two(), &[Ink { casters: 3, ratio: [-1.0, 1.0, 1.0] }]), "below 0"),
+            (told(two(), &[Ink { casters: 3, ratio: [0.0; 3] }]), "all 0"),
+            (told(two(), &[Ink { casters: 3, ratio: [f32::INFINITY, 1.0, 1.0] }]), "not finite"),
             (told(moving, &[red, blue]), "stands still"),
             (told(inked(), &[red, blue]), "already"),
         ] {
             assert!(found.contains(words) && !found.contains('\n'), "{found}");
+        }
+    }
+
+    #[test]
+    fn what_with_inks_would_not_make_is_found() {
+        let (red, blue) = (Ink { casters: 1, ratio: RED }, Ink { casters: 2, ratio: BLUE });
+        let good = two().with_inks(&[red, blue]).expect("inks");
+        good.check_inks().expect("as it was made");
+        let damaged = |damage: fn(&mut Scene)| {
+            let mut scene = good.clone();
+            damage(&mut scene);
+            scene.check_inks().expect_err("found").to_string()
+        };
+        for (found, words) in [
+            (damaged(|scene| scene.lights.truncate(1)), "once per color"),
+            (damaged(|scene| scene.lights.push(scene.lights[0])), "once per color"),
+            (damaged(|scene| scene.lights.truncate(3)), "once per color"),
+            (damaged(|scene| scene.particles.truncate(2)), "inks of 3 casters, and it has 2"),
+            (damaged(|scene| scene.particles.clear()), "it has 0"),
+            (damaged(|scene| scene.inks.push(Ink { casters: 0, ..scene.inks[0] })), "an ink of no casters"),
+            (damaged(|scene| scene.extinction_ratio = RED), "one ratio and several"),
+            (damaged(|scene| scene.inks[0].ratio = [f32::NAN; 3]), "not from 0 to 1"),
+        ] {
+            assert!(found.contains(words), "{found}");
         }
     }
 }
