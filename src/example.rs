@@ -34,6 +34,7 @@ pub fn empty() -> Scene {
         camera: Camera { position: DVec3::splat(4.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
     }
 }
 

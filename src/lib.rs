@@ -80,6 +80,7 @@
 //!     camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
 //!     motion: Motion::Still,
 //!     extinction_ratio: Scene::GREY,
+//!     inks: Vec::new(),
 //! };
 //! let context = Context::new(&Default::default())?;
 //! let world = World::new(&context, &scene)?;

@@ -118,6 +118,7 @@ fn scene(particles: &[Particle]) -> Scene {
         },
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
     }
 }
 

@@ -256,6 +256,7 @@ fn mean_error(engine: &mut Engine) -> Result<f64> {
         camera: Camera { position: DVec3::NEG_Y, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
     };
     let casters = Casters::new(&scene);
     let off = |(place, answer): ([f32; 3], f32)| {

@@ -3,6 +3,7 @@
 // reference::truth::picture.
 #ifndef CONSUME_COLORED_GLSL
 #define CONSUME_COLORED_GLSL
+#include "world/caster_room.glsl"
 
 // Multiples of the casters' extinction; all 1 where they are grey.
 CONSTANT(float, EXTINCTION_RED, 1.0)
@@ -12,6 +13,9 @@ CONSTANT(float, EXTINCTION_BLUE, 1.0)
 CONSTANT(uint, CHANNEL, 0u)
 
 vec3 extinction_ratio() { return vec3(EXTINCTION_RED, EXTINCTION_GREEN, EXTINCTION_BLUE); }
+
+// The first of the casters as the channel that is drawn sees them.
+uint channel_casters() { return CHANNEL * CASTER_ROOM; }
 
 // Visibility of each color, from the last look-up.
 vec3 colored(float visibility) {

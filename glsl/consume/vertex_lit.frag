@@ -18,7 +18,7 @@ layout(location = 1) in vec3 light;
 layout(location = 0) out vec4 color;
 
 void main() {
-    Caster caster = casters[caster_index];
+    Caster caster = casters[channel_casters() + caster_index];
     Ray ray = view_ray(camera, gl_FragCoord.xy);
     vec2 z;
     if (!caster_seen(camera, ray, caster, texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r, z)) {

@@ -23,6 +23,7 @@ layout(set = 3, binding = 2, scalar) readonly buffer FieldSamples { float field_
 
 layout(push_constant, scalar) uniform VolumePush {
     uint volume;
+    vec3 ratio;  // of the volume's extinctions, where casters have several ratios
 };
 
 layout(location = 0) out vec4 color;
@@ -72,7 +73,7 @@ void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z)
         }
         vec3 position = ray.origin + middle * ray.direction;
         light_footprint(pixel_side(camera, middle));
-        vec3 left = transmittance * exp(-depth * extinction_ratio());
+        vec3 left = transmittance * exp(-depth * (CASTER_ROOM == 0u ? extinction_ratio() : ratio));
         Caster none = Caster(position, 0.0, vec3(0.0), 0.0);
         scattered += (transmittance - left) * shade_caster(place.color, caster_light(none, position));
         transmittance = left;

@@ -15,7 +15,7 @@ layout(location = 0) flat in uint caster_index;
 layout(location = 0) out vec4 color;
 
 void main() {
-    Caster caster = casters[caster_index];
+    Caster caster = casters[channel_casters() + caster_index];
     float z = dot(caster.position + 0.5 * caster_axis(caster) - camera.origin, camera.forward);
     if (z > texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r) {
         discard;

@@ -3,6 +3,7 @@
 #define MAPS_SCENE_GLSL
 #extension GL_EXT_samplerless_texture_functions : require
 #include "world/caster.glsl"
+#include "world/caster_room.glsl"
 #include "world/light.glsl"
 #include "world/triangle.glsl"
 

@@ -14,7 +14,7 @@ layout(location = 2) flat out uint number;  // of the caster
 void main() {
     View view = maps[map].volume;
     number = order[order_first + gl_VertexIndex / 6];
-    Caster caster = casters[number];
+    Caster caster = casters[map_casters(map) + number];
     gl_Position = caster_corner(view, caster, gl_VertexIndex % 6);
     // Done once per vertex, not once per fragment.
     caster = view_caster(view, caster);

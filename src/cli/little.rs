@@ -48,7 +48,8 @@ pub(super) fn first<T>(all: &mut Vec<T>, few: usize) {
 
 /// Keeps the first casters of the scene.
 pub(super) fn scene(mut scene: Scene) -> Scene {
-    if is_asked() {
+    // Inks count all casters.
+    if is_asked() && scene.inks.is_empty() {
         scene.particles.truncate(MOST_CASTERS);
         scene.strands.truncate(MOST_CASTERS);
         scene.gaussians.truncate(MOST_CASTERS);

@@ -1,6 +1,6 @@
 //! `gobo map`
 
-use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, one_spec, place, say};
+use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, no_light, one_spec, place, say};
 use crate::report::write_png;
 use crate::technique::{open, usual};
 use crate::world::World;
@@ -43,10 +43,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     arguments.vpls.check(&states)?;
     let context = arguments.device.open()?;
     arguments.vpls.light(&context, &mut states)?;
-    let count = states[0].lights.len();
-    if arguments.light >= count {
-        let cause = format!("the scene has {count} lights, from 0");
-        return Err(Error::input(format!("--light {}", arguments.light), cause, "choose one of them"));
+    if arguments.light >= states[0].lights.len() {
+        return Err(no_light(&states[0], arguments.light));
     }
     let world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;

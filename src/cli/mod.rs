@@ -239,6 +239,13 @@ impl MovingArgument {
     }
 }
 
+/// The error of a light that the scene does not have.
+fn no_light(scene: &Scene, light: usize) -> Error {
+    let thrice = if scene.colors() > 1 { ": all in red, then all in green, then all in blue" } else { "" };
+    let cause = format!("the scene has {} lights, from 0{thrice}", scene.lights.len());
+    Error::input(format!("--light {light}"), cause, "choose one of them")
+}
+
 /// The options that choose a map of a light.
 #[derive(Args)]
 struct MapArguments {
@@ -254,8 +261,7 @@ impl MapArguments {
     /// The index of the map among the maps of all lights.
     fn of(&self, scene: &Scene) -> Result<usize> {
         let Some(light) = scene.lights.get(self.light) else {
-            let cause = format!("the scene has {} lights, from 0", scene.lights.len());
-            return Err(Error::input(format!("--light {}", self.light), cause, "choose one of them"));
+            return Err(no_light(scene, self.light));
         };
         let names = FACES.map(|(name, _)| name).join(", ");
         let face = match (&self.face, light.map_count()) {

@@ -17,14 +17,17 @@ pub(super) fn colored(constants: &Constants, [red, green, blue]: [f32; 3]) -> Co
 impl Renderer {
     /// Whether casters absorb all colors of light equally.
     pub(super) fn is_grey(&self) -> bool {
-        self.extinction_ratio == Scene::GREY
+        self.extinction_ratio == Scene::GREY && self.caster_room == 0
     }
 
     /// Blend state and constants of each kernel that draws casters: one kernel for all channels at once, or one per channel.
     pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
-        let constants = colored(constants, self.extinction_ratio);
+        let mut constants = colored(constants, self.extinction_ratio);
         if self.is_grey() {
             return vec![(Blend::Over, constants)];
+        }
+        if self.caster_room > 0 {
+            constants = constants.set(constant::CASTER_ROOM, self.caster_room);
         }
         (0..3).map(|channel| (Blend::OverChannel(channel), constants.clone().set(constant::CHANNEL, channel))).collect()
     }

@@ -34,6 +34,8 @@ pub struct Renderer {
     pub(super) light_count: u32,
     /// See [`crate::scene::Scene::extinction_ratio`].
     pub(super) extinction_ratio: [f32; 3],
+    /// Where casters stand once per color ([`World::colors`]), how many there is room for in each; else 0.
+    pub(super) caster_room: u32,
     pub(super) camera: View,
     camera_data: Buffer,
     splats: Buffer,
@@ -115,6 +117,7 @@ impl Renderer {
             lights: world.lights.clone(),
             light_count: world.light_count(),
             extinction_ratio: world.extinction_ratio(),
+            caster_room: if world.colors() > 1 { world.caster_capacity() } else { 0 },
             camera: *camera,
             camera_data,
             splats,

@@ -53,6 +53,8 @@ struct Fields {
 /// The volumes of a picture, with their data on the device.
 pub(super) struct Volumes {
     volumes: Vec<Volume>,
+    /// The ratio of each volume where casters have several; else 1.
+    ratios: Vec<[f32; 3]>,
     places: Buffer,
     slots: Buffer,
     samples: Buffer,
@@ -61,7 +63,11 @@ pub(super) struct Volumes {
 
 push_struct! {
     /// Twin: VolumePush in glsl/consume/volume.frag.
-    struct VolumePush { volume: u32 }
+    struct VolumePush {
+        volume: u32,
+        /// Its own extinction ratio, where the scene's casters have several; else 1.
+        ratio: [f32; 3],
+    }
 }
 
 /// Marches volumes, lit by one technique: one kernel, or one per channel.
@@ -128,7 +134,8 @@ impl Volumes {
         let samples = filled(context, "picture.field_samples", &samples, most_samples)?;
         let sets = set::PictureFields { field_places: &places, field_slots: &slots, field_samples: &samples };
         let bindings = sets.bind(context, "picture.fields")?;
-        Ok(Some(Self { volumes, places, slots, samples, bindings }))
+        let ratios = scene.volume_ratios();
+        Ok(Some(Self { volumes, ratios, places, slots, samples, bindings }))
     }
 
     /// Writes the volumes as they are now, with no more blocks than before. Unchanged volumes are not written again.
@@ -152,6 +159,7 @@ impl Volumes {
         self.slots.write(&slots)?;
         self.samples.write(&samples)?;
         self.volumes.clone_from(&scene.volumes);
+        self.ratios = scene.volume_ratios();
         Ok(())
     }
 }
@@ -199,8 +207,9 @@ impl Renderer {
             match next.clone() {
                 Blended::Casters(places) => casters(draw, places),
                 Blended::Volume(volume) => {
-                    if let Some(kernel) = volumes {
-                        draw.draw(&kernel.0[channel], &VolumePush { volume }, 3, 1);
+                    if let Some((kernel, volumes)) = volumes.zip(self.volumes.as_ref()) {
+                        let ratio = volumes.ratios[volume as usize];
+                        draw.draw(&kernel.0[channel], &VolumePush { volume, ratio }, 3, 1);
                     }
                 }
             }

@@ -199,6 +199,9 @@ impl Grid {
 
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         let Plan { fitted, voxelizer, finer, media, cast, stands } = *plan;
+        if media.is_some() || cast {
+            world.one_color("a grid keeps")?;
+        }
         let size = voxels_per_side(fitted);
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         // Zeroed, since clearing passes only visit words that are not 0.

@@ -40,8 +40,9 @@ pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 
 use self::fit::Fit;
 use self::opaque::Opaque;
-use crate::gpu::{Bindings, Buffer, Commands, Context, ReadBack, Resource};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, ReadBack, Resource};
 use crate::scene::{Aim, Casting, Light, LightKind, Resolution, View};
+use crate::shaders::constant::{CASTER_ROOM, COLOR_MAPS};
 use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -108,6 +109,8 @@ pub struct Maps {
     lights: Buffer,
     opaque: Opaque,
     scene: Bindings,
+    /// Where casters stand once per color: the room for those of a color, and the maps of a color.
+    inks: Option<[u32; 2]>,
 }
 
 impl Maps {
@@ -195,6 +198,7 @@ impl Maps {
             lights,
             opaque,
             scene,
+            inks: (world.colors() > 1).then(|| [world.caster_capacity(), (count as u32 / world.colors()).max(1)]),
         })
     }
 
@@ -226,6 +230,13 @@ impl Maps {
     /// Set 0 of every pass over the maps: glsl/maps/scene.glsl.
     pub fn scene(&self) -> &Bindings {
         &self.scene
+    }
+
+    /// Constants of a shader that goes through the casters of a map: with those that say which casters a map sees, where
+    /// these differ.
+    pub fn colored(&self, constants: &Constants) -> Constants {
+        let Some([room, maps]) = self.inks else { return constants.clone() };
+        constants.clone().set(CASTER_ROOM, room).set(COLOR_MAPS, maps)
     }
 
     /// The set of a look-up: the bindings of glsl/maps/look_up.glsl, then `more` from binding 3 on.

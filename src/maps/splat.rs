@@ -113,7 +113,7 @@ impl Splat {
         more: &[&Bindings],
         constants: &Constants,
     ) -> Result<Kernel<SplatPush>> {
-        let constants = constants.clone().set(STRANDS, self.strands).set(GAUSSIANS, self.gaussians);
+        let constants = maps.colored(constants).set(STRANDS, self.strands).set(GAUSSIANS, self.gaussians);
         let state = Graphics { vertex: &shaders::maps::SPLAT_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
         Kernel::graphics(context, &state, &sets, &constants)

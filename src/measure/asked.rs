@@ -135,7 +135,7 @@ impl Case<'_> {
     }
 
     /// Visibility of all lights at their points, asked about a million at a time.
-    fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
+    pub(super) fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
         let mut answers = Vec::new();
         for asked in at_once(all) {
             answers.extend(Query::of_lights(self.context, &asked)?.ask(&technique.answer())?);

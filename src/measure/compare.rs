@@ -278,7 +278,7 @@ impl Case<'_> {
         if self.effort.truth != Extent::None {
             row.flicker_rms = self.ask_frames(&mut opened, &mut asked)?;
             self.count(&asked, facts.nodes, row);
-            row.colors = asked.colors.errors(self.world.extinction_ratio())?;
+            row.colors = asked.colors.errors(&self.world)?;
         }
         let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;

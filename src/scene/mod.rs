@@ -33,6 +33,7 @@ pub(crate) use model::fountain_steps;
 pub use model::gaussian::Gaussian;
 #[cfg(feature = "program")]
 pub(crate) use model::gaussian::{REACH, Shape};
+pub use model::ink::Ink;
 pub use model::light::{FACES, Light, LightKind};
 pub use model::order::{Blended, blended, volumes_among};
 #[cfg(feature = "program")]
@@ -160,6 +161,9 @@ pub struct Scene {
     /// Factors of the casters' extinction for red, green and blue light: finite, ≥ 0, not all 0. So a color's transmittance is the grey one
     /// to the power of its factor. Meshes block all colors alike.
     pub extinction_ratio: [f32; 3],
+    /// Where casters have different ratios, their ratios in place of [`Scene::extinction_ratio`], which is then [`Scene::GREY`]; the lights
+    /// stand three times ([`Scene::with_inks`]). Else empty.
+    pub inks: Vec<Ink>,
 }
 
 /// The parts of a scene that are functions of time.
@@ -283,6 +287,7 @@ pub(crate) mod tests {
             meshes: vec![],
             motion: Motion::Still,
             extinction_ratio: Scene::GREY,
+            inks: Vec::new(),
             lights: vec![Light {
                 kind: LightKind::Directional { direction: DVec3::NEG_Z },
                 radiance: [1.0; 3],

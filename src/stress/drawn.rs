@@ -94,6 +94,7 @@ impl Draw {
             camera,
             motion: Motion::Still,
             extinction_ratio: Scene::GREY,
+            inks: Vec::new(),
         }
     }
 

@@ -19,6 +19,7 @@ pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>
         camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
     }
 }
 

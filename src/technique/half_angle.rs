@@ -111,6 +111,7 @@ impl HalfAngle {
     /// device cannot blend the format of `storage`; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
+        world.one_color("slices leave")?;
         let Settings { slices, size, storage, opaque, skip: _ } = *settings;
         if world.light_count() != 1 || world.map_count() != 1 {
             let needs =

@@ -111,6 +111,7 @@ struct Cast {
 
 impl Cast {
     fn new(context: &Context, world: &World) -> Result<Self> {
+        world.one_color("a box keeps")?;
         let count = world.caster_capacity();
         let boxes = Buffer::new(context, "ray_query.boxes", BOX_BYTES * u64::from(count), Memory::Device)?;
         let set = set::RayQueryBoxes { casters: &world.casters, boxes: &boxes }.bind(context, "ray_query.boxes")?;

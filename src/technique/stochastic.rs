@@ -163,7 +163,8 @@ impl Stochastic {
                 let reach = filter.reach();
                 let what = Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None };
                 let bins = Bins::new(context, world, &maps, what)?;
-                let kernel = Kernel::compute(context, shader, &[maps.scene(), bins.set(), &set], &passes)?;
+                let kernel =
+                    Kernel::compute(context, shader, &[maps.scene(), bins.set(), &set], &maps.colored(&passes))?;
                 (label, Way::Binned { bins, kernel })
             }
         };

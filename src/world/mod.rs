@@ -41,9 +41,12 @@ pub struct World {
     context: Context,
     name: String,
     generations: Generations,
-    /// [`Caster`]: spheres, then strands, then Gaussians, then cells of volumes; [`World::caster_count`] of them.
+    /// [`Caster`]: spheres, then strands, then Gaussians, then cells of volumes; [`World::caster_count`] of them, once per
+    /// color ([`World::colors`]), each color behind the room for [`World::caster_capacity`] of the one before.
     pub casters: Buffer,
     caster_capacity: u32,
+    /// How many times casters and lights stand in the buffers: see [`World::colors`].
+    colors: u32,
     /// How many of [`World::casters`] are particles.
     particle_count: u32,
     strand_count: u32,
@@ -110,6 +113,24 @@ impl World {
     /// The scene's [`Scene::extinction_ratio`]; [`Scene::GREY`] where the caller's buffers fill the world.
     pub fn extinction_ratio(&self) -> [f32; 3] {
         self.scene().map_or(Scene::GREY, |scene| scene.extinction_ratio)
+    }
+
+    /// 3 where casters take red, green and blue light in different ratios ([`Scene::with_inks`]), else 1. Lights then stand
+    /// once per color, and so do casters, with the extinctions of that color.
+    pub fn colors(&self) -> u32 {
+        self.colors
+    }
+
+    /// Checks that all casters have one extinction ratio, for what keeps one number for all lights.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where they do not. `keeper` is what keeps one.
+    pub fn one_color(&self, keeper: &str) -> Result<()> {
+        if self.colors == 1 {
+            return Ok(());
+        }
+        let needs = format!("casters of one extinction ratio: {keeper} one number for all colors of light");
+        Err(Error::Refused { needs })
     }
 
     /// Counters, one per part of the world, that rise whenever the part has changed.

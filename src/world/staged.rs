@@ -21,18 +21,30 @@ impl World {
     /// Uploads `scene`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where lights or inks are not as [`Scene::with_inks`] makes them; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
-        let (casters, triangles) = (scene.casters(), triangles(scene));
-        let capacity = scene.most_casters();
-        let bytes = (capacity * size_of::<Caster>()) as u64;
+        scene.check_inks()?;
+        let triangles = triangles(scene);
+        let (colors, capacity) = (scene.colors(), scene.most_casters());
+        let bytes = (colors * capacity * size_of::<Caster>()) as u64;
         let buffer = Buffer::new(context, "world.casters", bytes, Memory::Device)?;
-        buffer.write(&casters)?;
+        let casters = scene.casters();
+        if colors == 1 {
+            buffer.write(&casters)?;
+        } else {
+            let empty = Caster { radius: 0.0, density: 0.0, position: [0.0; 3], axis: [0.0; 3] };
+            let mut all = vec![empty; colors * capacity];
+            for (color, room) in all.chunks_mut(capacity).enumerate() {
+                room[..casters.len()].copy_from_slice(&scene.in_color(casters.clone(), 0, color));
+            }
+            buffer.write(&all)?;
+        }
         Ok(Self {
             context: context.clone(),
             name: scene.name.clone(),
             casters: buffer,
             caster_capacity: capacity as u32,
+            colors: colors as u32,
             particle_count: scene.particles.len() as u32,
             strand_count: scene.strands.len() as u32,
             gaussian_count: scene.gaussians.len() as u32,
@@ -83,6 +95,7 @@ impl World {
     /// # Errors
     /// [`Error::Refused`] as [`World::scene`].
     pub fn casters_move(&mut self) -> Result<()> {
+        self.one_color("passes that write casters give")?;
         self.staged()?.written = true;
         self.generations.particles += 1;
         self.generations.strands += u64::from(self.strands);
@@ -203,11 +216,12 @@ impl World {
         let staged = self.staged()?;
         let (mixed, written) = (staged.mixed, staged.written);
         let changed = Changed::of(staged, scene, has_strands);
-        let casters = if changed.particles || changed.strands { scene.casters() } else { Vec::new() };
+        let is_new = changed.particles || changed.strands;
+        let casters = if is_new { scene.casters() } else { Vec::new() };
         let known = self.known_bounds();
         let bounds = [
             if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { known[0] },
-            if changed.particles || changed.strands { Bounds::of_casters(&casters) } else { known[1] },
+            if is_new { Bounds::of_casters(&casters) } else { known[1] },
         ];
         // This comes before the copies: where a copy fails, the device's data belong to neither scene.
         self.raise(scene, &changed, mixed);
@@ -241,10 +255,10 @@ impl World {
             "it has splats or volumes, and the world was made without".into()
         } else if triangle_count != self.triangle_count as usize || maps(&scene.lights) != maps(&self.lit) {
             "meshes or lights are others than those that the world was made for".into()
-        } else if scene.extinction_ratio != self.extinction_ratio() {
+        } else if scene.extinction_ratio != self.extinction_ratio() || scene.inks != self.scene()?.inks {
             "its casters are of another color than those that the world was made with".into()
         } else {
-            return Ok(());
+            return scene.check_inks();
         };
         Err(Error::input(scene.name.clone(), cause, "make a new world, and open its techniques anew"))
     }
@@ -271,8 +285,15 @@ impl Copies<'_> {
     fn record(&self, commands: &mut Commands) -> Result<()> {
         let Self { world, scene, .. } = self;
         let Range { start, end } = self.changed.casters.clone();
-        let first = (start * size_of::<Caster>()) as u64;
-        let mut staged = vec![commands.stage_at(&world.casters, first, &self.casters[start..end])?];
+        let mut staged = Vec::new();
+        for color in 0..world.colors as usize {
+            let first = ((color * world.caster_capacity as usize + start) * size_of::<Caster>()) as u64;
+            let casters = &self.casters[start..end];
+            staged.push(match world.colors {
+                1 => commands.stage_at(&world.casters, first, casters)?,
+                _ => commands.stage_at(&world.casters, first, &scene.in_color(casters.to_vec(), start, color))?,
+            });
+        }
         if self.changed.lights {
             staged.push(commands.stage(&world.lights, &LightData::all(scene))?);
         }

@@ -84,6 +84,7 @@ impl World {
             generations: Generations::default(),
             casters: buffer("world.casters", casters, size_of::<Caster>())?,
             caster_capacity: casters,
+            colors: 1,
             particle_count: 0,
             strand_count: 0,
             gaussian_count: 0,

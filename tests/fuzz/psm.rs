@@ -23,6 +23,7 @@ fn ray() -> View {
         meshes: vec![],
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light { kind: down, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
     };

@@ -1,7 +1,7 @@
 //! Scene files: what loads, and what is refused.
 
 use crate::*;
-use gobo::scene::{LightKind, Particle, Scene};
+use gobo::scene::{Ink, LightKind, Particle, Scene};
 
 #[test]
 fn files_that_are_not_files_are_refused() {
@@ -115,6 +115,38 @@ fn scene_files_have_a_color() {
     // What plays, and what is read at another time, keeps it.
     let scene = with("extinction = [1, 0.5, 0.25]").expect("a scene");
     assert_eq!(scene.at(3.0).expect("in range").extinction_ratio, scene.extinction_ratio);
+}
+
+#[test]
+fn scene_files_have_several_inks() {
+    let entry = |ratio: &str| format!("[[particles]]\nfile = \"smoke.ply\"\n{ratio}\n");
+    let light = LIGHT.replace("[light]\n", "[light]\nradiance = [1, 2, 3]\n");
+    let with = |ratios: &[&str], more: &str| {
+        let entries: String = ratios.iter().map(|ratio| entry(ratio)).collect();
+        scene_file(&format!("{entries}{light}{CAMERA}{more}"))
+    };
+    let red = "extinction_ratio = [0.5, 1, 1]";
+    let scene = with(&[red, ""], "").expect("a scene");
+    let count = scene.particles.len() / 2;
+    let inks = [Ink { casters: count, ratio: [0.5, 1.0, 1.0] }, Ink { casters: count, ratio: Scene::GREY }];
+    assert_eq!((&scene.inks[..], scene.extinction_ratio), (&inks[..], Scene::GREY));
+    let radiances: Vec<_> = scene.lights.iter().map(|light| light.radiance).collect();
+    assert_eq!(radiances, [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]);
+    // Entries without their own have that of [color]; where all have the same, the scene has it.
+    let color = "[color]\nextinction = [1, 0.5, 0.25]\n";
+    assert_eq!(with(&[red, ""], color).expect("a scene").inks[1].ratio, [1.0, 0.5, 0.25]);
+    let one = with(&[red, red], color).expect("a scene");
+    assert_eq!((one.inks.len(), one.extinction_ratio, one.lights.len()), (0, [0.5, 1.0, 1.0], 1));
+    for (ratios, more, words) in [
+        (["extinction_ratio = [1, -0.1, 1]", ""], "", "particles smoke.ply: extinction_ratio [1.0, -0.1, 1.0] is not"),
+        (["extinction_ratio = [0, 0, 0]", ""], "", "0 in every color"),
+        (["extinction_ratio = [1, 1]", ""], "", "line"),
+        (["extinction_ratio = [2, 1, 1]", ""], "", "not from 0 to 1"),
+        ([red, ""], "[color]\nextinction = [2, 1, 1]\n", "not from 0 to 1"),
+    ] {
+        let told = with(&ratios, more).expect_err("refused").to_string();
+        assert!(told.contains(words) && !told.contains('\n'), "{told}");
+    }
 }
 
 #[test]

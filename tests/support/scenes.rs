@@ -16,6 +16,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         meshes: Vec::new(),
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::from(direction).normalize() },
             radiance: [1.0; 3],

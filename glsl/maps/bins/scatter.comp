@@ -39,7 +39,8 @@ void main() {
             if (index >= caster_count || !caster_tiles(view, casters[index], low, high)) {
                 continue;
             }
-            Caster caster = casters[index];
+            uint seen = map_casters(map) + index;
+            Caster caster = casters[seen];
             uvec2 size = high - low + 1u;
             bool any = false;
             for (uint i = lane; i < size.x * size.y; i += TILE_LANES) {
@@ -66,7 +67,7 @@ void main() {
 #endif
                 any = true;
                 if (round == ROUNDS && slot < capacity) {
-                    entries[slot] = tile_entry(view, caster, index, tile, distance_square);
+                    entries[slot] = tile_entry(view, caster, seen, tile, distance_square);
                 }
             }
             if (room != 0u && any) {

@@ -37,7 +37,8 @@ void main() {
         return;
     }
     View view = maps[map].volume;
-    Caster caster = casters[index];
+    uint seen = map_casters(map) + index;
+    Caster caster = casters[seen];
     uvec2 tiles = tile_counts(view), size = high - low + 1u;
     bool any = false;
     for (uint t = 0u; t < size.x * size.y; ++t) {
@@ -56,7 +57,7 @@ void main() {
                 uint entry = next_entry(place * SLOTS + within.y * side + within.x);
                 any = true;
                 if (entry < capacity) {
-                    entries[entry] = tile_entry(fine, caster, index, block, distance_square);
+                    entries[entry] = tile_entry(fine, caster, seen, block, distance_square);
                 }
             }
         }

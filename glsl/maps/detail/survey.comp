@@ -82,7 +82,7 @@ void survey(uint map, uint index, uint lane) {
         return;
     }
     View view = maps[map].volume, fine = finer(view, SURVEY_CELLS);
-    Caster caster = casters[index];
+    Caster caster = casters[map_casters(map) + index];
     caster_touches(fine, caster, first, last);
     vec3 share = share_of_tile(view, caster);
     uint edges = uint(share.x * share.y * LENGTH_UNITS) + 1u, optical_depth = uint(share.z * DEPTH_UNITS + 0.5);

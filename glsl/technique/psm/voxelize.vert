@@ -17,7 +17,7 @@ void main() {
     uint map = drawn_map(instance);
     uint index = gl_VertexIndex / 6u;
     View view = maps[map].volume;
-    Caster caster = casters[index / quad_count()];
+    Caster caster = casters[map_casters(map) + index / quad_count()];
     Quad quad;
     bool drawn = caster_quad(view, map, caster, index % quad_count(), quad);
     // Done once per vertex, not once per fragment.

@@ -33,7 +33,9 @@ void main() {
             float optical_depth;
             if (view_segment(view, ray, ray_length, batch_caster(i), MAX_OPTICAL_DEPTH, z, optical_depth) && inside) {
                 vec2 depth = vec2(view_depth(view, z.x), view_depth(view, z.y));
-                draw_caster(texel, entries[part.first + begin + i].y, first, depth, optical_depth);
+                // As draw.frag numbers it: among the casters that the map sees.
+                uint number = entries[part.first + begin + i].y - map_casters(map);
+                draw_caster(texel, number, first, depth, optical_depth);
             }
         }
     }

@@ -45,6 +45,7 @@ pub(super) fn check_has_meshes(has_meshes: bool, name: &str) -> Result<()> {
 /// [`Error::Input`] where the count is out of range, the scene has no meshes or no light reaches them; else as [`Vpls::new`].
 pub fn lit_by_vpls(context: &Context, scene: &Scene, count: u32) -> Result<Scene> {
     let world = World::new(context, scene)?;
+    world.one_color("virtual lights have")?;
     let mut vpls = Vpls::new(context, &world, count)?;
     vpls.make(&world)?;
     let lights = vpls.read()?;

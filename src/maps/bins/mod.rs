@@ -190,6 +190,7 @@ impl Bins {
             .set(AREA, what.area)
             .set(KEYED, what.entries == Entries::Sorted)
             .set(DETAIL, what.blocks.is_some());
+        let constants = maps.colored(&constants);
         let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
         let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &threads, &constants);
         let detail = what.blocks.map(detailed).transpose()?;

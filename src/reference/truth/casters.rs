@@ -6,7 +6,7 @@ use super::meshes::Meshes;
 use super::surface::SurfacePoint;
 use super::true_curve::{Smooth, TrueCurve};
 use super::volume;
-use crate::scene::{Caster, Projection, REACH, Ray, Scene, Shape, View};
+use crate::scene::{Caster, Projection, REACH, Ray, Scene, Shape, View, Volume};
 use glam::DVec3;
 
 /// Cells per side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
@@ -25,6 +25,10 @@ pub struct Casters<'a> {
     /// Spheres, then strands, then Gaussians, then the cells of volumes. Cells serve pictures alone: optical depth comes from the volumes'
     /// densities.
     pub(in crate::reference) all: Vec<Caster>,
+    /// Where casters have several extinction ratios ([`Scene::with_inks`]): that of each. Else empty.
+    inks: Vec<[f32; 3]>,
+    /// That of each volume.
+    volume_ratios: Vec<[f32; 3]>,
     /// The meshes.
     pub meshes: Meshes,
     /// View and grid of each map of each light; empty where the scene has no casters.
@@ -46,7 +50,16 @@ impl<'a> Casters<'a> {
         };
         let views = if all.is_empty() { Vec::new() } else { View::volumes(scene, WIDEST) };
         let maps = views.into_iter().map(with_grid).collect();
-        Self { scene, meshes: Meshes::new(&scene.meshes), maps, all }
+        let inks = if scene.inks.is_empty() { Vec::new() } else { scene.ink_ratios().take(all.len()).collect() };
+        Self { scene, meshes: Meshes::new(&scene.meshes), maps, all, inks, volume_ratios: scene.volume_ratios() }
+    }
+
+    /// A caster, as light of a color sees it ([`Scene::color_of_light`]).
+    fn seen_by(&self, color: usize, index: u32) -> Caster {
+        let caster = self.all[index as usize];
+        let ratio = self.inks.get(index as usize).map_or(1.0, |ratio| ratio[color]);
+        // Rounded to f32, as the device has it.
+        Caster { density: caster.density * ratio, ..caster }
     }
 
     /// The scene that casts.
@@ -72,10 +85,13 @@ impl<'a> Casters<'a> {
             Projection::Parallel => f64::NEG_INFINITY,
             Projection::Perspective => 0.0,
         };
-        let volumes =
-            self.scene.volumes.iter().map(|volume| volume::optical_depth(volume, &ray, nearest, z)).sum::<f64>();
+        let color = self.scene.color_of_light(light);
+        let of = |(volume, ratio): (&Volume, &[f32; 3])| {
+            volume::optical_depth(volume, &ray, nearest, z) * f64::from(ratio[color])
+        };
+        let volumes = self.scene.volumes.iter().zip(&self.volume_ratios).map(of).sum::<f64>();
         let near = self.near(map, position).iter().filter_map(|&i| {
-            let caster = &self.all[i as usize];
+            let caster = &self.seen_by(color, i);
             if caster.is_gaussian() {
                 return soft_depth(&ray, caster, nearest, z);
             }
@@ -150,7 +166,17 @@ impl<'a> Casters<'a> {
         (-self.optical_depth(light, position) * self.extinction_ratio()).exp()
     }
 
-    pub(super) fn extinction_ratio(&self) -> DVec3 {
+    /// The extinctions of red, green and blue light of a caster, as multiples of its own.
+    pub(super) fn ratio_of(&self, caster: u32) -> DVec3 {
+        DVec3::from(self.inks.get(caster as usize).unwrap_or(&self.scene.extinction_ratio).map(f64::from))
+    }
+
+    /// The same of a volume.
+    pub(super) fn ratio_of_volume(&self, volume: u32) -> DVec3 {
+        DVec3::from(self.volume_ratios[volume as usize].map(f64::from)) * self.extinction_ratio()
+    }
+
+    fn extinction_ratio(&self) -> DVec3 {
         DVec3::from(self.scene.extinction_ratio.map(f64::from))
     }
 
@@ -169,24 +195,25 @@ impl<'a> Casters<'a> {
     /// The exact curve along `ray` of map `map` (counted over all lights' maps), over depth in the range of the map's `view`; and how many
     /// casters the ray meets.
     pub fn true_curve(&self, map: usize, view: &View, ray: &Ray) -> (TrueCurve, u32) {
-        let (hard, soft): (Vec<&Caster>, Vec<&Caster>) = self
+        let color = self.scene.color_of_map(map);
+        let (hard, soft): (Vec<Caster>, Vec<Caster>) = self
             .near(map, ray.at(view.z(0.5)))
             .iter()
-            .map(|&i| &self.all[i as usize])
+            .map(|&i| self.seen_by(color, i))
             .partition(|caster| !caster.is_gaussian());
         let segments: Vec<_> = hard
             .into_iter()
             .filter_map(|caster| {
-                let (entry, exit) = overlap(ray, caster)?;
+                let (entry, exit) = overlap(ray, &caster)?;
                 let near = f64::from(view.near);
                 let entry = entry.max(near);
-                (exit > near).then(|| (view.depth(entry), view.depth(exit), optical_depth(ray, caster, entry, exit)))
+                (exit > near).then(|| (view.depth(entry), view.depth(exit), optical_depth(ray, &caster, entry, exit)))
             })
             .collect();
         let mut curve = TrueCurve::new(&segments);
         let mut met = segments.len();
         let nearest = if view.projection() == Projection::Parallel { f64::NEG_INFINITY } else { view.near.into() };
-        for caster in soft {
+        for caster in &soft {
             if gaussian::missed(ray, caster) {
                 continue;
             }
@@ -204,8 +231,9 @@ impl<'a> Casters<'a> {
                 met += usize::from(along.within(REACH).is_some_and(|(_, exit)| exit > nearest));
             }
         }
-        for volume in &self.scene.volumes {
-            let cells = volume::curve(volume, ray, nearest, |z| view.depth(z));
+        for (volume, ratio) in self.scene.volumes.iter().zip(&self.volume_ratios) {
+            let mut cells = volume::curve(volume, ray, nearest, |z| view.depth(z));
+            cells.iter_mut().for_each(|cell| cell.scale(ratio[color].into()));
             met += cells.len();
             curve.volumes.push(cells);
         }

@@ -177,7 +177,7 @@ fn pixel(
         let volume = &scene.volumes[number as usize];
         through(
             volume,
-            casters.extinction_ratio(),
+            casters.ratio_of_volume(number),
             ray,
             ends,
             |position| ambient(scene) + light(None, position),
@@ -194,7 +194,7 @@ fn pixel(
         if exit < entry {
             continue;
         }
-        let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit) * casters.extinction_ratio()).exp();
+        let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit) * casters.ratio_of(i)).exp();
         let light = light(Some(i), ray.at(0.5 * (entry + exit)));
         let albedo = albedo(scene, i as usize, caster);
         color = albedo * (ambient(scene) + light) * opacity + color * (1.0 - opacity);

@@ -24,6 +24,12 @@ pub struct Cubic {
 }
 
 impl Cubic {
+    /// Multiplies its optical depth, and that of all cells before it.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.before *= factor;
+        self.powers = self.powers.map(|power| power * factor);
+    }
+
     /// Optical depth up to `depth`, with all cells before this one. `depth` is not before the cell's entry.
     pub fn optical_depth(&self, depth: f64) -> f64 {
         let u = ((depth - self.entry) / (self.exit - self.entry)).clamp(0.0, 1.0);

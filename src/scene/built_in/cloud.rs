@@ -39,6 +39,7 @@ pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
         meshes: vec![ground()],
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.5, 0.45, -0.74).normalize() },
             radiance: [1.0, 0.97, 0.9],

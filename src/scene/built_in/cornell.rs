@@ -37,6 +37,7 @@ pub(in crate::scene) fn cornell() -> Scene {
         meshes: meshes(),
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Spot { position: LAMP, direction: DVec3::NEG_Z, cone_degrees: 110.0 },
             radiance: [1.4, 1.25, 1.0],

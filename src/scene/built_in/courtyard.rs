@@ -56,6 +56,7 @@ pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Resul
         meshes: meshes(),
         motion: Motion::Courtyard,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: lights_at(lights as usize, time_s)?,
         camera: Camera {
             position: DVec3::new(-6.1, -6.3, 2.6),

@@ -62,6 +62,7 @@ pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
         meshes: Vec::new(),
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: directions.map(light).collect(),
         camera: Camera {
             position: DVec3::new(17.0, -11.0, 11.0),

@@ -82,6 +82,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
         },
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
     }
 }
 

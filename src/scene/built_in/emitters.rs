@@ -222,6 +222,7 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
         name: "three-emitters".into(),
         motion: Motion::ThreeEmitters,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),

@@ -80,6 +80,7 @@ pub(in crate::scene) fn failures() -> Scene {
         meshes: vec![wall()],
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.94, 0.342, 0.0).normalize() },
             radiance: [1.3; 3],

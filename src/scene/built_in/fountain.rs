@@ -38,6 +38,7 @@ pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Res
         name: name.into(),
         motion: Motion::Fountain(fountain),
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         particles: crate::scene::built_in::fountain::particles(&fountain, time_s)?,
         strands: Vec::new(),
         gaussians: Vec::new(),

@@ -125,6 +125,7 @@ pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
         meshes: vec![head(), floor()],
         motion: Motion::Hair,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights,
         camera: Camera {
             position: DVec3::new(1.9, -6.2, 0.9),

@@ -82,6 +82,7 @@ fn scene(name: &str, light: Light, [position, target]: [DVec3; 2]) -> Scene {
         camera: Camera { position, target, up: DVec3::Z, fov_y_degrees: 45.0 },
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
     }
 }
 

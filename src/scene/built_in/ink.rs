@@ -45,6 +45,7 @@ pub(in crate::scene) fn ink() -> Scene {
         ],
         motion: Motion::Still,
         extinction_ratio: RATIO,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.45, 0.3, -0.84).normalize() },
             radiance: [1.0; 3],

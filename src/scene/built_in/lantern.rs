@@ -85,6 +85,7 @@ pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
         name: "lantern".into(),
         motion: Motion::Lantern,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         particles: particles(time_s, &mut Smoke::default())?,
         strands: Vec::new(),
         gaussians: Vec::new(),

@@ -69,6 +69,7 @@ pub(in crate::scene) fn plume_1m() -> Result<Scene> {
         meshes: Vec::new(),
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.5, 0.3, -0.81).normalize() },
             radiance: [1.0; 3],

@@ -43,6 +43,7 @@ pub(in crate::scene) fn sparse() -> Scene {
         meshes: Vec::new(),
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.1, 0.05, -1.0).normalize() },
             radiance: [1.0; 3],

@@ -43,6 +43,7 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
         meshes: Vec::new(),
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.55, 0.35, -0.76).normalize() },
             radiance: [1.0; 3],

@@ -82,6 +82,7 @@ fn of_blocks(blocks: u32) -> Scene {
         meshes: singles.into_iter().chain(walls).chain(roofs).chain(leaves).collect(),
         motion: Motion::Still,
         extinction_ratio: Scene::GREY,
+        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.4, 0.35, -0.8).normalize() },
             radiance: [1.0; 3],

@@ -42,6 +42,7 @@ impl Contents {
             camera,
             motion: Motion::Still,
             extinction_ratio: Scene::GREY,
+            inks: Vec::new(),
         }
     }
 }

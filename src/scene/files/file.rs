@@ -43,6 +43,8 @@
 //!
 //! [color]                       # optional
 //! extinction = [1.0, 0.6, 0.3]  # of red, green and blue light: multiples of the extinction of all that is not a mesh
+//!                               # [[particles]], [[hair]], [[splats]] and [[volumes]] may each say an
+//!                               # extinction_ratio = [1.0, 0.6, 0.3] of their own; then all lie from 0 to 1
 //!
 //! [light]                       # or [[light]], any number of them; left out, the lights of the glTF files stand here
 //! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction, or "point"
@@ -66,7 +68,7 @@ use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
-    Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
+    Ink, Motion, Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
 };
 use serde::Deserialize;
 use std::path::Path;
@@ -104,6 +106,7 @@ struct ColorEntry {
 #[serde(deny_unknown_fields)]
 struct ParticlesEntry {
     file: String,
+    extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
     rotate: Option<[f64; 4]>,
@@ -116,6 +119,7 @@ struct ParticlesEntry {
 #[serde(deny_unknown_fields)]
 struct SplatsEntry {
     file: String,
+    extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
     rotate: Option<[f64; 4]>,
@@ -127,6 +131,7 @@ struct SplatsEntry {
 #[serde(deny_unknown_fields)]
 struct HairEntry {
     file: String,
+    extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
     rotate: Option<[f64; 4]>,
@@ -140,6 +145,7 @@ struct HairEntry {
 #[serde(deny_unknown_fields)]
 struct VolumesEntry {
     file: String,
+    extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
     rotate: Option<[f64; 4]>,
@@ -203,17 +209,21 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let lights = parsed.light.map(|entries| entries.iter().map(light).collect::<std::result::Result<Vec<_>, _>>());
     let lights = lights.transpose().map_err(wrong)?;
     let camera = parsed.camera.as_ref().map(camera).transpose().map_err(wrong)?;
-    let extinction_ratio =
-        parsed.color.map_or(Ok(Scene::GREY), |color| extinction_ratio(color.extinction)).map_err(wrong)?;
+    let extinction_ratio = parsed
+        .color
+        .map_or(Ok(Scene::GREY), |color| extinction_ratio("color extinction", color.extinction))
+        .map_err(wrong)?;
 
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents = Contents::default();
     let mut parts = Vec::new();
+    let mut inks = Inks { common: extinction_ratio, all: Vec::new(), own: false };
     for entry in &parsed.particles {
         let placement =
             Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let file = folder.join(&entry.file);
         if let Some(rate) = rate(entry.frames_per_second, &file).map_err(|cause| wrong(entry.cause(cause)))? {
+            inks.add(entry.extinction_ratio, 0).map_err(|cause| wrong(entry.cause(cause)))?;
             parts.push(Part::Moving(Sequence::open(&file, rate, Kind::Particles(placement))?));
             continue;
         }
@@ -222,25 +232,38 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
             placement.particle(particle).map_err(|text| wrong(cause(text)))
         };
         let particles = particle_file::load(&file)?.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
+        inks.add(entry.extinction_ratio, particles.len()).map_err(|cause| wrong(entry.cause(cause)))?;
         parts.push(Part::Still(Content::Particles(particles)));
     }
     for entry in &parsed.hair {
         let placement =
             Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
+        let before = contents.strands.len();
         contents.strands.extend(strand_file::load(&folder.join(&entry.file), &placement, overrides)?);
+        let count = contents.strands.len() - before;
+        inks.add(entry.extinction_ratio, count).map_err(|cause| wrong(entry.cause(cause)))?;
     }
     for entry in &parsed.splats {
         let cause = |cause| wrong(format!("splats {}: {cause}", entry.file));
         let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(cause)?;
+        let before = contents.gaussians.len();
         contents.gaussians.extend(splat_file::load(&folder.join(&entry.file), &placement)?);
+        inks.add(entry.extinction_ratio, contents.gaussians.len() - before).map_err(cause)?;
     }
     for entry in &parsed.volumes {
         let wrong = |cause| wrong(format!("volumes {}: {cause}", entry.file));
         let (placing, file) = (entry.placing().map_err(wrong)?, folder.join(&entry.file));
         parts.push(match rate(entry.frames_per_second, &file).map_err(wrong)? {
-            Some(rate) => Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing))?),
-            None => Part::Still(Content::Volume(volume_file::load(&file, &placing)?)),
+            Some(rate) => {
+                inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
+                Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing))?)
+            }
+            None => {
+                let volume = volume_file::load(&file, &placing)?;
+                inks.add(entry.extinction_ratio, volume.cells().len()).map_err(wrong)?;
+                Part::Still(Content::Volume(volume))
+            }
         });
     }
     let animation = Animation::new(parts);
@@ -274,7 +297,33 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         return Err(missing("light"));
     }
     let camera = camera.or(contents.camera).ok_or_else(|| missing("camera"))?;
-    Ok(Scene { motion: animation.motion(), extinction_ratio, ..contents.scene(input::stem(path), lights, camera) })
+    let motion = animation.motion();
+    if inks.own && motion != Motion::Still {
+        return Err(wrong(
+            "extinction_ratio beside a sequence of files, whose frames have other numbers of casters".into(),
+        ));
+    }
+    let scene = Scene { motion, ..contents.scene(input::stem(path), lights, camera) };
+    if inks.own { scene.with_inks(&inks.all) } else { Ok(Scene { extinction_ratio, ..scene }) }
+}
+
+/// The extinction ratios of the entries so far.
+struct Inks {
+    /// The ratio of entries that say none.
+    common: [f32; 3],
+    all: Vec<Ink>,
+    /// Whether any entry says one.
+    own: bool,
+}
+
+impl Inks {
+    /// Adds an entry's; the error text names the fault.
+    fn add(&mut self, own: Option<[f64; 3]>, casters: usize) -> std::result::Result<(), String> {
+        let ratio = own.map_or(Ok(self.common), |own| extinction_ratio("extinction_ratio", own))?;
+        self.own |= own.is_some();
+        self.all.push(Ink { casters, ratio });
+        Ok(())
+    }
 }
 
 /// Frames per second where `file` is a sequence; none where it is a single file.
@@ -329,14 +378,14 @@ impl MeshesEntry {
     }
 }
 
-/// Checks the extinction of red, green and blue light; the error text names the fault.
-fn extinction_ratio(values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
+/// Checks the extinction of red, green and blue light, which `key` says; the error text names the fault.
+fn extinction_ratio(key: &str, values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
     let ratio = values.map(|value| value as f32);
     if !ratio.iter().all(|value| value.is_finite() && *value >= 0.0) {
-        return Err(format!("color extinction {values:?} is not finite and at least 0"));
+        return Err(format!("{key} {values:?} is not finite and at least 0"));
     }
     if ratio == [0.0; 3] {
-        return Err("color extinction is 0 in every color: nothing would cast".into());
+        return Err(format!("{key} is 0 in every color: nothing would cast"));
     }
     Ok(ratio)
 }

@@ -45,8 +45,14 @@ impl Backdrop {
     /// The backdrop of a scene: the first directional light is the sun, and up is the camera's up.
     pub fn of(scene: &Scene) -> Self {
         let up = scene.camera.up.normalize_or(DVec3::Z);
-        let sun = scene.lights.iter().find_map(|light| match light.kind {
-            LightKind::Directional { direction } => Some((-direction.normalize_or(-up), light.radiance)),
+        // Where lights stand once per color, the sun's colors together.
+        let each = scene.lights.len() / scene.colors();
+        let whole = |first: usize| {
+            let its = scene.lights.iter().skip(first).step_by(each.max(1));
+            its.fold([0.0; 3], |sum, light| [0, 1, 2].map(|i| sum[i] + light.radiance[i]))
+        };
+        let sun = scene.lights.iter().take(each).enumerate().find_map(|(i, light)| match light.kind {
+            LightKind::Directional { direction } => Some((-direction.normalize_or(-up), whole(i))),
             _ => None,
         });
         let [horizon, zenith] = if sun.is_some() { DAY } else { NIGHT };

@@ -59,7 +59,10 @@ impl SceneChange {
             if !(direction.length() > 0.0 && direction.is_finite()) {
                 return fail("a light's direction of no length", "give one");
             }
-            if !turn(&mut lights, direction.normalize()) {
+            // Where lights stand once per color, all colors of the light turn.
+            let each = (lights.len() / scene.colors()).max(1);
+            let turned = lights.chunks_mut(each).map(|lights| turn(lights, direction.normalize())).collect::<Vec<_>>();
+            if !turned.contains(&true) {
                 return fail("none of its lights has a direction", "leave the direction out, or name another scene");
             }
         }

@@ -31,6 +31,9 @@ impl Scene {
         if self.extinction_ratio != Self::GREY {
             hasher.update(bytemuck::bytes_of(&self.extinction_ratio));
         }
+        if !self.inks.is_empty() {
+            hasher.update(format!("{:?}", self.inks).as_bytes());
+        }
         // `{:?}` writes floats so that no two share a text.
         hasher.update(format!("{counts:?} {:?} {:?} {:?}", self.lights, self.camera, self.motion).as_bytes());
         hasher.finalize()
@@ -39,6 +42,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    use crate::scene::Ink;
     use crate::scene::tests::on_the_axis;
 
     #[test]
@@ -62,6 +66,11 @@ mod tests {
             {
                 let mut other = scene();
                 other.extinction_ratio[1] = 0.5;
+                other
+            },
+            {
+                let mut other = scene();
+                other.inks.push(Ink { casters: 2, ratio: [1.0, 0.5, 0.0] });
                 other
             },
         ];

@@ -138,6 +138,7 @@ mod tests {
             meshes: vec![],
             motion: Motion::Still,
             extinction_ratio: Scene::GREY,
+            inks: Vec::new(),
             lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
             camera: Camera { position: 10.0 * DVec3::Z, target: DVec3::ZERO, up: DVec3::Y, fov_y_degrees: 40.0 },
         }

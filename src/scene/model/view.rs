@@ -262,7 +262,7 @@ mod tests {
             let sphere = crate::scene::Particle { position: light, radius: 1.0, extinction: 1.0 };
             let camera = Camera { position: DVec3::X, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 };
             let lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
-            let scene = Scene { name: String::new(), particles: vec![sphere], strands: vec![], gaussians: vec![], volumes: vec![], meshes: vec![], lights, motion: crate::scene::Motion::Still, extinction_ratio: Scene::GREY, camera };
+            let scene = Scene { name: String::new(), particles: vec![sphere], strands: vec![], gaussians: vec![], volumes: vec![], meshes: vec![], lights, motion: crate::scene::Motion::Still, extinction_ratio: Scene::GREY, inks: Vec::new(), camera };
             let view = View::volumes(&scene, size)[scene.lights[0].map_at(position)];
             let (texel, z) = view.project(vec(position));
             let (gutter, size) = (f64::from(gutter_texels(size)), f64::from(size));

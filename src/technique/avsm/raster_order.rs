@@ -51,7 +51,7 @@ impl RasterOrder {
         let drawn = set::AvsmAttachments { stored: attachments.images() }.bind(context, "avsm.attachments")?;
         let stages = [&shaders::maps::SPLAT_VERT, insert];
         let sets = [maps.scene(), splat.set(), attachments.inputs()];
-        let insert = Kernel::ordered(context, stages, &attachments, &sets, &plan.constants)?;
+        let insert = Kernel::ordered(context, stages, &attachments, &sets, &maps.colored(&plan.constants))?;
         let unpack = Kernel::compute(context, unpack, &[maps.scene(), &curves.set, &drawn], &plan.constants)?;
         let unshadowed = if plan.settings.is_exponential() { 0.0 } else { 1.0 };
         Ok(Self { splat, attachments, insert, unpack, unshadowed, at_once })

@@ -76,7 +76,7 @@ impl Raster {
         let state = Graphics { vertex, fragment: &shaders::psm::VOXELIZE_FRAG, colors: &colors, depth: None };
         let layered = Layered { geometry, viewports: viewports.len() as u32 };
         let map_pushed = features.is_software();
-        let drawing = constants.clone().set(MAP_PUSHED, map_pushed);
+        let drawing = maps.colored(constants).set(MAP_PUSHED, map_pushed);
         let voxelize = Kernel::layered(context, &state, &layered, &[maps.scene()], &drawing)?;
         let quads = 1 + u32::from(layout.split) + u32::from(layout.coverage == Coverage::Viewport);
         let bins = match layout.coverage {
