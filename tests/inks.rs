@@ -4,16 +4,21 @@
 
 mod support;
 
-use glam::{DVec2, DVec3};
+#[path = "inks/pictures.rs"]
+mod pictures;
+
+#[path = "inks/truth.rs"]
+mod truth;
+
+use glam::DVec3;
 use gobo::Error;
-use gobo::consume::{Lighting, Renderer, Shading};
-use gobo::gpu::{Context, Requirement};
-use gobo::reference::truth::{Casters, fog as true_fog, picture, space_points};
-use gobo::scene::{
-    Camera, Field, Fog, Gaussian, Ink, Light, LightKind, Particle, Picture, Placed, SKY, Scene, Strand, View, Volume,
-};
-use gobo::technique::{self, Name, Spec, Technique};
+use gobo::consume::{Lighting, Shading};
+use gobo::gpu::Context;
+use gobo::reference::truth::{Casters, space_points};
+use gobo::scene::{Field, Gaussian, Ink, Light, LightKind, Placed, Scene, Volume};
+use gobo::technique::{self, Name, Spec};
 use gobo::world::World;
+use pictures::renderer;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use support::{all, ask, built, every_path, gpu_test, rows, scenes, some, spec, those_that_run};
@@ -23,11 +28,6 @@ const RATIOS: [[f32; 3]; 3] = [[1.0, 0.5, 0.0], [0.25, 1.0, 0.5], [0.5, 0.0, 1.0
 
 /// Those of volumes, which have no extinction of 0 by hand.
 const VOLUME_RATIOS: [[f32; 3]; 2] = [[1.0, 0.5, 0.25], [0.25, 1.0, 0.5]];
-
-const SIZE: [u32; 2] = [48, 27];
-/// Twins: PARTICLE_ALBEDO, AMBIENT.
-const ALBEDO: [f64; 3] = [0.92, 0.92, 0.95];
-const AMBIENT: [f64; 3] = [0.10, 0.12, 0.15];
 
 /// A scene of several inks, and for each color the grey scene that is as thick by hand, with the lights as they were.
 struct Both {
@@ -280,200 +280,6 @@ fn adaptive_tiles_of_colors_share_their_bytes() {
     });
 }
 
-/// The truth of each color is that of the scene by hand: of points and of texels.
-#[test]
-fn the_truth_is_that_of_scenes_made_by_hand() {
-    let mut scene = all_kinds();
-    scene.lights.extend(smoke().lights.into_iter().skip(1));
-    let both = Both::of(scene, 4);
-    let casters = Casters::new(&both.inks);
-    let points = points(3, 300);
-    for (color, grey) in both.grey.iter().enumerate() {
-        let by_hand = Casters::new(grey);
-        let mut dark = 0;
-        for light in 0..both.lights {
-            for point in &points {
-                let at = DVec3::from(point.map(f64::from));
-                let (found, expected) =
-                    (casters.visibility(color * both.lights + light, at), by_hand.visibility(light, at));
-                // Extinctions and opacities by hand are floats.
-                assert!(
-                    (found - expected).abs() < 2e-6,
-                    "color {color}, light {light}, {point:?}: {found}, {expected}"
-                );
-                dark += usize::from(expected < 0.5);
-            }
-        }
-        assert!(dark > 50, "{dark} points");
-        let views = View::volumes(grey, 16);
-        let [found, expected] = [(&casters, &both.inks, color * views.len()), (&by_hand, grey, 0)].map(|all| {
-            let (casters, _, first) = all;
-            let of = |(map, view): (usize, &View)| {
-                let ray = view.ray(DVec2::new(8.5, 8.5));
-                let (curve, met) = casters.true_curve(first + map, view, &ray);
-                (0..8).map(|i| curve.transmittance(f64::from(i) / 7.0)).chain([f64::from(met)]).collect::<Vec<_>>()
-            };
-            views.iter().enumerate().flat_map(of).collect::<Vec<_>>()
-        });
-        assert!(
-            found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 2e-6),
-            "color {color}: {found:?}, {expected:?}"
-        );
-    }
-}
-
-/// Two balls of ink over each other: below both, each color keeps exp(−(a + b)).
-fn two_balls() -> Scene {
-    let ball = |z: f32, extinction| Particle { position: [0.0, 0.0, z], radius: 0.5, extinction };
-    let scene = scenes::directional("balls", [0.0, 0.0, -1.0], vec![ball(0.6, 1.0), ball(-0.6, 2.0)]);
-    let inks = [Ink { casters: 1, ratio: [1.0, 0.3, 0.0] }, Ink { casters: 1, ratio: [0.1, 0.5, 1.0] }];
-    scene.with_inks(&inks).expect("inks")
-}
-
-#[test]
-fn two_inks_over_each_other_are_a_closed_form() {
-    let test = "two_inks_over_each_other_are_a_closed_form";
-    gpu_test(test, |context| {
-        let scene = two_balls();
-        let casters = Casters::new(&scene);
-        let places = [(0.01f32, 0.02f32), (-0.1, 0.05), (0.2, -0.1)];
-        let expected = |color: usize, (x, y): (f32, f32), upper_alone: bool| {
-            let chord = 2.0 * (0.25 - f64::from(x).powi(2) - f64::from(y).powi(2)).sqrt();
-            let [a, b] = [[1.0, 0.3, 0.0], [0.2, 1.0, 2.0]].map(|k: [f64; 3]| k[color]);
-            (-chord * if upper_alone { a } else { a + b }).exp()
-        };
-        let texts = ["uncompressed:size=256", "avsm:path=binned,nodes=16,size=256", "layers:size=256"];
-        for text in those_that_run(test, context, texts) {
-            let technique = built(context, &scene, text);
-            for color in 0..3 {
-                for (z, upper_alone) in [(0.0, true), (-1.5, false)] {
-                    let below = places.map(|(x, y)| [x, y, z]);
-                    for (place, found) in places.iter().zip(ask(context, technique.as_ref(), color, &below)) {
-                        let expected = expected(color, *place, upper_alone);
-                        let wrong = (f64::from(found) - expected).abs();
-                        assert!(wrong < 3e-3, "{text}, color {color} at {place:?}, {z}: {found}, not {expected}");
-                        let at = DVec3::new(place.0.into(), place.1.into(), z.into());
-                        assert!((casters.visibility(color, at) - expected).abs() < 1e-6, "the truth");
-                    }
-                }
-            }
-        }
-    });
-}
-
-fn renderer(context: &Context, scene: &Scene) -> Renderer {
-    let world = World::new(context, scene).expect("room for the scene");
-    Renderer::new(context, &world, &View::camera(&scene.camera, scene, SIZE)).expect("a renderer")
-}
-
-fn channel(picture: &Picture, color: usize) -> impl Iterator<Item = f32> {
-    picture.pixels.iter().map(move |pixel| pixel[color])
-}
-
-/// Each channel of a picture is that of the scene by hand, drawn alone; with fog over it too.
-#[test]
-fn each_channel_of_a_picture_is_that_of_a_scene_made_by_hand() {
-    let test = "each_channel_of_a_picture_is_that_of_a_scene_made_by_hand";
-    gpu_test(test, |context| {
-        let both = Both::of(all_kinds(), 4);
-        let air = Fog { extinction: 0.1, steps: 8 };
-        let tessellates = context.features().lacks(Requirement::Tessellation).is_none();
-        let vertex = tessellates.then_some((Shading::Forward, Lighting::Vertex { spacing: 8.0 }));
-        let ways = [(Shading::Forward, Lighting::Fragment), (Shading::Deferred, Lighting::Fragment)];
-        for text in those_that_run(test, context, ["avsm:path=binned,size=64", "uncompressed:size=64"]) {
-            let technique = built(context, &both.inks, text);
-            let by_hand = both.grey.each_ref().map(|grey| built(context, grey, text));
-            for (shading, lighting) in ways.into_iter().chain(vertex) {
-                let drawn = |scene: &Scene, technique: &dyn Technique| {
-                    let renderer = renderer(context, scene);
-                    let clear = renderer.picture(&technique.answer(), shading, lighting).expect("drawn");
-                    renderer.fog(&technique.answer(), &air).expect("fog");
-                    (clear, renderer.read().expect("read"))
-                };
-                let found = drawn(&both.inks, technique.as_ref());
-                let expected: Vec<_> =
-                    both.grey.iter().zip(&by_hand).map(|(grey, by_hand)| drawn(grey, by_hand.as_ref())).collect();
-                for (color, expected) in expected.iter().enumerate() {
-                    for (found, expected) in [(&found.0, &expected.0), (&found.1, &expected.1)] {
-                        let off =
-                            channel(found, color).zip(channel(expected, color)).map(|(a, b)| f64::from(a - b).abs());
-                        let mean = off.sum::<f64>() / found.pixels.len() as f64;
-                        assert!(mean < 2e-4, "{text}, {shading:?}, {lighting:?}, color {color}: {mean}");
-                    }
-                }
-                let apart =
-                    channel(&expected[0].0, 0).zip(channel(&expected[1].0, 0)).map(|(a, b)| f64::from(a - b).abs());
-                assert!(apart.sum::<f64>() / found.0.pixels.len() as f64 > 0.01, "the scenes look different");
-            }
-        }
-    });
-}
-
-/// The reference's picture and fog too, and what the camera sees of two balls before the sky is a closed form.
-#[test]
-fn pictures_are_those_of_the_reference() {
-    let test = "pictures_are_those_of_the_reference";
-    gpu_test(test, |context| {
-        let scene = Both::of(all_kinds(), 4).inks;
-        let camera = View::camera(&scene.camera, &scene, SIZE);
-        let casters = Casters::new(&scene);
-        let reference = picture(&casters, &scene, &camera);
-        let air = Fog { extinction: 0.1, steps: 8 };
-        let foggy = true_fog(&casters, &camera, &reference, &air, |light, at| casters.arriving_colors(light, at));
-        for text in those_that_run(test, context, ["uncompressed:size=256"]) {
-            let technique = built(context, &scene, text);
-            let renderer = renderer(context, &scene);
-            let clear = renderer.picture(&technique.answer(), Shading::Forward, Lighting::Fragment).expect("drawn");
-            renderer.fog(&technique.answer(), &air).expect("fog");
-            for (found, reference) in [(clear, &reference), (renderer.read().expect("read"), &foggy)] {
-                for color in 0..3 {
-                    let off =
-                        channel(&found, color).zip(channel(reference, color)).map(|(a, b)| f64::from(a - b).abs());
-                    let mean = off.sum::<f64>() / found.pixels.len() as f64;
-                    assert!(mean < 4e-3, "{text}, color {color}: {mean}");
-                }
-            }
-        }
-
-        // Two balls one behind the other.
-        let mut scene = two_balls();
-        scene.lights.iter_mut().for_each(|light| light.radiance = [0.0; 3]);
-        scene.camera =
-            Camera { position: DVec3::new(0.0, 0.0, 9.0), target: DVec3::ZERO, up: DVec3::Y, fov_y_degrees: 12.0 };
-        let camera = View::camera(&scene.camera, &scene, SIZE);
-        let reference = picture(&Casters::new(&scene), &scene, &camera);
-        let technique = built(context, &scene, "none");
-        let renderer = renderer(context, &scene);
-        let found = renderer.picture(&technique.answer(), Shading::Forward, Lighting::Fragment).expect("drawn");
-        let mut seen = 0;
-        for i in 0..found.pixels.len() {
-            let at = DVec2::new((i % SIZE[0] as usize) as f64 + 0.5, (i / SIZE[0] as usize) as f64 + 0.5);
-            let ray = camera.ray(at);
-            let direction = ray.direction.normalize();
-            let chord = |z: f64| {
-                let offset = DVec3::new(0.0, 0.0, z) - ray.origin;
-                2.0 * (0.25 - (offset - offset.dot(direction) * direction).length_squared()).max(0.0).sqrt()
-            };
-            let chords = [chord(0.6), chord(-0.6)];
-            if chords.iter().any(|chord| *chord < 0.2) {
-                continue; // a chord's end is a root
-            }
-            seen += 1;
-            for color in 0..3 {
-                let [a, b] = [[1.0, 0.3, 0.0], [0.2, 1.0, 2.0]].map(|k: [f64; 3]| k[color]);
-                let left = (-a * chords[0] - b * chords[1]).exp();
-                let expected = ALBEDO[color] * AMBIENT[color] * (1.0 - left) + f64::from(SKY[color]) * left;
-                let allowed = if context.features().float32_blend { 5e-5 } else { 3e-3 };
-                for (found, allowed) in [(&found, allowed), (&reference, 1e-6)] {
-                    let wrong = (f64::from(found.pixels[i][color]) - expected).abs();
-                    assert!(wrong < allowed, "pixel {i}, color {color}: {:?}, not {expected}", found.pixels[i]);
-                }
-            }
-        }
-        assert!(seen > 30, "{seen} pixels");
-    });
-}
-
 /// Errors of each color are those of the scenes by hand, and all of them together the error of all lights.
 #[test]
 fn rows_have_an_error_of_each_color() {
@@ -611,20 +417,4 @@ fn three_curves_err_as_one_does() {
             assert!(text == "none" || three < 1.25 * one, "{text}: {three}, of one ratio {one}");
         }
     });
-}
-
-/// A strand's optical depth is a factor's as any.
-#[test]
-fn a_strand_has_an_extinction_for_each_color() {
-    let strand = Strand { start: [0.0; 3], radius: 0.1, end: [1.0, 0.0, 0.0], opacity: 0.75 };
-    let mut scene = scenes::directional("strands", [0.0, 0.0, -1.0], Vec::new());
-    scene.strands = vec![strand, strand];
-    let inks = [Ink { casters: 1, ratio: [1.0, 0.5, 0.0] }, Ink { casters: 1, ratio: [0.5, 0.5, 1.0] }];
-    let scene = scene.with_inks(&inks).expect("inks");
-    let casters = Casters::new(&scene);
-    let left = [0, 1, 2].map(|color| casters.visibility(color, DVec3::new(0.5, 0.0, -1.0)));
-    // 0.25^(1 + 0.5), 0.25^(0.5 + 0.5) and 0.25^(0 + 1).
-    for (found, expected) in left.into_iter().zip([0.125, 0.25, 0.25]) {
-        assert!((found - expected).abs() < 1e-6, "{left:?}");
-    }
 }
