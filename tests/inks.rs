@@ -212,7 +212,10 @@ fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
                 for light in 0..both.lights {
                     let found = ask(context, technique.as_ref(), color * both.lights + light, &points);
                     let expected = ask(context, by_hand.as_ref(), light, &points);
-                    assert_eq!(found, expected, "{text}, color {color}, light {light}");
+                    // The layers of all maps stand in one image: a fetch's place in it is a share of their number, which is rounded.
+                    let most = if text.starts_with("psm") { 1e-5 } else { 0.0 };
+                    let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                    assert!(apart <= most, "{text}, color {color}, light {light}: {apart}");
                 }
             }
         }

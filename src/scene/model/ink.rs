@@ -73,7 +73,12 @@ impl Scene {
         }
         let each = self.lights.len() / COLORS;
         let kinds = |light: usize| (self.lights[light].kind, self.lights.get(light + each).map(|light| light.kind));
-        let is_thrice = each * COLORS == self.lights.len() && (0..each * 2).map(kinds).all(|(a, b)| Some(a) == b);
+        let is_one = |(light, all): (usize, &Light)| {
+            (0..COLORS).all(|color| color == light / each || all.radiance[color] == 0.0)
+        };
+        let is_thrice = each * COLORS == self.lights.len()
+            && (0..each * 2).map(kinds).all(|(a, b)| Some(a) == b)
+            && self.lights.iter().enumerate().all(is_one);
         if !is_thrice {
             return Err(self.wrong_inks("its lights do not stand once per color".into()));
         }
