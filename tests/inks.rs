@@ -131,7 +131,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
         "stochastic:path=binned,sampling=stratified",
         "stochastic:path=binned,sampling=hash",
     ];
-    specs.extend(those_that_run(test, context, some(more, 5)).into_iter().map(spec));
+    specs.extend(those_that_run(test, context, some(more, 2)).into_iter().map(spec));
     for spec in &mut specs {
         if !["psm", "voxelized", "density-grid", "optical-depth-grid", "voxel-grid"].contains(&spec.entry.name) {
             spec.set(Name::SIZE, "28");
@@ -205,7 +205,7 @@ fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
         assert_ne!(both.inks.map_count(), both.inks.lights.len());
         let points = points(6, 300);
         let texts = ["avsm:path=binned,size=28", "avsm:path=two-pass,size=28", "layers:size=28", "psm:slices=64"];
-        for text in those_that_run(test, context, texts) {
+        for text in those_that_run(test, context, some(texts, 1)) {
             let technique = built(context, &both.inks, text);
             for (color, grey) in both.grey.iter().enumerate() {
                 let by_hand = built(context, grey, text);
@@ -239,7 +239,7 @@ fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
             "psm:slices=64",
             "psm:path=raster,slices=64",
         ];
-        for text in those_that_run(test, context, some(texts, 4)) {
+        for text in those_that_run(test, context, some(texts, 2)) {
             let technique = built(context, &both.inks, text);
             for (color, grey) in both.grey.iter().enumerate() {
                 let by_hand = built(context, grey, text);
