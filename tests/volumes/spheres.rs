@@ -1,11 +1,16 @@
 //! What cells of a field are worth: as many spheres of as many bytes and as much in each, one per cell that is not empty, against the
 //! field's own truth. docs/notebook/volumes.md has the figures, of `cargo test --release --test volumes spheres -- --nocapture`.
 
+use crate::support::{ask, gpu_test, spec};
 use glam::{DVec3, Vec3};
+use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, space_points};
 use gobo::reference::twin::cell;
-use gobo::scene::{Caster, Particle, Scene};
+use gobo::scene::{Caster, Particle, Placed, Scene, Volume};
+use gobo::technique;
+use gobo::world::World;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Mean and greatest error of light at points in space.
 fn error(expected: &[f64], found: impl IntoIterator<Item = f64>) -> [f64; 2] {
@@ -64,4 +69,59 @@ fn volumes_by_cells_are_nearer_than_by_spheres() {
             assert!(of_spheres > mean, "{name}: {of_spheres}, and cells {mean}");
         }
     }
+}
+
+/// Least device milliseconds of a build of `text`, and its mean error of light at `points`.
+fn built_in(context: &Context, scene: &Scene, text: &str, points: &[[f32; 3]], expected: &[f64]) -> [f64; 2] {
+    let world = World::new(context, scene).expect("room for the scene");
+    let mut opened = technique::open(context, &world, &spec(text)).expect("opened");
+    let builds = (0..10).map(|_| opened.rebuild(&world).expect("built").device_ns.expect("timestamps") / 1e6);
+    let least = builds.fold(f64::INFINITY, f64::min);
+    [least, error(expected, ask(context, opened.technique.as_ref(), 0, points).into_iter().map(f64::from))[0]]
+}
+
+/// Cells and spheres of one field, finer and coarser, as a technique casts them: which errs less in the same time.
+#[test]
+#[ignore = "measures"]
+fn how_near_spheres_are_at_equal_time() {
+    gpu_test("how_near_spheres_are_at_equal_time", |context| {
+        let mut field = Scene::load("cloud:samples=64", 0.0).expect("built in");
+        field.meshes.clear();
+        let points = space_points(&field, 0, 8192);
+        let casters = Casters::new(&field);
+        let expected: Vec<f64> =
+            points.par_iter().map(|p| casters.visibility(0, DVec3::from(p.map(f64::from)))).collect();
+        for text in ["avsm:path=binned,size=256", "layers:layers=16,size=256", "density-grid:size=64"] {
+            println!("{text}: casters, milliseconds and mean error by cells, and by spheres about a cell");
+            let mut ways: [Vec<[f64; 2]>; 2] = Default::default();
+            for side in [1, 2, 3, 4, 6] {
+                let volumes = field.volumes.iter().map(|volume| {
+                    let placed = Placed { side, ..*volume.placed() };
+                    Volume::new(Arc::new(volume.field().clone()), placed).expect("a volume")
+                });
+                let cells = Scene { volumes: volumes.collect(), ..field.clone() };
+                let particles: Vec<_> = cells.casters().iter().map(|cell| sphere(cell, 3f64.sqrt())).collect();
+                let spheres = Scene { particles, volumes: Vec::new(), ..field.clone() };
+                let found = [&cells, &spheres].map(|scene| built_in(context, scene, text, &points, &expected));
+                println!(
+                    "  {:6} {:8.3} {:.5} {:8.3} {:.5}",
+                    cells.cell_count(),
+                    found[0][0],
+                    found[0][1],
+                    found[1][0],
+                    found[1][1]
+                );
+                ways.iter_mut().zip(found).for_each(|(way, found)| way.push(found));
+            }
+            let [cells, spheres] = ways;
+            for [time, error] in cells {
+                // Between two of the spheres' builds, on a line through the logarithms of both.
+                let pair = spheres.windows(2).find(|pair| (pair[1][0]..=pair[0][0]).contains(&time));
+                let Some([fine, coarse]) = pair.map(|pair| [pair[0], pair[1]]) else { continue };
+                let share = (time / coarse[0]).ln() / (fine[0] / coarse[0]).ln();
+                let other = (coarse[1].ln() + share * (fine[1] / coarse[1]).ln()).exp();
+                println!("  in {time:.3} ms: cells {error:.5}, spheres {other:.5}");
+            }
+        }
+    });
 }
