@@ -82,8 +82,8 @@ impl Renderer {
         let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::StoredColor)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
-        let blending = Blending::new(context, world, camera)?;
         let colors = splat_colors(world)?;
+        let blending = Blending::new(context, world, camera)?;
         // A sequence of files may have more cells at other times; the buffer has room for the most.
         let most = match world.scene() {
             Ok(scene) if world.has_packed() => 1 + 3 * (scene.gaussians.len() + scene.most_cells()),
