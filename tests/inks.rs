@@ -386,6 +386,9 @@ fn cost(context: &Context, scene: &Scene, text: &str) -> (u64, u64, f64) {
 /// What docs/notebook/colour.md says of three curves: `cargo test --release --test inks three_curves -- --nocapture`.
 #[test]
 fn three_curves_err_as_one_does() {
+    if crate::support::is_long("three_curves_err_as_one_does") {
+        return;
+    }
     let test = "three_curves_err_as_one_does";
     gpu_test(test, |context| {
         let one_color = Scene::load("ink", 0.0).expect("built in");

@@ -242,6 +242,9 @@ impl Report {
 /// frame and no longer host's part, and frames that draw nothing have no passes.
 #[test]
 fn a_report_has_the_pace_of_frames() {
+    if crate::support::is_long("a_report_has_the_pace_of_frames") {
+        return;
+    }
     let Some(screen) = screen("a_report_has_the_pace_of_frames") else { return };
     let folder = folder();
     let turning = |wait: u32| format!("orbit 0.02 0\nframes 1\nwait {wait}\n").repeat(5);
@@ -295,6 +298,9 @@ fn what_stands_still_is_not_built_again() {
 /// However long the reference takes, one worker is at it, on its own few threads, at what was asked for last; and frames go on.
 #[test]
 fn a_slow_reference_keeps_no_frame_waiting() {
+    if crate::support::is_long("a_slow_reference_keeps_no_frame_waiting") {
+        return;
+    }
     let Some(screen) = screen("a_slow_reference_keeps_no_frame_waiting") else { return };
     let folder = folder();
     // A second for each row of it, in this many frames.

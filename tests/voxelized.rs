@@ -32,7 +32,7 @@ use gobo::technique::{
 };
 use gobo::world::World;
 use std::collections::BTreeSet;
-use support::{ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random, within::diagonal};
+use support::{ask, assert_right_beyond_the_resolution, gpu_test, is_long, rows, scenes::Random, within::diagonal};
 
 /// What most tests bake.
 const PLAIN: Settings = Settings {
@@ -285,6 +285,9 @@ fn free_boundaries_stay_inside() {
 /// boundary.
 #[test]
 fn nothing_leaks_outside_the_boundary() {
+    if is_long("nothing_leaks_outside_the_boundary") {
+        return;
+    }
     gpu_test("nothing_leaks_outside_the_boundary", |context| {
         let specs = [
             "voxelized:size=256",

@@ -414,6 +414,9 @@ fn an_unchanged_world_takes_no_pass() {
 /// lights.
 #[test]
 fn six_maps_cost_one_chain() {
+    if crate::support::is_long("six_maps_cost_one_chain") {
+        return;
+    }
     let name = "six_maps_cost_one_chain";
     gpu_test(name, |context| {
         if context.features().timestamp_valid_bits == 0 {

@@ -19,7 +19,7 @@ pub struct Arguments {
     /// Technique spec
     #[arg(long, default_value = usual::DISTANCES, value_name = "SPEC")]
     technique: String,
-    /// The light, from 0
+    /// The light, from 0; where casters have several extinction ratios all in red come first, then green, then blue
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
     /// Pixels per side of a texel

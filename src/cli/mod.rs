@@ -249,7 +249,7 @@ fn no_light(scene: &Scene, light: usize) -> Error {
 /// The options that choose a map of a light.
 #[derive(Args)]
 struct MapArguments {
-    /// The light, from 0 in the scene's order
+    /// The light, from 0 in the scene's order; where casters have several extinction ratios all in red come first, then green, then blue
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
     /// For a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z

@@ -41,7 +41,8 @@ pub fn plot(ui: &mut Ui, found: &Found) {
         ui.colored_label(COLOURS[i.min(1)], format!("{name} {said:.4}{nodes}"));
     }
     let [x, y] = found.texel;
-    ui.label(format!("light 0, texel {x},{y}: {} segments", found.ray.segments));
+    let color = if found.is_red { " in red" } else { "" };
+    ui.label(format!("light 0{color}, texel {x},{y}: {} segments", found.ray.segments));
 }
 
 /// The position of (depth, transmittance) in the plot.

@@ -178,7 +178,10 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
         Show::Slice => {
             let lights = told.stage.map_or(1, |stage| stage.base().lights.len());
             if lights > 1 {
-                ui.add(Slider::new(&mut state.light, 0..=lights - 1).text("light"));
+                let names = told.stage.map(|stage| stage.base()).filter(|scene| scene.colors() > 1);
+                let color =
+                    names.map_or("", |scene| [" in red", " in green", " in blue"][scene.color_of_light(state.light)]);
+                ui.add(Slider::new(&mut state.light, 0..=lights - 1).text(format!("light{color}")));
             }
             ui.add(Slider::new(&mut state.depth, 0.0..=1.0).text("depth in the light's range"));
         }

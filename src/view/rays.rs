@@ -47,6 +47,8 @@ pub struct Found {
     /// The depth, in the light's range, of the point that is seen.
     pub depth: f64,
     pub ray: LightRay,
+    /// Whether the scene has light 0 once per colour, since its casters differ in what they take: the ray is of red light then.
+    pub is_red: bool,
     /// The name of each of the ray's lines: a technique or the reference.
     pub names: Vec<String>,
     scene: String,
@@ -259,5 +261,6 @@ fn found(context: &Context, casters: &Casters, standing: &Standing, key: &Key) -
     let ray = LightRay::new(context, casters, &standing.opened, map, texel)?;
     let face = (scene.lights[0].map_count() > 1).then(|| FACES[map].0);
     let (depth, names) = (ray.view.depth(z), standing.names.clone());
-    Ok(Found { texel, face, depth, ray, names, scene: scene.name.clone() })
+    let is_red = scene.colors() > 1;
+    Ok(Found { texel, face, depth, ray, is_red, names, scene: scene.name.clone() })
 }

@@ -180,6 +180,9 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
 /// Every texel of every block is the curve of its own ray; where there is no block, no ray meets a caster.
 #[test]
 fn blocks_equal_their_twin() {
+    if crate::support::is_long("blocks_equal_their_twin") {
+        return;
+    }
     gpu_test("blocks_equal_their_twin", |context| {
         for scene in scenes_of(false) {
             compare(context, &scene, "resolve=streaming", Order::Tile);

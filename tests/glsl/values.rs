@@ -135,6 +135,9 @@ fn answers_alike(context: &Context, scene: &Scene, text: &str) {
 
 #[test]
 fn smoke_is_answered_alike() {
+    if crate::support::is_long("smoke_is_answered_alike") {
+        return;
+    }
     gpu_test("smoke_is_answered_alike", |context| {
         // Files of techniques that see smoke have colors, those of techniques for meshes alone have none.
         for (technique, has) in [("avsm", true), ("density-grid", true), ("shadow-map", false), ("none", false)] {

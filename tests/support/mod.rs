@@ -21,30 +21,40 @@ use gobo::scene::{Particle, Scene, View};
 use gobo::technique::{self, Avsm, Casts, Entry, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
 use gobo::world::World;
 use std::io::Write;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::{AssertUnwindSafe, Location, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 /// Whether everything is asked for: GOBO_TEST_ALL is set and not empty. Without it the costly tests take a part of their
-/// cases, so that the loop of edit and test stays short. `GOBO_TEST_ALL=but:avsm` asks for all but that test program's.
+/// cases, so that the loop of edit and test stays short.
 pub fn all() -> bool {
-    let Some(asked) = std::env::var_os("GOBO_TEST_ALL") else { return false };
-    let asked = asked.to_string_lossy();
-    let program = std::env::current_exe().expect("this program");
-    let name = program.file_name().expect("a file").to_string_lossy();
-    !asked.is_empty() && asked.strip_prefix("but:").is_none_or(|but| !name.starts_with(&format!("{but}-")))
+    std::env::var_os("GOBO_TEST_ALL").is_some_and(|asked| !asked.is_empty())
 }
 
-/// All of `cases` where [`all`] are asked for, else the first `few`.
+/// Eight draws in a row run each case once that a short run leaves out.
+const DRAWS: usize = 8;
+
+/// Whether the one of these `number`s is run: with [`all`], and where GOBO_TEST_DRAW is the number of its draw.
+pub fn is_drawn(number: usize) -> bool {
+    let draw = std::env::var("GOBO_TEST_DRAW").ok().filter(|text| !text.is_empty());
+    let draw = draw.map(|text| text.parse().unwrap_or_else(|_| panic!("GOBO_TEST_DRAW={text} is no whole number")));
+    all() || draw.is_some_and(|draw: usize| number % DRAWS == draw % DRAWS)
+}
+
+/// All of `cases` where [`all`] are asked for, else the first `few`, and what is drawn of the others.
+#[track_caller]
 pub fn some<T>(cases: impl IntoIterator<Item = T>, few: usize) -> Vec<T> {
-    cases.into_iter().take(if all() { usize::MAX } else { few }).collect()
+    let here = Location::caller().line() as usize;
+    let stays = |i: usize| i < few || is_drawn(here + i);
+    cases.into_iter().enumerate().filter(|(i, _)| stays(*i)).map(|(_, case)| case).collect()
 }
 
 /// Which third of the costly cases runs. In the usual loop, on one driver, that is the first, and what takes long stands aside. With
 /// GOBO_TEST_THIRD, 1 to 3, it is that one, with half of the tests that take long in each of the first two. `None` is all of it: with [`all`], with
-/// GOBO_TEST_KEEP and with GOBO_TEST_VALIDATION. CI runs all on one driver, and shares the thirds out among lesser devices.
+/// GOBO_TEST_KEEP and with GOBO_TEST_VALIDATION. CI runs all on one driver, and shares the thirds out among the others.
 fn third() -> Option<usize> {
-    let whole = ["GOBO_TEST_KEEP", "GOBO_TEST_VALIDATION"].iter().any(|name| std::env::var_os(name).is_some());
+    let keeps = std::env::var_os("GOBO_TEST_KEEP").is_some_and(|value| value != "0");
+    let whole = keeps || std::env::var_os("GOBO_TEST_VALIDATION").is_some();
     (!all() && !whole).then(|| asked_third().unwrap_or(1))
 }
 
@@ -87,12 +97,13 @@ pub fn every_third<T>(test: &str, cases: Vec<T>) -> Vec<T> {
     cases.into_iter().enumerate().filter(|(i, _)| stays(*i)).map(|(_, case)| case).collect()
 }
 
-/// Whether a test that is left out of a short run stands aside; it says so.
+/// Whether a test that is left out of a short run, and not drawn, stands aside; it says so.
 pub fn is_left_out(test: &str) -> bool {
-    if !all() {
-        skipped(test, "GOBO_TEST_ALL is not set");
+    let runs = is_drawn(test.bytes().map(usize::from).sum());
+    if !runs {
+        skipped(test, "GOBO_TEST_ALL is not set, or another GOBO_TEST_DRAW runs it");
     }
-    !all()
+    !runs
 }
 
 /// Runs `body` on the default device under the validation layer, and fails if the layer or the allocator has said

@@ -278,6 +278,9 @@ fn wavelet_equals_its_twin() {
 
 #[test]
 fn moments_equal_their_twins() {
+    if crate::support::is_long("moments_equal_their_twins") {
+        return;
+    }
     gpu_test_needing("moments_equal_their_twins", &NEEDS, |context| {
         fn power<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
             moments::parts(Basis::Power, place, optical_depth)

@@ -36,6 +36,9 @@ fn lost(screen: &Screen, folder: &Path, fault: &str, script: &str) -> Output {
 /// A device that is lost is a line, and the window goes on with another: as it was, whatever was under way.
 #[test]
 fn a_lost_device_is_opened_anew() {
+    if crate::support::is_long("a_lost_device_is_opened_anew") {
+        return;
+    }
     let Some(screen) = screen("a_lost_device_is_opened_anew") else { return };
     let folder = folder();
     let script =

@@ -51,6 +51,9 @@ fn media(grid: &VoxelGrid) -> (Vec<u32>, Vec<u64>) {
 
 #[test]
 fn media_equal_their_twin() {
+    if crate::support::is_long("media_equal_their_twin") {
+        return;
+    }
     gpu_test("media_equal_their_twin", |context| {
         let mut among = scenes::locks();
         among.meshes = shapes::houses().meshes;
@@ -88,6 +91,9 @@ fn total(voxels: &[u32]) -> f64 {
 /// error of samples half a voxel apart.
 #[test]
 fn nothing_is_lost() {
+    if crate::support::is_long("nothing_is_lost") {
+        return;
+    }
     gpu_test("nothing_is_lost", |context| {
         let mut random = Random::new(62);
         // Fixes the cube: 62 voxels are 2 wide, and it takes nothing.

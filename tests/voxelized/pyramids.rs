@@ -1,6 +1,6 @@
 //! Lights with a place: pyramids of voxels against their twin, against rays in f64, and what can be seen against the truth.
 
-use super::support::{self, ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random};
+use super::support::{self, ask, assert_right_beyond_the_resolution, gpu_test, is_long, rows, scenes::Random};
 use super::{
     Coverage, Free, FreeKey, PLAIN, Settings, Structure, as_baked, assert_same_columns, bake, baked, cube, shapes,
     twin_columns, voxel,
@@ -150,6 +150,9 @@ fn room() -> Scene {
 /// As of directional lights: beyond the resolution no leak and no false shadow, and not because all of it is within.
 #[test]
 fn nothing_leaks_from_lights_with_a_place() {
+    if is_long("nothing_leaks_from_lights_with_a_place") {
+        return;
+    }
     gpu_test("nothing_leaks_from_lights_with_a_place", |context| {
         let [slanted, above] =
             [spot([-0.8, -1.1, 1.7], [0.45, 0.5, -0.8], 75.0), spot([0.05, 0.1, 1.3], [0.1, 0.0, -1.0], 100.0)];
@@ -190,6 +193,9 @@ fn nothing_leaks_from_lights_with_a_place() {
 /// A plane, all about under a light, whose faces meet on it: no point shadows itself.
 #[test]
 fn a_floor_under_a_lamp_never_shadows_itself() {
+    if is_long("a_floor_under_a_lamp_never_shadows_itself") {
+        return;
+    }
     gpu_test("a_floor_under_a_lamp_never_shadows_itself", |context| {
         let mut random = Random::new(6);
         let flat = |closed| shapes::flat([0.0, 0.0, -1.0], closed);

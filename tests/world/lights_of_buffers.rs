@@ -164,6 +164,9 @@ fn exact(context: &Context, lights: &[Light]) -> Vec<bool> {
 /// Every path of every technique: the same bytes as of the host's lights, and so after all of them have moved.
 #[test]
 fn lights_of_buffers_answer_as_the_hosts_do() {
+    if crate::support::is_long("lights_of_buffers_answer_as_the_hosts_do") {
+        return;
+    }
     let name = "lights_of_buffers_answer_as_the_hosts_do";
     gpu_test(name, |context| {
         let (scenes, points) = (moving(), points());

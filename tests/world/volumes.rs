@@ -45,6 +45,9 @@ fn theirs(context: &gobo::gpu::Context, scene: &Scene) -> World {
 /// alone, and not far from the field's own truth.
 #[test]
 fn volumes_of_a_caller_answer_as_a_scene_does() {
+    if crate::support::is_long("volumes_of_a_caller_answer_as_a_scene_does") {
+        return;
+    }
     gpu_test("volumes_of_a_caller_answer_as_a_scene_does", |context| {
         let points = points();
         let frames = [

@@ -60,7 +60,6 @@
 //! fov_y_degrees = 38.0          # full vertical angle
 //! ```
 
-use crate::Result;
 use crate::scene::files::animation::{self, Animation, Content, Kind, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
@@ -70,6 +69,7 @@ use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
     Ink, Motion, Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
 };
+use crate::{Error, Result};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -304,7 +304,14 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         ));
     }
     let scene = Scene { motion, ..contents.scene(input::stem(path), lights, camera) };
-    if inks.own { scene.with_inks(&inks.all) } else { Ok(Scene { extinction_ratio, ..scene }) }
+    if !inks.own {
+        return Ok(Scene { extinction_ratio, ..scene });
+    }
+    // The fault is the file's.
+    scene.with_inks(&inks.all).map_err(|error| match error {
+        Error::Input { cause, way_out, .. } => input::error(path, cause, way_out),
+        other => other,
+    })
 }
 
 /// The extinction ratios of the entries so far.
