@@ -145,7 +145,7 @@ fn scene_files_have_several_inks() {
         ([red, ""], "[color]\nextinction = [2, 1, 1]\n", "not from 0 to 1"),
     ] {
         let told = with(&ratios, more).expect_err("refused").to_string();
-        assert!(told.contains(words) && !told.contains('\n'), "{told}");
+        assert!(told.contains(words) && told.contains("scene.toml") && !told.contains('\n'), "{told}");
     }
 }
 
