@@ -392,11 +392,7 @@ fn three_curves_err_as_one_does() {
     let test = "three_curves_err_as_one_does";
     gpu_test(test, |context| {
         let one_color = Scene::load("ink", 0.0).expect("built in");
-        let mut ink = one_color.clone();
-        ink.extinction_ratio = Scene::GREY;
-        let drop = ink.particles.len() / 4;
-        let inks = [0, 1, 2, 3].map(|i| Ink { casters: drop, ratio: [[1.0, 0.55, 0.2], [0.2, 0.6, 1.0]][i % 2] });
-        let scene = ink.with_inks(&inks).expect("inks");
+        let scene = Scene::load("ink:inks=2", 0.0).expect("built in");
         let points = space_points(&scene, 0, if all() { 20_000 } else { 4000 });
         let casters = Casters::new(&scene);
         let texts = ["uncompressed", "avsm:path=binned", "layers", "beer-shadow-map", "none"];

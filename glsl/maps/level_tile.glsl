@@ -8,8 +8,11 @@
 #include "maps/level_place.glsl"
 #include "maps/scene.glsl"
 
-layout(local_size_x = 64) in;
-const uint LEVEL_THREADS = 64u;
+// A technique whose texels take more work defines more.
+#ifndef LEVEL_THREADS
+#define LEVEL_THREADS 64u
+#endif
+layout(local_size_x = LEVEL_THREADS) in;
 
 // Twin: maps::levels.
 const uint LEVELS_A_PASS = 3u;

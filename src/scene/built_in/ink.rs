@@ -1,12 +1,17 @@
 //! The built-in scene `ink`: drops of ink that sink through clear water past a post, over a pale ground. Ink absorbs most red light and
-//! little blue, so that its shadow is blue where the ink is thin; the shadow of the post is grey.
+//! little blue, so that its shadow is blue where the ink is thin; the shadow of the post is grey. `ink:inks=2` has a second ink in every
+//! other drop, which takes most blue light and little red.
 
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
+use crate::Result;
+use crate::scene::{Camera, Ink, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Extinction of red, green and blue light, relative to the particles' own.
 const RATIO: [f32; 3] = [1.0, 0.55, 0.2];
+
+/// The same of the second ink.
+const SECOND_RATIO: [f32; 3] = [0.2, 0.6, 1.0];
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x1a4b, 1];
@@ -29,12 +34,15 @@ const TOP_WORLD: f64 = 3.1;
 /// Optical depth of red light through a particle's middle: in a ring, and in a thread.
 const DENSE: [f64; 2] = [0.35, 0.2];
 
-/// Four rings with their threads under a slanted directional light. The same bytes on every call and machine.
-pub(in crate::scene) fn ink() -> Scene {
+/// Four rings with their threads under a slanted directional light, of one ink or in turns of two. The same bytes on every call and machine.
+///
+/// # Errors
+/// None of its own: those of [`Scene::with_inks`].
+pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
     let mut random = Random::new(SEED);
     let particles = RINGS.iter().flat_map(|ring| drop(&mut random, *ring)).collect();
-    Scene {
-        name: "ink".into(),
+    let scene = Scene {
+        name: title.into(),
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),
@@ -44,7 +52,7 @@ pub(in crate::scene) fn ink() -> Scene {
             slab("post", DVec3::new(-0.75, -1.25, 0.0), DVec3::new(-0.55, -1.05, 2.3), [0.6, 0.58, 0.55]),
         ],
         motion: Motion::Still,
-        extinction_ratio: RATIO,
+        extinction_ratio: Scene::GREY,
         inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.45, 0.3, -0.84).normalize() },
@@ -57,7 +65,10 @@ pub(in crate::scene) fn ink() -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 36.0,
         },
-    }
+    };
+    let ratios = if inks == 1 { [RATIO; 2] } else { [RATIO, SECOND_RATIO] };
+    let of_drops: Vec<_> = (0..RINGS.len()).map(|i| Ink { casters: RING + THREAD, ratio: ratios[i % 2] }).collect();
+    scene.with_inks(&of_drops)
 }
 
 /// A ring and its thread.

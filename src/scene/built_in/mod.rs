@@ -34,10 +34,11 @@ struct Key {
 }
 
 /// All numbers that built-in scenes take.
-const KEYS: [Key; 5] = [
+const KEYS: [Key; 6] = [
     Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
     Key { scene: "cloud", name: "samples", default: 40, most: cloud::MOST },
+    Key { scene: "ink", name: "inks", default: 1, most: 2 },
     Key { scene: "splats", name: "count", default: 6_000, most: splats::MOST },
     Key {
         scene: "courtyard",

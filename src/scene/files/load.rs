@@ -68,7 +68,7 @@ impl Scene {
             "shafts" => Ok(houses::shafts()),
             "town" => Ok(town::town()),
             "cornell" => Ok(cornell::cornell()),
-            "ink" => Ok(ink::ink()),
+            "ink" => ink::ink(&built_in.title, built_in.number("inks")),
             "failures" => Ok(failures::failures()),
             "lantern" => lantern::lantern(time_s),
             "splats" => Ok(splats::splats(&built_in.title, built_in.number("count"))),
