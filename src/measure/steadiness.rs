@@ -140,26 +140,48 @@ struct Jiffies {
 
 impl Jiffies {
     fn now() -> Option<Self> {
-        Self::of(&std::fs::read_to_string("/proc/stat").ok()?, &std::fs::read_to_string("/proc/self/stat").ok()?)
+        let [machine, process, status] =
+            ["/proc/stat", "/proc/self/stat", "/proc/self/status"].map(std::fs::read_to_string);
+        Self::of(&machine.ok()?, &process.ok()?, &status.ok()?)
     }
 
-    /// From the texts of /proc/stat and /proc/self/stat.
-    fn of(machine: &str, process: &str) -> Option<Self> {
-        let first = machine.lines().next()?.strip_prefix("cpu ")?;
-        // User, nice, system, idle, waiting for a disk, interrupts, and time taken by a host.
-        let times: Vec<f64> = first.split_whitespace().take(8).map_while(|t| t.parse().ok()).collect();
+    /// From the texts of /proc/stat, /proc/self/stat and /proc/self/status. Only processors on which this process may run count, so that
+    /// processes that share a machine by processors, as a scheduler's jobs do, do not disturb each other.
+    fn of(machine: &str, process: &str, status: &str) -> Option<Self> {
+        let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;
+        let mut times = [0.0; 8];
+        for line in machine.lines() {
+            let mut fields = line.split_whitespace();
+            let Some(Ok(cpu)) = fields.next().and_then(|name| name.strip_prefix("cpu")).map(str::parse) else {
+                continue;
+            };
+            if is_listed(allowed, cpu) {
+                // User, nice, system, idle, waiting for a disk, interrupts, and time taken by a host.
+                let read = fields.map_while(|t| t.parse::<f64>().ok());
+                times.iter_mut().zip(read).for_each(|(sum, time)| *sum += time);
+            }
+        }
         // The name, in brackets, may have blanks; user and system time are the 14th and 15th field.
         let fields: Vec<&str> = process.rsplit_once(')')?.1.split_whitespace().collect();
         let own = [11, 12].map(|i| fields.get(i).and_then(|t| t.parse::<f64>().ok()));
-        Some(Self { all: times.iter().sum(), idle: times.get(3)? + times.get(4)?, own: own[0]? + own[1]? })
+        let all = times.iter().sum();
+        (all > 0.0).then_some(Self { all, idle: times[3] + times[4], own: own[0]? + own[1]? })
     }
 
-    /// The share of all processors' time since `before` that other processes used.
+    /// The share of the processors' time since `before` that other processes used.
     fn others_since(self, before: Self) -> Option<f64> {
         let all = self.all - before.all;
         let others = (all - (self.idle - before.idle) - (self.own - before.own)).max(0.0);
         (all > 0.0).then(|| (others / all).min(1.0))
     }
+}
+
+/// Whether a list of processors as Linux writes them, such as `0-3,8`, has this one.
+fn is_listed(list: &str, cpu: u32) -> bool {
+    list.trim().split(',').any(|part| {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        matches!((first.parse::<u32>(), last.parse::<u32>()), (Ok(first), Ok(last)) if (first..=last).contains(&cpu))
+    })
 }
 
 #[cfg(test)]
@@ -183,18 +205,30 @@ mod tests {
         assert_eq!(Steadiness::default().with_spread(Some(Timing { samples: 1, ..timing })).spread, None);
     }
 
-    /// Two processors for ten seconds: half of that time is idle, three seconds are this process, and the rest is
-    /// another process.
+    /// This process may run on two of four processors, for ten seconds. Half of their time is idle, three seconds are this process, and
+    /// the rest is another process. The two others are busy all the time, which does not matter.
     #[test]
     fn others_are_what_is_neither_idle_nor_own() {
-        let of = |machine: &str, own: &str| {
-            Jiffies::of(machine, &format!("7 (a b) c) S 1 1 1 0 -1 0 0 0 0 0 {own} 0 0")).expect("as in proc(5)")
+        let of = |[busy, idle, elsewhere]: [u32; 3], own: &str| {
+            let line = |cpu: u32, busy: u32, idle: u32| format!("cpu{cpu} {busy} 0 50 {idle} 10 0 0 0 0 0\n");
+            let lines = [line(0, elsewhere, 0), line(1, busy, idle), line(2, 0, 0), line(3, busy, idle)].concat();
+            let process = format!("7 (a b) c) S 1 1 1 0 -1 0 0 0 0 0 {own} 0 0");
+            let status = "Name:\tgobo\nCpus_allowed:\ta\nCpus_allowed_list:\t1,3-3\n";
+            Jiffies::of(&format!("cpu  9 9 9 9 9 0 0 0 0 0\n{lines}intr 5\n"), &process, status).expect("as in proc(5)")
         };
-        let before = of("cpu  100 0 50 1000 10 0 0 0 0 0\ncpu0 1 2 3\n", "30 10");
-        let after = of("cpu  900 0 250 1990 20 0 0 0 0 0\n", "250 90");
+        let before = of([50, 500, 100], "30 10");
+        let after = of([550, 1000, 1100], "250 90");
         let all = 2000.0;
         assert_eq!(after.others_since(before), Some((all - 1000.0 - 300.0) / all));
         assert_eq!(before.others_since(before), None);
-        assert!(Jiffies::of("", "").is_none());
+        assert!(Jiffies::of("", "", "").is_none());
+    }
+
+    #[test]
+    fn lists_of_processors_are_read() {
+        let listed = |list: &str| (0..20).filter(|cpu| is_listed(list, *cpu)).collect::<Vec<_>>();
+        assert_eq!(listed("\t0-3,8,10-11\n"), [0, 1, 2, 3, 8, 10, 11]);
+        assert_eq!(listed("5"), [5]);
+        assert!(listed("").is_empty() && listed("a-b").is_empty());
     }
 }
