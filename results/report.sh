@@ -18,7 +18,7 @@ if [ "${1:-}" != draw ]; then
 fi
 cd "$here/.."
 files=()
-for folder in nvidia-h100 lavapipe-26.1 lavapipe-22.3 swiftshader; do
+for folder in nvidia-h200 lavapipe-26.1 lavapipe-22.3 swiftshader; do
     files+=("results/$folder/devices.json" "results/$folder/devices-meshes.json")
 done
 "$gobo" report "${files[@]}" -o results/report

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 /// What the table's recipe calls a scene, its name, and where its rows are.
 const SCENES: [(&str, &str, &str); 5] = [
-    ("p", "plume_8k", "nvidia-h100/all"),
-    ("k", "plume_64k", "nvidia-h100/all"),
-    ("b", "big-8k", "nvidia-h100/all"),
-    ("m", "three-emitters", "nvidia-h100/all-moving"),
-    ("h", "hair", "nvidia-h100/all"),
+    ("p", "plume_8k", "nvidia-h200/all"),
+    ("k", "plume_64k", "nvidia-h200/all"),
+    ("b", "big-8k", "nvidia-h200/all"),
+    ("m", "three-emitters", "nvidia-h200/all-moving"),
+    ("h", "hair", "nvidia-h200/all"),
 ];
 
 const PLANES: [(&str, &str); 6] = [
@@ -37,7 +37,7 @@ fn page() -> PathBuf {
 }
 
 fn lines(text: &str) -> Vec<Line> {
-    let recipe = text.split("<!-- rows nvidia-h100/all\n").nth(1).and_then(|rest| rest.split("-->").next());
+    let recipe = text.split("<!-- rows nvidia-h200/all\n").nth(1).and_then(|rest| rest.split("-->").next());
     let line = |line: &str| {
         let (spec, rest) = line.strip_prefix("t=")?.split_once(" | ")?;
         let (label, cells) = rest.split_once(" | ")?;

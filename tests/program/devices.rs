@@ -66,7 +66,7 @@ fn read(path: &Path) -> Value {
 #[test]
 fn figures_are_those_of_the_files() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
-    let devices = ["nvidia-h100", "lavapipe-22.3", "swiftshader"];
+    let devices = ["nvidia-h200", "lavapipe-22.3", "swiftshader"];
     let of = |device: &&str| ["devices", "devices-meshes"].map(|name| root.join(device).join(format!("{name}.json")));
     let files: Vec<PathBuf> = devices.iter().flat_map(of).collect();
     let out = folder();
@@ -375,7 +375,7 @@ fn the_page_holds_in_a_browser() {
     }
     log("exercised", "the_page_holds_in_a_browser", "Chromium");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
-    let files = ["nvidia-h100/devices.json", "lavapipe-22.3/devices.json", "swiftshader/devices.json"]
+    let files = ["nvidia-h200/devices.json", "lavapipe-22.3/devices.json", "swiftshader/devices.json"]
         .map(|path| root.join(path));
     let out = folder();
     report(out.path(), &files.each_ref().map(|path| text(path)));
