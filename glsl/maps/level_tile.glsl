@@ -8,11 +8,8 @@
 #include "maps/level_place.glsl"
 #include "maps/scene.glsl"
 
-// A technique whose texels take more work defines more.
-#ifndef LEVEL_THREADS
-#define LEVEL_THREADS 64u
-#endif
-layout(local_size_x = LEVEL_THREADS) in;
+layout(local_size_x = 64) in;
+const uint LEVEL_THREADS = 64u;
 
 // Twin: maps::levels.
 const uint LEVELS_A_PASS = 3u;

@@ -20,9 +20,15 @@ impl Renderer {
         self.extinction_ratio == Scene::GREY && self.caster_room == 0
     }
 
+    /// Says which kinds of casters there are, so that shaders that draw them leave out the others: a fragment that could be of a strand or a
+    /// splat holds more registers, and long look-ups wait for each other.
+    pub(super) fn with_kinds(&self, constants: Constants) -> Constants {
+        constants.set(constant::STRANDS, self.has_strands).set(constant::GAUSSIANS, self.has_packed)
+    }
+
     /// Blend state and constants of each kernel that draws casters: one kernel for all channels at once, or one per channel.
     pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
-        let mut constants = colored(constants, self.extinction_ratio);
+        let mut constants = self.with_kinds(colored(constants, self.extinction_ratio));
         if self.is_grey() {
             return vec![(Blend::Over, constants)];
         }

@@ -36,6 +36,9 @@ pub struct Renderer {
     pub(super) extinction_ratio: [f32; 3],
     /// Where casters stand once per color ([`World::colors`]), how many there is room for in each; else 0.
     pub(super) caster_room: u32,
+    /// Which kinds of casters there may be: strands, and splats or cells of volumes.
+    pub(super) has_strands: bool,
+    pub(super) has_packed: bool,
     pub(super) camera: View,
     camera_data: Buffer,
     splats: Buffer,
@@ -118,6 +121,8 @@ impl Renderer {
             light_count: world.light_count(),
             extinction_ratio: world.extinction_ratio(),
             caster_room: if world.colors() > 1 { world.caster_capacity() } else { 0 },
+            has_strands: world.has_strands(),
+            has_packed: world.has_packed(),
             camera: *camera,
             camera_data,
             splats,

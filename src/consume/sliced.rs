@@ -26,10 +26,11 @@ impl Sliced {
         let (context, format) = (&renderer.context, renderer.color_format);
         let seen = Image::new(context, "picture.seen", format, renderer.color.size(), ImageUse::Color)?;
         let sets = [&renderer.scene, &painter.look_up, &renderer.distances, &painter.sorted];
+        let constants = renderer.with_kinds(answer.constants.clone());
         let casters = |blend| {
             let fragment = shaders::CASTER_FRAG.of(answer.folder);
             let state = Graphics { vertex: &shaders::SLICED_VERT, fragment, colors: &[(format, blend)], depth: None };
-            Kernel::graphics(context, &state, &sets, answer.constants)
+            Kernel::graphics(context, &state, &sets, &constants)
         };
         let all = set::SlicedSeen { seen: &seen }.bind(context, "picture.seen")?;
         let colors = [(format, Blend::Over)];

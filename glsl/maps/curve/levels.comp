@@ -1,11 +1,10 @@
 #version 460
 // Builds the levels of detail of all maps. For each texel, the mean transmittance of the four texels below it is taken at the ends of even
 // steps from the first to the last of their nodes. A texel's nodes are those ends between which interpolation errs least, by the sum of
-// squares over all ends. Dynamic programming finds them: a thread has one or two ends, and what lines to them cost in registers. A texel
+// squares over all ends. Dynamic programming finds them, with one thread per end, so that no thread walks along curves by itself. A texel
 // past the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output:
 // nodes of the levels.
 // Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, to the rounding of storing.
-#define LEVEL_THREADS 128u
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 
@@ -21,9 +20,14 @@ uvec2 curve_pair(uint i) { return nodes[i]; }
 // Even steps: 16, or with 16 nodes 15, so that every end of a step is a node.
 const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
+const uint PAIRS = STEPS * ENDS / 2u;
 
-// The curves of the texels below: row after row of the tile, each node's depth and value.
-shared float below[2u * BELOW * MADE * uint(NODES)];
+// First `scratch` holds the curves of the texels below: row after row of the tile, each node's depth and value. Later it holds, for each
+// texel that is made, the cost of the line between every two ends.
+const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
+// The lines' costs need more room than the curves, except with 16 nodes.
+const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
+shared float scratch[SCRATCH];
 // For each texel that is made: its range of depths, the means at the ends of steps, and these means as values of nodes.
 shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
@@ -39,32 +43,33 @@ uint below_curve(LevelTile tile, uint t, uint i) {
     return (at.y * 2u * tile.side + at.x) * uint(NODES);
 }
 
-Node below_node(uint i) { return Node(below[2u * i], below[2u * i + 1u]); }
+Node below_node(uint i) { return Node(scratch[2u * i], scratch[2u * i + 1u]); }
 
 // Reads and decodes all of the level below; one thread per node.
 void read_below(LevelTile tile) {
     uint side = 2u * tile.side;
-    bool empty = false;
-    if (tile.level == 1u) {
-        uvec2 tiles = gl_NumWorkGroups.xy;
-        empty = tile_skipped(counts[(gl_WorkGroupID.z * tiles.y + gl_WorkGroupID.y) * tiles.x + gl_WorkGroupID.x]);
-    }
-    for (uint i = gl_LocalInvocationIndex; i < side * side * uint(NODES); i += LEVEL_THREADS) {
-        uint texel = i / uint(NODES), place = empty ? NONE : below_place(tile, uvec2(texel % side, texel / side));
+    [[dont_unroll]] for (uint i = gl_LocalInvocationIndex; i < side * side * uint(NODES); i += LEVEL_THREADS) {
+        uint texel = i / uint(NODES);
+        uint place = below_place(tile, uvec2(texel % side, texel / side));
+        if (place != NONE && tile.level == 1u) {
+            uvec2 tiles = gl_NumWorkGroups.xy;
+            uint count = counts[(gl_WorkGroupID.z * tiles.y + gl_WorkGroupID.y) * tiles.x + gl_WorkGroupID.x];
+            place = tile_skipped(count) ? NONE : place;
+        }
         uint at = place * curve_pairs();
         Node node = Node(EMPTY, curve_unshadowed());
         if (place != NONE) {
             node = texel_node(at, i % uint(NODES), curve_range(at));
         }
-        below[2u * i] = node.depth;
-        below[2u * i + 1u] = node.value;
+        scratch[2u * i] = node.depth;
+        scratch[2u * i + 1u] = node.value;
     }
 }
 
 float curve_at(uint curve, float depth) {
     uint before = 0u;
     for (uint i = 0u; i < uint(NODES); ++i) {
-        before += uint(below[2u * (curve + i)] <= depth);
+        before += uint(scratch[2u * (curve + i)] <= depth);
     }
     if (before == 0u) {
         return 1.0;
@@ -104,28 +109,16 @@ float value_of(float mean) {
     return !EXPONENTIAL ? mean : mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
 }
 
-// A thread has up to two ends after the first: `costs_of` holds what leads to each, in registers.
-const uint ENDS_PER_THREAD = 2u;
-// Steps where nodes are chosen: a literal, so that loops over ends unroll.
-const uint MOST_STEPS = 16u;
-
-// The cost of the line from every end to end `to`: the sum of squares of its differences from the means in between. `first`: the place of
-// the texel's first end. Ends from `to` on get no meaning.
-void line_costs(uint first, uint to, out float lines[MOST_STEPS]) {
-    float mean[MOST_STEPS], last = values[first + to];
-    [[unroll]] for (uint k = 0u; k < MOST_STEPS; ++k) { mean[k] = means[first + k]; }
-    [[unroll]] for (uint from = 0u; from < MOST_STEPS; ++from) {
-        float rise = (last - values[first + from]) / float(max(int(to) - int(from), 1));
-        float left = mean[from], factor = EXPONENTIAL ? exp(-rise) : 1.0, cost = 0.0;
-        [[unroll]] for (uint k = 1u; k < MOST_STEPS; ++k) {
-            if (k > from) {
-                left = EXPONENTIAL ? left * factor : left + rise;
-                float off = left - mean[k];
-                cost += k < to ? off * off : 0.0;
-            }
-        }
-        lines[from] = cost;
+// The cost of a line from end `from` to end `to`: the sum of squares of its differences from the means in between. `first`: the
+// place of the texel's first end.
+float line_cost(uint first, uint from, uint to) {
+    float rise = (values[first + to] - values[first + from]) / float(to - from);
+    float left = means[first + from], factor = EXPONENTIAL ? exp(-rise) : 1.0, cost = 0.0;
+    for (uint k = from + 1u; k < to; ++k) {
+        left = EXPONENTIAL ? left * factor : left + rise;
+        cost += (left - means[first + k]) * (left - means[first + k]);
     }
+    return cost;
 }
 
 // The cost in front of a curve whose first node is at end `to`: up to there a curve lets all light through.
@@ -137,50 +130,42 @@ float front_cost(uint first, uint to) {
     return cost;
 }
 
+// Where the line between two ends is among a texel's: (0, 1), (0, 2), (1, 2), and so on.
+uint line_place(uint from, uint to) { return to * (to - 1u) / 2u + from; }
+
 // Chooses nodes among the ends; the last end is always one. Returns which copy of `chosen` has them.
 uint choose_nodes(uint count) {
     uint thread = gl_LocalInvocationIndex, now = 0u;
-    uint texel[ENDS_PER_THREAD], end[ENDS_PER_THREAD], best[ENDS_PER_THREAD];
-    float lines[ENDS_PER_THREAD][MOST_STEPS], least[ENDS_PER_THREAD];
-    [[unroll]] for (uint e = 0u; e < ENDS_PER_THREAD; ++e) {
-        uint i = thread + e * LEVEL_THREADS, t = i % count, to = i / count + 1u;
-        // Threads without an end, and those of texels without casters, have none.
-        texel[e] = t * ENDS;
-        end[e] = to <= STEPS && makes_curve(t) ? to : 0u;
-        if (end[e] != 0u) {
-            line_costs(texel[e], to, lines[e]);
-            least[e] = front_cost(texel[e], to);
-            best[e] = 1u << to;
-            costs[texel[e] + to] = least[e];
-            chosen[texel[e] + to] = best[e];
+    // Neighbouring threads have lines of the same length, the longest first, between neighbouring ends.
+    for (uint i = thread; i < count * PAIRS; i += LEVEL_THREADS) {
+        uint t = i / PAIRS, pair = i % PAIRS, shorter = uint(0.5 * (sqrt(8.0 * float(pair) + 1.0) - 1.0) + 1e-3);
+        uint from = pair - shorter * (shorter + 1u) / 2u, to = from + STEPS - shorter;
+        if (makes_curve(t)) {
+            scratch[t * PAIRS + line_place(from, to)] = line_cost(t * ENDS, from, to);
         }
     }
-    // In front of the first end nothing costs, however many nodes there are.
-    if (thread < 2u * count) {
-        uint first = thread / count * MADE * ENDS + thread % count * ENDS;
-        costs[first] = 0.0;
-        chosen[first] = 1u;
+    for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+        uint first = i % count * ENDS, to = i / count;
+        costs[first + to] = front_cost(first, to);
+        chosen[first + to] = 1u << to;
     }
     barrier();
     [[dont_unroll]] for (uint node = 1u; node < uint(NODES); ++node) {
         uint next = MADE * ENDS - now;
-        [[unroll]] for (uint e = 0u; e < ENDS_PER_THREAD; ++e) {
-            if (end[e] != 0u) {
-                uint before = now + texel[e], cheapest = NONE;
-                // Another node is added only where it helps.
-                [[unroll]] for (uint from = 0u; from < MOST_STEPS; ++from) {
-                    float cost = costs[before + from] + lines[e][from];
-                    if (from < end[e] && cost < least[e]) {
-                        least[e] = cost;
-                        cheapest = from;
-                    }
+        for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+            uint t = i % count, to = i / count, before = now + t * ENDS, lines = t * PAIRS + line_place(0u, to);
+            // Another node is added only where it helps.
+            float least = costs[before + to];
+            uint best = chosen[before + to];
+            for (uint from = 0u; from < to && makes_curve(t); ++from) {
+                float cost = costs[before + from] + scratch[lines + from];
+                if (cost < least) {
+                    least = cost;
+                    best = chosen[before + from] | 1u << to;
                 }
-                if (cheapest != NONE) {
-                    best[e] = chosen[before + cheapest] | 1u << end[e];
-                }
-                costs[next + texel[e] + end[e]] = least[e];
-                chosen[next + texel[e] + end[e]] = best[e];
             }
+            costs[next + t * ENDS + to] = least;
+            chosen[next + t * ENDS + to] = best;
         }
         now = next;
         barrier();
