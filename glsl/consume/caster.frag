@@ -30,7 +30,7 @@ void main() {
     }
     vec3 position = ray.origin + 0.5 * (z.x + z.y) * ray.direction;
     light_footprint(pixel_side(camera, 0.5 * (z.x + z.y)));
-    // Light first: what a look-up has to carry along leaves it fewer registers.
+    // The color comes after the look-up, which so need not keep it.
     vec3 light = caster_light(caster, position);
     color = caster_color(ray, caster, caster_color_of(caster, caster_index), z, light);
 }

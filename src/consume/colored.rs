@@ -20,8 +20,7 @@ impl Renderer {
         self.extinction_ratio == Scene::GREY && self.caster_room == 0
     }
 
-    /// Says which kinds of casters there are, so that shaders that draw them leave out the others: a fragment that could be of a strand or a
-    /// splat holds more registers, and long look-ups wait for each other.
+    /// Says which kinds of casters there may be, so that shaders that draw them leave out the arithmetic of the others.
     pub(super) fn with_kinds(&self, constants: Constants) -> Constants {
         constants.set(constant::STRANDS, self.has_strands).set(constant::GAUSSIANS, self.has_packed)
     }

@@ -167,3 +167,22 @@ fn rows_are_as_dark_as_they_say() {
         assert!((mean - optical_depth).abs() < 0.2 * optical_depth, "{bottom}: {mean}, not {optical_depth}");
     }
 }
+
+/// Two inks take turns from drop to drop, and everything else is as with one.
+#[test]
+fn every_other_drop_is_of_the_second_ink() {
+    let [one, also_one, two] = ["ink", "ink:inks=1", "ink:inks=2"].map(|name| Scene::load(name, 0.0).expect(name));
+    assert!(one.inks.is_empty() && also_one.inks.is_empty());
+    assert_eq!([one.extinction_ratio, also_one.extinction_ratio], [[1.0, 0.55, 0.2]; 2]);
+    assert_eq!((two.extinction_ratio, two.lights.len(), &*two.name), (Scene::GREY, 3, "ink-2"));
+    assert_eq!(two.particles, one.particles);
+    assert_eq!(two.inks.iter().map(|ink| ink.casters).sum::<usize>(), one.particles.len());
+    // The first ink takes more red than blue, the second more blue.
+    let drops = one.particles.len() / 4;
+    for (i, ink) in two.inks.iter().enumerate() {
+        let [red, _, blue] = ink.ratio;
+        assert_eq!((ink.casters, blue < red), (drops, i % 2 == 0), "drop {i}: {:?}", ink.ratio);
+    }
+    let wrong = Scene::load("ink:inks=3", 0.0).expect_err("two at most").to_string();
+    assert!(wrong.contains("inks=3") && wrong.contains("inks=1..2"), "{wrong}");
+}
