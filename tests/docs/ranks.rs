@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 const DEVICES: [(&str, &str, &[&str]); 2] = [
-    ("nvidia-h100", "H100", &["opaque", "opaque-vpls"]),
+    ("nvidia-h200", "H200", &["opaque", "opaque-vpls"]),
     ("lavapipe-22.3", "lavapipe 22.3", &["opaque", "opaque-courtyard", "opaque-vpls"]),
 ];
 
