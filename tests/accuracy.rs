@@ -51,6 +51,9 @@ const PROTOTYPE_SLICES: [(&str, [f64; 2]); 2] =
 
 #[test]
 fn plume_8k_is_as_accurate_as_the_prototype() {
+    if crate::support::is_costly("plume_8k_is_as_accurate_as_the_prototype") {
+        return;
+    }
     let name = "plume_8k_is_as_accurate_as_the_prototype";
     let Some(data) = shared_data(name) else { return };
     gpu_test(name, |context| {

@@ -163,6 +163,9 @@ fn look_ups_are_powers_of_grey_ones() {
 /// the plate there is none of a color that smoke lets pass, and beside it, below the smoke, all of it.
 #[test]
 fn meshes_have_no_color() {
+    if crate::support::is_costly("meshes_have_no_color") {
+        return;
+    }
     gpu_test("meshes_have_no_color", |context| {
         let mut both = ball_and_plate();
         both.meshes.truncate(1);

@@ -359,6 +359,9 @@ fn budgets_are_kept() {
 /// Node by node, within half a code; half of the bytes.
 #[test]
 fn packed_nodes_are_the_same_rounded() {
+    if crate::support::is_costly("packed_nodes_are_the_same_rounded") {
+        return;
+    }
     gpu_test("packed_nodes_are_the_same_rounded", |context| {
         for (scene, size) in some(cases(), 2) {
             let text = format!("deep-shadow-map:size={size},path=binned");

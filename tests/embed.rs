@@ -256,6 +256,9 @@ fn a_light_that_the_device_turns() {
 /// order, which may be asked for where there are some.
 #[test]
 fn a_lesser_device_answers_alike() {
+    if crate::support::is_costly("a_lesser_device_answers_alike") {
+        return;
+    }
     const TEST: &str = "a_lesser_device_answers_alike";
     let devices = gobo::gpu::devices().expect("devices");
     let has_interlock = devices.iter().all(|device| device.fragment_shader_pixel_interlock);
@@ -351,6 +354,9 @@ fn interlock_where_the_device_has_it() {
 /// 1,000 frames: memory is at the end what it was at frame 100; in a short run, and of all but the first, 50 and 10.
 #[test]
 fn a_thousand_frames_take_no_more_memory() {
+    if crate::support::is_costly("a_thousand_frames_take_no_more_memory") {
+        return;
+    }
     for (i, (name, how)) in some(hows(), 1).into_iter().enumerate() {
         let [before, after] = if all() && i == 0 { [100, 900] } else { [10, 40] };
         engine_test(name, &options(how, Optional::All, true), |engine| {

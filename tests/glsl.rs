@@ -57,6 +57,9 @@ fn what_is_no_technique_is_an_error_that_helps() {
 
 #[test]
 fn one_file_compiles_among_names_of_an_engine() {
+    if crate::support::is_costly("one_file_compiles_among_names_of_an_engine") {
+        return;
+    }
     for file in FILES {
         for names in [Names::Few, Names::Declared, Names::Macros] {
             compiles(&[file], names);
@@ -67,6 +70,9 @@ fn one_file_compiles_among_names_of_an_engine() {
 /// Each with the next and with one that is far from it; with all cases each with all.
 #[test]
 fn two_files_compile_in_one_shader() {
+    if crate::support::is_costly("two_files_compile_in_one_shader") {
+        return;
+    }
     let apart = some([1, FILES.len() / 2].into_iter().chain(2..FILES.len()), 2);
     for (i, first) in FILES.iter().enumerate() {
         for second in apart.iter().filter_map(|apart| FILES.get(i + apart)) {

@@ -201,6 +201,9 @@ const TAILS: f64 = 0.0113;
 /// are of the splats that its ray comes near.
 #[test]
 fn splats_are_the_truth_but_for_their_tails() {
+    if crate::support::is_costly("splats_are_the_truth_but_for_their_tails") {
+        return;
+    }
     gpu_test("splats_are_the_truth_but_for_their_tails", |context| {
         for scene in [scenes::splats(), scenes::point([0.1, 2.0, 0.4], scenes::splats())] {
             let truth = Casters::new(&scene);
@@ -258,6 +261,9 @@ fn answers_are_the_truth() {
 /// Thousands of spheres in one place, each as large as the scene: a list of them in every voxel would take gigabytes, and one for all voxels is short.
 #[test]
 fn large_casters_are_listed_once() {
+    if crate::support::is_costly("large_casters_are_listed_once") {
+        return;
+    }
     gpu_test("large_casters_are_listed_once", |context| {
         let count = 8192;
         let sphere = Particle { position: [0.1, -0.2, 0.3], radius: 1.0, extinction: 1.0 / count as f32 };

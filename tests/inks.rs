@@ -146,6 +146,9 @@ const ONE_NUMBER: [&str; 6] =
 
 #[test]
 fn each_color_is_a_grey_scene_made_by_hand() {
+    if crate::support::is_costly("each_color_is_a_grey_scene_made_by_hand") {
+        return;
+    }
     let test = "each_color_is_a_grey_scene_made_by_hand";
     gpu_test(test, |context| {
         let both = Both::of(smoke(), 5);
@@ -247,6 +250,8 @@ fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
                 let expected = ask(context, by_hand.as_ref(), 0, &points);
                 let off = found.iter().zip(&expected).map(|(a, b)| f64::from(a - b).abs());
                 let mean = off.sum::<f64>() / points.len() as f64;
+                // The same segments, whose extinctions are rounded once more: last bits of floats. Where those bits decide a
+                // byte of `psm` or the node that `avsm` leaves out, a point differs by about 1/255; one in twenty may.
                 assert!(mean < 2e-4, "{text}, color {color}: {mean}");
                 assert!(expected.iter().any(|v| *v < 0.5), "{text} sees casters");
             }
@@ -286,6 +291,9 @@ fn adaptive_tiles_of_colors_share_their_bytes() {
 /// Errors of each color are those of the scenes by hand, and all of them together the error of all lights.
 #[test]
 fn rows_have_an_error_of_each_color() {
+    if crate::support::is_costly("rows_have_an_error_of_each_color") {
+        return;
+    }
     gpu_test("rows_have_an_error_of_each_color", |context| {
         let mut scene = smoke();
         scene.lights.truncate(1);

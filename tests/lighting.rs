@@ -172,6 +172,9 @@ fn shutters() -> Scene {
 /// are apart, and not what it answers of points.
 #[test]
 fn vertices_ask_by_their_width() {
+    if crate::support::is_costly("vertices_ask_by_their_width") {
+        return;
+    }
     gpu_test_needing("vertices_ask_by_their_width", NEEDS, |context| {
         let (scene, size, spacing) = (shutters(), [160, 160], 20.0);
         let camera = camera(&scene, size);
@@ -372,6 +375,9 @@ fn a_camera_inside_smoke_sees_numbers() {
 /// On real smoke the two are nearly identical, as Fife and Strugar (2013) say; hair is finer than its quads' vertices.
 #[test]
 fn smoke_is_nearly_identical() {
+    if crate::support::is_costly("smoke_is_nearly_identical") {
+        return;
+    }
     gpu_test_needing("smoke_is_nearly_identical", NEEDS, |context| {
         for (name, size, bound) in some([("hair", [320, 240], 0.02), ("three-emitters", [640, 360], 0.003)], 1) {
             let scene = Scene::load(name, 20.0).expect("built in");

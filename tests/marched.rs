@@ -174,6 +174,9 @@ fn on_rays(view: &View, count: usize, [low, high]: [f32; 2]) -> Vec<[f32; 3]> {
 /// compressed to is the same. Behind everything it is the same at once.
 #[test]
 fn more_samples_come_to_what_the_grid_says() {
+    if crate::support::is_costly("more_samples_come_to_what_the_grid_says") {
+        return;
+    }
     gpu_test("more_samples_come_to_what_the_grid_says", |context| {
         let scenes = [scenes::random(), scenes::locks(), scenes::point([0.1, 0.2, 0.4], scenes::random())];
         for scene in some(scenes, 2) {
@@ -236,6 +239,9 @@ fn more_samples_come_to_what_the_grid_says() {
 /// The casters' order, and whether tiles that nothing meets are skipped, change no bit of an answer; nor is a curve built twice another.
 #[test]
 fn orders_and_skipping_change_nothing() {
+    if crate::support::is_costly("orders_and_skipping_change_nothing") {
+        return;
+    }
     gpu_test("orders_and_skipping_change_nothing", |context| {
         let mut corner = scenes::random();
         corner.particles.iter_mut().for_each(|p| {
@@ -322,6 +328,9 @@ fn lights_share_a_grid() {
 /// Finer grids are nearer to the truth, in space and by every kind of light.
 #[test]
 fn finer_grids_are_nearer_to_the_truth() {
+    if crate::support::is_costly("finer_grids_are_nearer_to_the_truth") {
+        return;
+    }
     gpu_test("finer_grids_are_nearer_to_the_truth", |context| {
         let scene = scenes::four_lights();
         let truth = Casters::new(&scene);

@@ -110,6 +110,9 @@ fn program(arguments: &[&str]) -> Command {
 /// Smoke and meshes; a table, JSON, CSV and a page that say the same.
 #[test]
 fn the_program_writes_what_it_finds() {
+    if crate::support::is_costly("the_program_writes_what_it_finds") {
+        return;
+    }
     let folder = tempfile::TempDir::new().expect("a temporary folder");
     let out = folder.path().to_str().expect("UTF-8");
     let techniques = ["--technique", "avsm:path=binned,size=32", "--technique", "voxel-grid:size=64,march=exact"];
@@ -149,6 +152,9 @@ fn who_does_not_answer_in_time_is_a_row() {
 /// Rounds of random scenes and techniques hold, and leave nothing on the device; a seed is a round, wherever it stands.
 #[test]
 fn rounds_hold_and_leave_nothing() {
+    if crate::support::is_costly("rounds_hold_and_leave_nothing") {
+        return;
+    }
     gpu_test("rounds_hold_and_leave_nothing", |context| {
         let rounds = |seeds: std::ops::Range<u64>| -> Vec<_> {
             let one = |seed| {

@@ -95,6 +95,9 @@ const SMALL: [&str; 4] = ["--width", "200", "--height", "120"];
 /// Each control changes what is seen, and the command that is copied then makes the very pixels: on a device of its own, at once.
 #[test]
 fn what_is_seen_is_what_the_command_makes() {
+    if crate::support::is_costly("what_is_seen_is_what_the_command_makes") {
+        return;
+    }
     let Some(screen) = screen("what_is_seen_is_what_the_command_makes") else { return };
     let folder = folder();
     let controls = [
@@ -155,6 +158,9 @@ fn what_is_seen_is_what_the_command_makes() {
 /// The SVG of the curve under the pointer is that of `gobo curve` for the texel that the f64 reference finds there.
 #[test]
 fn the_curve_is_of_what_the_pointer_is_at() {
+    if crate::support::is_costly("the_curve_is_of_what_the_pointer_is_at") {
+        return;
+    }
     let Some(screen) = screen("the_curve_is_of_what_the_pointer_is_at") else { return };
     let folder = folder();
     let pointers = [[100, 60], [112, 40], [90, 52]];
@@ -282,6 +288,9 @@ fn a_report_has_the_pace_of_frames() {
 /// What doesn't change is not built: time that runs builds a scene that moves, frame by frame, and none that stands still.
 #[test]
 fn what_stands_still_is_not_built_again() {
+    if crate::support::is_costly("what_stands_still_is_not_built_again") {
+        return;
+    }
     let Some(screen) = screen("what_stands_still_is_not_built_again") else { return };
     let folder = folder();
     let scene =
@@ -396,6 +405,9 @@ fn what_has_no_answer_is_not_waited_for() {
 /// A wipe has A's pixels left of its line and B's right of it; a difference is theirs, times the gain.
 #[test]
 fn pictures_stand_side_by_side() {
+    if crate::support::is_costly("pictures_stand_side_by_side") {
+        return;
+    }
     let Some(screen) = screen("pictures_stand_side_by_side") else { return };
     let folder = folder();
     let script = "key f1\nscreenshot a.png\nkey f2\nscreenshot b.png\nkey f3\nset wipe 0.5\nscreenshot wipe.png\nkey f4\nset gain 3\n\

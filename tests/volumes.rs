@@ -143,6 +143,9 @@ fn left_by_cells(scene: &Scene, points: &[[f32; 3]]) -> Vec<f64> {
 /// Every technique that sees volumes comes near the field's own truth, and those that see none are told of by name.
 #[test]
 fn volumes_cast_in_techniques() {
+    if crate::support::is_costly("volumes_cast_in_techniques") {
+        return;
+    }
     gpu_test("volumes_cast_in_techniques", |context| {
         let scene = scene(ball(24, 1));
         let truth = Casters::new(&scene);

@@ -266,6 +266,9 @@ fn what_has_no_voxel_is_lit() {
 /// Outside the boundary of one voxel, or one cell, no leak and no false shadow, in space and on surfaces.
 #[test]
 fn exact_ways_neither_leak_nor_shadow_falsely() {
+    if crate::support::is_costly("exact_ways_neither_leak_nor_shadow_falsely") {
+        return;
+    }
     gpu_test("exact_ways_neither_leak_nor_shadow_falsely", |context| {
         let mut lamp = shapes::houses();
         let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };

@@ -184,6 +184,9 @@ fn casts_in(spec: &Spec, scene: &Scene) -> bool {
 /// One technique through all states of its world, compared at each with one that is opened for that state.
 #[test]
 fn a_world_that_moved_is_a_new_world() {
+    if crate::support::is_costly("a_world_that_moved_is_a_new_world") {
+        return;
+    }
     let name = "a_world_that_moved_is_a_new_world";
     gpu_test(name, |context| {
         let points = points();
@@ -241,6 +244,9 @@ fn holds_all(spec: &Spec, path: &str) -> bool {
 /// The curves themselves: a tile without casters is not written with skip=on, so that they are compared without.
 #[test]
 fn curves_of_a_world_that_moved() {
+    if crate::support::is_costly("curves_of_a_world_that_moved") {
+        return;
+    }
     let name = "curves_of_a_world_that_moved";
     gpu_test(name, |context| {
         let specs = all_paths().into_iter().filter(|spec| spec.entry.name == "avsm");
@@ -272,6 +278,9 @@ fn curves_of_a_world_that_moved() {
 /// A world that began without casters has no room for any, and still its lights and meshes move.
 #[test]
 fn a_world_without_casters_moves() {
+    if crate::support::is_costly("a_world_without_casters_moves") {
+        return;
+    }
     let name = "a_world_without_casters_moves";
     gpu_test(name, |context| {
         let points = points();

@@ -2,6 +2,7 @@
 
 mod bake;
 mod baseline;
+mod candidates;
 mod change;
 mod compare;
 mod compared;

@@ -1,23 +1,19 @@
 //! `gobo recommend`: which technique for a scene, from rows that were measured before or are measured now.
 
-use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
+use super::candidates::{candidates, may_be_far, neighbours, one_of_each, promising, with, without_alike};
+use super::compare::{SMALL_PICTURE, default_specs};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
-use crate::consume::{KEYS, parse, runs};
 use crate::gpu::{Context, Features};
 use crate::measure::{DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, built_from, with_case};
-use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend, to_be_sized};
+use crate::report::{Limits, Store, is_far, recommend};
 use crate::scene::Scene;
-use crate::technique::{Casts, Lifetime, Name, REGISTRY, Spec};
+use crate::technique::Spec;
 use crate::{Error, Result};
 use clap::Args;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// The key that says how opaque maps are drawn.
-const OPAQUE: &str = "opaque";
 
 /// Each pair: how many frames are timed, and how many warm-up frames come before them. `COARSE_SOFTWARE`: the first
 /// look on a software device, which has no clock rate to reach and so needs no warm-up. `COARSE`: the first look on
@@ -147,8 +143,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// Measures the candidates. A first look takes all specs that run on the device for this scene, with few repeats and
-/// few points. The specs that may be the answer are then measured in full.
+/// Measures the candidates. A first look takes a spec of each technique that runs on the device for this scene, with few
+/// repeats and few points, and then the other specs of techniques that are not far from the best. The specs that may be
+/// the answer are then measured in full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
@@ -164,8 +161,17 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let first = arguments.out.as_ref().map(|out| out.join("first-look"));
     let repeats = if context.features().is_software() { COARSE_SOFTWARE } else { COARSE };
     let specs = without_alike(&scene, specs);
-    let rows = sweep.measure(&specs, work.coarse(repeats, limits), first.as_deref())?.rows;
-    let left = promising(&specs, &rows, limits);
+    let coarse = work.coarse(repeats, limits);
+    let (mut seen, others) = if may_be_far(&scene, limits) { one_of_each(&specs) } else { (specs, Vec::new()) };
+    let mut rows = sweep.measure(&seen, coarse, first.as_deref())?.rows;
+    let near = |spec: &&Spec| !rows.iter().any(|row| row.technique == spec.entry.name && is_far(row, &rows));
+    let others: Vec<Spec> = others.iter().filter(near).cloned().collect();
+    if !others.is_empty() {
+        let first = first.map(|folder| folder.join("others"));
+        rows.extend(sweep.measure(&others, coarse, first.as_deref())?.rows);
+        seen.extend(others);
+    }
+    let left = promising(&seen, &rows, limits);
     // Only the errors by which rows are chosen are measured. On processors, the truth takes as long as a row.
     let whole = work.effort(FINE);
     let parts = if context.features().is_software() && !arguments.quick { 4 } else { 1 };
@@ -296,179 +302,9 @@ fn lost(row: &Row) -> Error {
     }
 }
 
-/// The specs whose technique sees all casters of the scene, and `none`. They are `specs`, which are those of `compare`,
-/// and one spec of each technique that `specs` lacks. In a scene of meshes alone, a technique that `specs` lacks has a
-/// spec for each of its ways to keep meshes. A technique in `specs` then keeps only its first spec: how it keeps smoke
-/// changes nothing in its opaque maps.
-fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
-    let only_meshes = scene.has_only_meshes();
-    if !many_lights && !has_many_lights(scene) {
-        if only_meshes {
-            let mut known = BTreeSet::new();
-            specs.retain(|spec| known.insert(spec.entry.name));
-        }
-        let of_meshes = runs(|runs| runs.stress_meshes, on_cpu)?;
-        // Specs that a software device builds quickly.
-        let of_smoke = runs(|runs| runs.stress_smoke, on_cpu)?;
-        for entry in REGISTRY {
-            if specs.iter().any(|spec| spec.entry.name == entry.name) {
-                continue;
-            }
-            let is_its = |spec: &&Spec| spec.entry.name == entry.name;
-            let usual = parse(entry.name)?;
-            if only_meshes {
-                // All ways to keep meshes, in their usual size, and four times as large unless a bake would take long.
-                let size = |spec: &Spec| {
-                    let mut spec = spec.clone();
-                    Name::SIZES.iter().for_each(|name| spec.set(*name, usual[0].text(*name)));
-                    spec
-                };
-                let ways: Vec<Spec> = of_meshes.iter().filter(is_its).map(size).collect();
-                let ways = if ways.is_empty() { usual } else { ways };
-                let more = ways.iter().filter(|_| entry.lifetime == Lifetime::Frame);
-                let more: Vec<Spec> = more.filter_map(|spec| sized(spec, |size| size.saturating_mul(4))).collect();
-                specs.extend(ways);
-                specs.extend(more);
-            } else if on_cpu {
-                specs.extend(of_smoke.iter().find(is_its).cloned());
-            } else {
-                specs.extend(usual);
-            }
-        }
-    }
-    let sees = |spec: &Spec| spec.entry.casts.unseen_of(scene.kinds()).is_empty();
-    specs.retain(|spec| spec.entry.casts == Casts::NONE || sees(spec));
-    Ok(specs)
-}
-
-/// The specs that can be the answer, as far as is known before anything is measured. In a scene of meshes alone, a
-/// technique that also sees smoke or hair is left out: it draws the opaque maps of `shadow-map`, answers from them
-/// alone, and makes its smoke maps besides.
-fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
-    let has_maps = |spec: &Spec| spec.keys().any(|key| key.name == OPAQUE);
-    let is_map = |spec: &Spec| has_maps(spec) && !spec.entry.casts.particles && !spec.entry.casts.strands;
-    if scene.has_only_meshes() && specs.iter().any(is_map) {
-        specs.retain(|spec| !has_maps(spec) || is_map(spec));
-    }
-    specs
-}
-
-/// The specs that are not hopeless, and the best specs so far in half and in twice their size, since these may be
-/// better.
-fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
-    let found = best_and_extremes(rows, limits);
-    let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);
-    let mut left: Vec<usize> = (0..rows.len()).filter(|place| stays(*place)).collect();
-    if limits.flip.is_none() {
-        // Specs that differ only in shading have equal errors at points: only a picture would tell them apart. The
-        // quickest stays.
-        let is_quicker = |a: usize, b: usize| {
-            let host = |row: &Row| row.host_ns.map(|host| host.median);
-            let ns = |place: usize| rows[place].frame_ns.or(host(&rows[place])).unwrap_or(f64::INFINITY);
-            ns(a).total_cmp(&ns(b)).then(a.cmp(&b)).is_lt()
-        };
-        let others = left.clone();
-        let is_beaten = |place: usize| {
-            others.iter().any(|other| is_quicker(*other, place) && built(&specs[*other]) == built(&specs[place]))
-        };
-        left.retain(|place| found.contains(place) || !is_beaten(*place));
-    }
-    let left = left.into_iter().map(|place| specs[place].clone()).collect();
-    let is_new = |near: &Spec| specs.iter().all(|spec| spec.to_string() != near.to_string());
-    with(left, to_be_sized(rows, limits).iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
-}
-
-/// The spec without keys on which only pictures depend.
-fn built(spec: &Spec) -> String {
-    let mut keys = spec.variant();
-    keys.retain(|name, _| KEYS.iter().all(|key| key.name != name));
-    format!("{} {keys:?}", spec.entry.name)
-}
-
-/// `specs`, and behind them the specs of `more` that are not among them. With `GOBO_TEST_LITTLE`, `specs` alone.
-fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec> {
-    for near in more.into_iter().filter(|_| !little::is_asked()) {
-        if specs.iter().all(|spec| spec.to_string() != near.to_string()) {
-            specs.push(near);
-        }
-    }
-    specs
-}
-
-/// The spec in half and in twice its size, where it has a size.
-fn neighbours(spec: &Spec) -> Vec<Spec> {
-    [sized(spec, |size| size / 2), sized(spec, |size| size.saturating_mul(2))].into_iter().flatten().collect()
-}
-
-/// The spec in another size, set by the first of its size keys. None where it has no such key, or does not take that
-/// size.
-fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
-    let (name, size) = Name::SIZES.into_iter().find_map(|name| Some((name, spec.text(name).parse().ok()?)))?;
-    let mut other = spec.clone();
-    other.set(name, &of(size).to_string());
-    (other.text(name) == of(size).to_string()).then_some(other)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::{PointError, RowError};
-
-    /// Every technique that sees all of a scene is a candidate for it, and no technique that does not.
-    #[test]
-    fn each_technique_is_looked_at_where_it_sees_all() {
-        for name in ["cornell", "plume_8k", "town"] {
-            let scene = Scene::load(name, 0.0).expect(name);
-            for (on_cpu, entry) in
-                [true, false].into_iter().flat_map(|on_cpu| REGISTRY.iter().map(move |e| (on_cpu, e)))
-            {
-                let usual = runs(|runs| runs.compare, on_cpu).expect("known");
-                let specs = candidates(&scene, usual, on_cpu, false).expect("known");
-                let sees = entry.casts == Casts::NONE || entry.casts.unseen_of(scene.kinds()).is_empty();
-                assert_eq!(specs.iter().any(|spec| spec.entry.name == entry.name), sees, "{} on {name}", entry.name);
-            }
-        }
-    }
-
-    /// In a scene of meshes alone, one technique represents all techniques that draw the same opaque maps. Techniques
-    /// that keep meshes in other ways stay, and in a scene of smoke all techniques stay.
-    #[test]
-    fn opaque_maps_are_looked_at_once() {
-        let names = |name: &str| {
-            let scene = Scene::load(name, 0.0).expect(name);
-            let usual = runs(|runs| runs.compare, false).expect("known");
-            let all = candidates(&scene, usual, false, false).expect("known");
-            let names = |specs: &[Spec]| specs.iter().map(|spec| spec.entry.name).collect::<BTreeSet<_>>();
-            (names(&all), names(&without_alike(&scene, all)))
-        };
-        let (all, left) = names("houses");
-        assert!(all.contains("avsm") && all.contains("psm"), "{all:?}");
-        let stay = ["grid-query", "ism", "none", "ray-query", "shadow-map", "voxel-grid", "voxelized"];
-        assert_eq!(left, BTreeSet::from(stay));
-        let (all, left) = names("plume_8k");
-        assert_eq!(all, left);
-    }
-
-    /// Among specs that differ only in shading the quickest stays, unless FLIP is limited.
-    #[test]
-    fn shading_is_told_by_pictures_alone() {
-        let specs: Vec<Spec> = ["voxel-grid:size=64", "voxel-grid:shading=tiled,size=64", "voxel-grid:size=128"]
-            .map(|spec| parse(spec).expect(spec).remove(0))
-            .into();
-        let row = |(spec, [ms, error]): (&Spec, [f64; 2])| {
-            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
-            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
-            let technique = spec.entry.name.into();
-            Row { technique, variant: spec.variant(), frame_ns: Some(1e6 * ms), error, ..Row::default() }
-        };
-        let rows: Vec<Row> = specs.iter().zip([[2.1, 0.2], [2.0, 0.2], [4.0, 0.05]]).map(row).collect();
-        let left = |limits: Limits| {
-            let left = promising(&specs, &rows, &limits);
-            specs.iter().map(|spec| left.iter().any(|other| other.to_string() == spec.to_string())).collect::<Vec<_>>()
-        };
-        assert_eq!(left(Limits::default()), [false, true, true]);
-        assert_eq!(left(Limits { flip: Some(0.1), ..Limits::default() }), [true; 3]);
-    }
 
     /// Nothing can be chosen by a picture that was not made.
     #[test]
@@ -476,16 +312,6 @@ mod tests {
         let truth = |limits: Limits| Work { picture: [64, 36], quick: false }.coarse(COARSE, &limits).truth;
         assert_eq!(truth(Limits { flip: Some(0.1), ..Limits::default() }), Extent::Choice);
         assert_eq!(truth(Limits::default()), Extent::Glance);
-    }
-
-    #[test]
-    fn a_neighbour_is_half_or_twice_as_large() {
-        let of = |text: &str| {
-            let spec = parse(text).expect("valid").remove(0);
-            neighbours(&spec).iter().map(Spec::short).collect::<Vec<_>>()
-        };
-        assert_eq!(of("avsm:size=64"), ["avsm:size=32", "avsm:size=128"]);
-        assert!(of("ray-query").is_empty());
     }
 
     #[test]

@@ -64,6 +64,25 @@ pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     })
 }
 
+/// How much less the product of time and error of another spec of a technique may be, as a factor, and how much less its
+/// time. The most that was measured is 2.2 for the product, which is what even quantiles gain `stochastic`
+/// (docs/recommend.md).
+const GAIN: f64 = 3.0;
+const QUICKER: f64 = 1.5;
+
+/// Whether no other spec of a row's technique can be the best, the quickest or the closest row, since this one is too far from
+/// all of them. The techniques `none` and those that are not measured are not far.
+pub fn is_far(row: &Row, rows: &[Row]) -> bool {
+    let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
+    let worth = |row: &Row| point(row, &measure).map(|(time, error)| (time, error.max(CLOSE_ENOUGH)));
+    let Some((time, error)) = worth(row).filter(|_| row.technique != "none") else { return false };
+    let others: Vec<(f64, f64)> = rows.iter().filter(|other| other.technique != "none").filter_map(worth).collect();
+    let beaten = |by: &dyn Fn((f64, f64)) -> bool| others.iter().any(|other| by(*other));
+    beaten(&|(t, e)| GAIN * t * e < time * error)
+        && beaten(&|(t, _)| QUICKER * t < time)
+        && beaten(&|(_, e)| GAIN * e < error)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,6 +131,32 @@ mod tests {
             (best_and_extremes(&rows[..8], &none), to_be_sized(&rows[..8], &none)),
             (vec![1, 6, 4, 7], vec![1, 4, 6])
         );
+    }
+
+    /// Far are those beyond each of the three, and neither no shadow nor what was not measured.
+    #[test]
+    fn what_is_far_in_each_is_far() {
+        let of = |technique: &str, ms: f64, error: f64| {
+            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
+            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
+            Row { technique: technique.into(), frame_ns: Some(ms * 1e6), error, ..Row::default() }
+        };
+        let rows = [
+            of("none", 0.1, 0.5),
+            of("psm", 1.0, 0.01),
+            // Exact: closer than 0.001 is worth no more.
+            of("grid-query", 20.0, 0.0),
+            of("moments", 1.6, 0.02),
+            // As far in the product, and nearly as quick.
+            of("beer-shadow-map", 1.4, 0.03),
+            // As far in the product, and not much farther off than the closest.
+            of("uncompressed", 30.0, 0.002),
+            // Not far in the product.
+            of("avsm", 2.9, 0.01),
+            Row { status: Status::Failed, ..of("ism", 9.0, 0.9) },
+        ];
+        let far: Vec<&str> = rows.iter().filter(|row| is_far(row, &rows)).map(|row| row.technique.as_str()).collect();
+        assert_eq!(far, ["moments"]);
     }
 
     /// Where FLIP is limited and no picture was made, errors at points alone drop no row. Where a picture was made, a

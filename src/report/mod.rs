@@ -57,7 +57,7 @@ pub use changes::{Fails, bencher, changes_json, changes_table, junit};
 pub use counts::counts;
 pub use curve::curve;
 pub use devices::{devices_answer, devices_csv, devices_json, devices_markdown, devices_page};
-pub use first_look::{best_and_extremes, is_hopeless, to_be_sized};
+pub use first_look::{best_and_extremes, is_far, is_hopeless, to_be_sized};
 pub use footprints::footprints;
 pub use page::page;
 pub use panels::{Panel, Paper, panels, with_scale};

@@ -34,6 +34,11 @@ struct Broken {
 }
 
 impl Limits {
+    /// Whether nothing is limited.
+    pub fn are_none(&self) -> bool {
+        self.ms.is_none() && self.error.is_none() && self.flip.is_none() && self.bytes.is_none()
+    }
+
     /// The kind of error that is compared: FLIP where only FLIP is limited.
     pub(super) fn measure(&self, rows: &[(usize, &Row)]) -> Measure {
         let measure = measure_of_any(rows);

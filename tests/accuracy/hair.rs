@@ -12,6 +12,9 @@ const SIZE: u32 = 128;
 /// steeply as the lowest that so many nodes can reach does.
 #[test]
 fn avsm_suits_hair() {
+    if crate::support::is_costly("avsm_suits_hair") {
+        return;
+    }
     gpu_test("avsm_suits_hair", |context| {
         let mut scene = Scene::load("hair", 20.0).expect("built in");
         scene.meshes.clear();

@@ -157,6 +157,9 @@ fn faces_agree_across_their_edges() {
 /// Each light is looked up as if it were alone, by every path of every technique.
 #[test]
 fn lights_do_not_disturb_each_other() {
+    if crate::support::is_costly("lights_do_not_disturb_each_other") {
+        return;
+    }
     let name = "lights_do_not_disturb_each_other";
     gpu_test(name, |context| {
         let mut scene = scenes::four_lights();

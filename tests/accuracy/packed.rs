@@ -8,6 +8,9 @@ use gobo::scene::{Scene, View};
 /// None of the map errors grows by more than a twentieth.
 #[test]
 fn packing_adds_little_to_the_errors() {
+    if crate::support::is_costly("packing_adds_little_to_the_errors") {
+        return;
+    }
     let name = "packing_adds_little_to_the_errors";
     let Some(data) = shared_data(name) else { return };
     gpu_test(name, |context| {

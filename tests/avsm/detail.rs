@@ -281,6 +281,9 @@ fn tight_nodes(built: &Built, blocks: usize) -> Vec<NodeData> {
 /// Tight curves are the full ones, rounded once.
 #[test]
 fn tight_curves_are_rounded_once() {
+    if crate::support::is_costly("tight_curves_are_rounded_once") {
+        return;
+    }
     gpu_test("tight_curves_are_rounded_once", |context| {
         for (scene, path) in
             [(scenes::random(), "two-pass"), (scenes::strands(), "binned"), (scenes::random(), "binned")]
@@ -319,6 +322,9 @@ fn tight_curves_are_rounded_once() {
 /// The order of the casters is no matter, and no build takes more than it may.
 #[test]
 fn adaptive_maps_have_no_order() {
+    if crate::support::is_costly("adaptive_maps_have_no_order") {
+        return;
+    }
     gpu_test("adaptive_maps_have_no_order", |context| {
         for scene in [scenes::random(), scenes::strands()] {
             let mut turned = scene.clone();

@@ -34,6 +34,9 @@ fn points() -> Vec<[f32; 3]> {
 /// Without meshes nothing is hidden, and the bytes of every answer are the same. A cone of 12° sees a part of the casters.
 #[test]
 fn skipping_changes_no_answer() {
+    if crate::support::is_costly("skipping_changes_no_answer") {
+        return;
+    }
     gpu_test("skipping_changes_no_answer", |context| {
         let cases = [
             scenes::spot([0.0, 0.5, 4.0], 12.0, scenes::random()),

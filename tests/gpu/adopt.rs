@@ -87,6 +87,9 @@ struct Answered {
 /// own; buffers that are too small grow over the frames, and after that nothing does.
 #[test]
 fn techniques_answer_as_on_a_device_of_their_own() {
+    if crate::support::is_costly("techniques_answer_as_on_a_device_of_their_own") {
+        return;
+    }
     const TEST: &str = "techniques_answer_as_on_a_device_of_their_own";
     let specs = [
         "avsm:path=binned,size=64",

@@ -74,6 +74,9 @@ fn recorded(foreign: &mut Foreign, context: &Context, scene: &Scene, spec: &Spec
 
 #[test]
 fn every_path_is_only_recorded() {
+    if crate::support::is_costly("every_path_is_only_recorded") {
+        return;
+    }
     const TEST: &str = "every_path_is_only_recorded";
     let mut own = Vec::new();
     gpu_test(TEST, |context| {
@@ -271,6 +274,9 @@ fn refused(context: &Context) {
 
 #[test]
 fn consumers_are_only_recorded() {
+    if crate::support::is_costly("consumers_are_only_recorded") {
+        return;
+    }
     const TEST: &str = "consumers_are_only_recorded";
     let mut own = Consumed::default();
     gpu_test(TEST, |context| own = submitted(context));

@@ -25,9 +25,22 @@ fn channel(picture: &Picture, color: usize) -> impl Iterator<Item = f32> {
     picture.pixels.iter().map(move |pixel| pixel[color])
 }
 
+/// How far a color of two pictures is apart, in the mean.
+fn apart(a: &Picture, b: &Picture, color: usize) -> f64 {
+    let off = channel(a, color).zip(channel(b, color)).map(|(a, b)| f64::from(a - b).abs());
+    off.sum::<f64>() / a.pixels.len() as f64
+}
+
+/// What pictures of the same answers may be apart: less than half a step of half floats near 1, in which some devices
+/// blend. Answers themselves differ by the order of sums, in the last bits of floats.
+const HALF_A_STEP: f64 = 2e-4;
+
 /// Each channel of a picture is that of the scene by hand, drawn alone; with fog over it too.
 #[test]
 fn each_channel_of_a_picture_is_that_of_a_scene_made_by_hand() {
+    if crate::support::is_costly("each_channel_of_a_picture_is_that_of_a_scene_made_by_hand") {
+        return;
+    }
     let test = "each_channel_of_a_picture_is_that_of_a_scene_made_by_hand";
     gpu_test(test, |context| {
         let both = Both::of(all_kinds(), 4);
@@ -50,15 +63,11 @@ fn each_channel_of_a_picture_is_that_of_a_scene_made_by_hand() {
                     both.grey.iter().zip(&by_hand).map(|(grey, by_hand)| drawn(grey, by_hand.as_ref())).collect();
                 for (color, expected) in expected.iter().enumerate() {
                     for (found, expected) in [(&found.0, &expected.0), (&found.1, &expected.1)] {
-                        let off =
-                            channel(found, color).zip(channel(expected, color)).map(|(a, b)| f64::from(a - b).abs());
-                        let mean = off.sum::<f64>() / found.pixels.len() as f64;
-                        assert!(mean < 2e-4, "{text}, {shading:?}, {lighting:?}, color {color}: {mean}");
+                        let mean = apart(found, expected, color);
+                        assert!(mean < HALF_A_STEP, "{text}, {shading:?}, {lighting:?}, color {color}: {mean}");
                     }
                 }
-                let apart =
-                    channel(&expected[0].0, 0).zip(channel(&expected[1].0, 0)).map(|(a, b)| f64::from(a - b).abs());
-                assert!(apart.sum::<f64>() / found.0.pixels.len() as f64 > 0.01, "the scenes look different");
+                assert!(apart(&expected[0].0, &expected[1].0, 0) > 0.01, "the scenes look different");
             }
         }
     });
@@ -69,23 +78,28 @@ fn each_channel_of_a_picture_is_that_of_a_scene_made_by_hand() {
 fn pictures_are_those_of_the_reference() {
     let test = "pictures_are_those_of_the_reference";
     gpu_test(test, |context| {
-        let scene = Both::of(all_kinds(), 4).inks;
-        let camera = View::camera(&scene.camera, &scene, SIZE);
-        let casters = Casters::new(&scene);
-        let reference = picture(&casters, &scene, &camera);
+        let both = Both::of(all_kinds(), 4);
         let air = Fog { extinction: 0.1, steps: 8 };
-        let foggy = true_fog(&casters, &camera, &reference, &air, |light, at| casters.arriving_colors(light, at));
-        for text in those_that_run(test, context, ["uncompressed:size=256"]) {
-            let technique = built(context, &scene, text);
-            let renderer = renderer(context, &scene);
+        // Without fog and with it: how far each color is from the reference.
+        let off = |scene: &Scene, text: &str| {
+            let camera = View::camera(&scene.camera, scene, SIZE);
+            let casters = Casters::new(scene);
+            let reference = picture(&casters, scene, &camera);
+            let foggy = true_fog(&casters, &camera, &reference, &air, |light, at| casters.arriving_colors(light, at));
+            let technique = built(context, scene, text);
+            let renderer = renderer(context, scene);
             let clear = renderer.picture(&technique.answer(), Shading::Forward, Lighting::Fragment).expect("drawn");
             renderer.fog(&technique.answer(), &air).expect("fog");
-            for (found, reference) in [(clear, &reference), (renderer.read().expect("read"), &foggy)] {
-                for color in 0..3 {
-                    let off =
-                        channel(&found, color).zip(channel(reference, color)).map(|(a, b)| f64::from(a - b).abs());
-                    let mean = off.sum::<f64>() / found.pixels.len() as f64;
-                    assert!(mean < 4e-3, "{text}, color {color}: {mean}");
+            let drawn = [(clear, reference), (renderer.read().expect("read"), foggy)];
+            drawn.map(|(found, reference)| [0, 1, 2].map(|color| apart(&found, &reference, color)))
+        };
+        for text in those_that_run(test, context, ["uncompressed:size=256"]) {
+            // Texels are off as far as in the scene by hand, which is grey.
+            let inks = off(&both.inks, text);
+            for (color, grey) in both.grey.iter().enumerate() {
+                for (found, expected) in inks.iter().zip(off(grey, text)) {
+                    let (found, expected) = (found[color], expected[color]);
+                    assert!(expected > 0.0 && found < expected + HALF_A_STEP, "{text}, {color}: {found}, {expected}");
                 }
             }
         }

@@ -228,6 +228,9 @@ fn going_round(scene: &Scene, size: [u32; 2], i: usize) -> View {
 /// one place as at another would be off by more.
 #[test]
 fn all_lights_count_on_average() {
+    if crate::support::is_costly("all_lights_count_on_average") {
+        return;
+    }
     gpu_test("all_lights_count_on_average", |context| {
         let (size, runs, frames) = ([24, 14], if all() { 1000 } else { 250 }, 4);
         let mut scene = lamps::lamps(24);

@@ -110,6 +110,9 @@ fn maps_equal_their_twin() {
 /// Whoever splats, in whatever order: the same bytes, run after run.
 #[test]
 fn paths_give_the_same_bytes() {
+    if crate::support::is_costly("paths_give_the_same_bytes") {
+        return;
+    }
     gpu_test("ism::paths_give_the_same_bytes", |context| {
         for scene in [scenes::soup(), scenes::room()] {
             for size in some([64, 32], 2) {

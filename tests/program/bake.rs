@@ -20,6 +20,9 @@ fn names(folder: &Path) -> Vec<String> {
 /// The same picture, and in a comparison the same row but for what is built.
 #[test]
 fn a_bake_is_opened_again() {
+    if crate::support::is_costly("a_bake_is_opened_again") {
+        return;
+    }
     log("exercised", "a_bake_is_opened_again", &runs("voxelized", "tiles").0);
     let (scenes, out) = (folder(), folder());
     let scene = small_scene(scenes.path());

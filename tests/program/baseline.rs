@@ -24,6 +24,9 @@ fn changed(before: &Results, folder: &Path, change: impl Fn(&mut Results)) -> St
 
 #[test]
 fn a_run_is_held_against_its_baseline() {
+    if crate::support::is_costly("a_run_is_held_against_its_baseline") {
+        return;
+    }
     log("exercised", "a_run_is_held_against_its_baseline", &runs("beer-shadow-map", "binned").0);
     let (scenes, first, out) = (folder(), folder(), folder());
     let scene = small_scene(scenes.path());

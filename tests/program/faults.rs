@@ -207,6 +207,9 @@ const BAKE: [&str; 3] = ["bake", "--technique", "voxelized:size=64"];
 
 #[test]
 fn faults_in_a_comparison() {
+    if crate::support::is_costly("faults_in_a_comparison") {
+        return;
+    }
     compare("faults_in_a_comparison", usual());
 }
 

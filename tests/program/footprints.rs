@@ -6,6 +6,9 @@ use gobo::measure::{FOOTPRINTS, Status};
 
 #[test]
 fn footprints_are_beside_errors_of_points() {
+    if crate::support::is_costly("footprints_are_beside_errors_of_points") {
+        return;
+    }
     log("exercised", "footprints_are_beside_errors_of_points", &runs("none", "lit").0);
     let out = folder();
     let specs = ["--technique", "none", "--technique", "uncompressed:size=64"];

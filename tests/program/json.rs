@@ -11,6 +11,9 @@ use serde_json::Value;
 /// JSON of a comparison, of changes since another, and of a join. Rows that are kept are printed twice, as tables and as JSON.
 #[test]
 fn compared_and_joined() {
+    if crate::support::is_costly("compared_and_joined") {
+        return;
+    }
     log("exercised", "compared_and_joined", &runs("beer-shadow-map", "binned").0);
     let (scenes, out) = (folder(), folder());
     let scene = small_scene(scenes.path());

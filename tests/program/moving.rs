@@ -70,6 +70,9 @@ fn compare_turns_the_camera() {
 /// What the device simulates it is measured and drawn as, and the truth of the host's twin is its truth.
 #[test]
 fn compare_simulates() {
+    if crate::support::is_costly("compare_simulates") {
+        return;
+    }
     log("exercised", "compare_simulates", &runs("avsm", "binned").0);
     for truth in some_usual([true, false]) {
         let out = folder();
@@ -116,6 +119,9 @@ fn compare_simulates() {
 /// The pictures of particles are those of the time, however they come there.
 #[test]
 fn render_draws_simulated_particles() {
+    if crate::support::is_costly("render_draws_simulated_particles") {
+        return;
+    }
     log("exercised", "render_draws_simulated_particles", &runs("avsm", "binned").0);
     let folder = folder();
     let scene = ["render", "fountain:particles=900", "--width", "96", "--height", "54", "--validation"];
@@ -170,6 +176,9 @@ fn times_alone_have_no_errors() {
 /// Each frame is the picture at its own time, the animation has them all, and what is printed names what was written.
 #[test]
 fn render_and_slice_write_sequences() {
+    if crate::support::is_costly("render_and_slice_write_sequences") {
+        return;
+    }
     use image::AnimationDecoder;
     log("exercised", "render_and_slice_write_sequences", &runs("avsm", "two-pass").0);
     let folder = folder();
@@ -199,6 +208,9 @@ fn render_and_slice_write_sequences() {
 /// A sequence of files is drawn and measured as each file alone is.
 #[test]
 fn files_are_frames() {
+    if crate::support::is_costly("files_are_frames") {
+        return;
+    }
     log("exercised", "files_are_frames", &runs("avsm", "binned").0);
     let folder = folder();
     for number in 0..3 {

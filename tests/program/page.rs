@@ -121,6 +121,9 @@ fn one_of_two_scenes_is_chosen() {
 
 #[test]
 fn a_reader_sees_the_answer_first() {
+    if crate::support::is_costly("a_reader_sees_the_answer_first") {
+        return;
+    }
     log("exercised", "a_reader_sees_the_answer_first", "Chromium");
     let (scenes, out) = (folder(), folder());
     let scene = small_scene(scenes.path());

@@ -37,6 +37,9 @@ fn render_is_repeatable() {
 /// bounce's picture beside the others.
 #[test]
 fn compare_traces_a_bounce() {
+    if crate::support::is_costly("compare_traces_a_bounce") {
+        return;
+    }
     log("exercised", "compare_traces_a_bounce", &runs("avsm", "binned").0);
     let folder = folder();
     let compare = ["compare", "cornell", "--vpls", "64", "--bounce", "8", "--quick", "--frames", "1", "--passes"];

@@ -49,6 +49,9 @@ fn arguments<'a>(scene: &'a Path, out: &'a Path) -> Vec<&'a str> {
 /// all is as if nothing had happened.
 #[test]
 fn a_run_ends_at_any_time_and_goes_on() {
+    if crate::support::is_costly("a_run_ends_at_any_time_and_goes_on") {
+        return;
+    }
     log("exercised", "a_run_ends_at_any_time_and_goes_on", &runs("beer-shadow-map", "binned").0);
     let (scenes, whole) = (folder(), folder());
     let scene = small_scene(scenes.path());

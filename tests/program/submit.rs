@@ -28,6 +28,9 @@ fn submitted(out: &Path, variable: (&str, &str), more: &[&str]) -> (Submission, 
 
 #[test]
 fn a_file_and_a_table() {
+    if crate::support::is_costly("a_file_and_a_table") {
+        return;
+    }
     log("exercised", "a_file_and_a_table", &runs("avsm", "two-pass").0);
     let folder = folder();
     let out = folder.path().join("mine.json");
@@ -65,6 +68,9 @@ fn a_file_and_a_table() {
 /// A file that counts, changed in every way that matters.
 #[test]
 fn what_is_marked() {
+    if crate::support::is_costly("what_is_marked") {
+        return;
+    }
     let counted =
         |path: &PathBuf| Submission::read(path).ok().filter(|s| s.marks().is_ok_and(|marks| marks.is_empty()));
     let good = community().iter().find_map(counted).expect("a file that counts");
@@ -132,6 +138,9 @@ fn what_is_marked() {
 /// Each file of results/community is one, its errors are worked out again here, and its README lists what counts.
 #[test]
 fn community_files() {
+    if crate::support::is_costly("community_files") {
+        return;
+    }
     let files = community();
     let read: Vec<Submission> = files.iter().map(|path| Submission::read(path).expect("a submission")).collect();
     let few: Option<(usize, &[&str])> = if all() { None } else { Some((2, &["plume_8k", "cornell"])) };

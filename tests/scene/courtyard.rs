@@ -60,6 +60,9 @@ fn there_are_as_many_lamps_as_are_wanted() {
 /// No lamp is in anything, or nearer to it than a hand's width, at any time that is tried.
 #[test]
 fn lamps_keep_to_the_air() {
+    if crate::support::is_costly("lamps_keep_to_the_air") {
+        return;
+    }
     let scene = courtyard(MOST, 0.0);
     let casters = Casters::new(&scene);
     let directions = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);

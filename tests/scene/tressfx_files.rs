@@ -67,6 +67,9 @@ fn both_versions_load() {
 
 #[test]
 fn broken_tressfx_is_refused() {
+    if crate::support::is_costly("broken_tressfx_is_refused") {
+        return;
+    }
     for (sample, header) in samples().iter().zip([296, 296, 160, 160]) {
         for end in 0..sample.len() {
             let words = if end >= header { " from " } else { "truncated" };

@@ -86,6 +86,21 @@ pub fn is_long(test: &str) -> bool {
     stands_aside
 }
 
+/// What a run may ask for beyond the usual loop: CI always asks for one.
+const ASKED: [&str; 7] = ["ALL", "DRAW", "KEEP", "THIRD", "VALIDATION", "LIMITS", "FEATURES"];
+
+/// Whether a test that takes seconds stands aside; it says so. It does where nothing is asked for, so that the loop of edit
+/// and test stays short: no variable, and no test by a part of its name.
+pub fn is_costly(test: &str) -> bool {
+    let is_set = |name: &str| std::env::var_os(format!("GOBO_TEST_{name}")).is_some_and(|value| !value.is_empty());
+    let names_a_test = std::env::args().skip(1).any(|argument| !argument.starts_with('-'));
+    let stands_aside = !names_a_test && !ASKED.into_iter().any(is_set);
+    if stands_aside {
+        skipped(test, "it takes seconds; CI runs it, and so do GOBO_TEST_KEEP=1 and its name");
+    }
+    stands_aside
+}
+
 /// The first case in the usual loop; elsewhere all of them.
 pub fn some_usual<T>(cases: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
     cases.into_iter().take(if is_usual() { 1 } else { usize::MAX })

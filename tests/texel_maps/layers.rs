@@ -107,6 +107,9 @@ fn equal_their_twins<const N: usize>(context: &Context, scene: &Scene, settings:
 
 #[test]
 fn layers_equal_their_twins() {
+    if crate::support::is_costly("layers_equal_their_twins") {
+        return;
+    }
     gpu_test_needing("layers_equal_their_twins", &NEEDS, |context| {
         // What is drawn in half floats rounds at each caster.
         let ways = if context.features().float32_blend { vec![Binned, Raster] } else { vec![Binned] };

@@ -143,6 +143,9 @@ fn lattices() -> Scene {
 /// would leave. Points see all of a strand or none.
 #[test]
 fn squares_see_what_lattices_leave() {
+    if crate::support::is_costly("squares_see_what_lattices_leave") {
+        return;
+    }
     gpu_test_needing("squares_see_what_lattices_leave", &[Requirement::ExtendedFormats], |context| {
         let scene = lattices();
         let world = World::new(context, &scene).expect("room for the scene");
@@ -212,6 +215,9 @@ fn bundles() -> Scene {
 /// there are: what one level is off by is not added to what the next is off by.
 #[test]
 fn levels_do_not_drift() {
+    if crate::support::is_costly("levels_do_not_drift") {
+        return;
+    }
     gpu_test_needing("levels_do_not_drift", &[], |context| {
         const SIZE: u32 = 32;
         const DEPTHS: u32 = 24;

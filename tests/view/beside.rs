@@ -5,6 +5,9 @@ use crate::*;
 /// A, the truth and B in a row are what their commands make, and below each stands how far they are apart, times the gain.
 #[test]
 fn both_stand_beside_the_truth() {
+    if crate::support::is_costly("both_stand_beside_the_truth") {
+        return;
+    }
     let Some(screen) = screen("both_stand_beside_the_truth") else { return };
     let folder = folder();
     // Two columns are left over.

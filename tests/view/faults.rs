@@ -5,6 +5,9 @@ use crate::*;
 /// What cannot be is a line, and the window goes on as it was.
 #[test]
 fn what_goes_wrong_is_a_line() {
+    if crate::support::is_costly("what_goes_wrong_is_a_line") {
+        return;
+    }
     let Some(screen) = screen("what_goes_wrong_is_a_line") else { return };
     let folder = folder();
     std::fs::write(folder.path().join("broken.toml"), "particles = 3\n").expect("written");
@@ -61,6 +64,9 @@ fn a_lost_device_is_opened_anew() {
 /// What ends it is one line and a failure.
 #[test]
 fn what_ends_it_is_one_line() {
+    if crate::support::is_costly("what_ends_it_is_one_line") {
+        return;
+    }
     let Some(screen) = screen("what_ends_it_is_one_line") else { return };
     let folder = folder();
     let fails = |output: Output, words: &[&str]| {

@@ -119,6 +119,9 @@ fn apart(a: &Picture, b: &Picture) -> f64 {
 /// another camera; and draws it as one that is made then, to the bit.
 #[test]
 fn volumes_are_looked_at_again() {
+    if crate::support::is_costly("volumes_are_looked_at_again") {
+        return;
+    }
     gpu_test("volumes_are_looked_at_again", |context| {
         let (all, alone) = puff();
         let mut world = World::new(context, &all).expect("room");
@@ -172,6 +175,9 @@ fn volumes_are_looked_at_again() {
 /// Smoke that begins: a first frame in which nothing is, then a box of even density, whose shadow has a closed form, then nothing again.
 #[test]
 fn volumes_may_begin_empty() {
+    if crate::support::is_costly("volumes_may_begin_empty") {
+        return;
+    }
     gpu_test("volumes_may_begin_empty", |context| {
         let folder = tempfile::tempdir().expect("a folder");
         for (number, density) in [(1, 0.0f32), (2, 2.0)] {
@@ -237,6 +243,9 @@ fn block(frame: usize) -> (Scene, Weak<Field>) {
 /// more than three, whatever is measured: the one that is shown, the one that is read, and the last while errors over areas are taken.
 #[test]
 fn frames_that_are_read_are_compared_as_those_in_memory() {
+    if crate::support::is_costly("frames_that_are_read_are_compared_as_those_in_memory") {
+        return;
+    }
     gpu_test("frames_that_are_read_are_compared_as_those_in_memory", |context| {
         const COUNT: usize = 5;
         let effort = Effort {

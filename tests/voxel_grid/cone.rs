@@ -11,6 +11,9 @@ const NARROW: Settings = Settings { cone: Some(0.0), ..PLAIN };
 
 #[test]
 fn cells_equal_their_twin() {
+    if crate::support::is_costly("cells_equal_their_twin") {
+        return;
+    }
     gpu_test("cells_equal_their_twin", |context| {
         for scene in all() {
             for size in some([64, 256, 128], 2) {

@@ -174,6 +174,9 @@ pub fn bits(answers: Vec<Vec<f32>>) -> Vec<Vec<u32>> {
 /// Every path, with room for more than there is, and the counts the host's or the device's: the same bytes; and so after all has moved.
 #[test]
 fn buffers_answer_as_a_scene_does() {
+    if crate::support::is_costly("buffers_answer_as_a_scene_does") {
+        return;
+    }
     gpu_test("buffers_answer_as_a_scene_does", |context| {
         let (first, next) = (scene(1, 150), scene(2, 90));
         let points = points();
@@ -207,6 +210,9 @@ fn buffers_answer_as_a_scene_does() {
 /// The five that a caller takes first, whatever `some` chose: of smoke alone, of meshes alone, and of nothing.
 #[test]
 fn what_there_is_room_for_need_not_be_there() {
+    if crate::support::is_costly("what_there_is_room_for_need_not_be_there") {
+        return;
+    }
     gpu_test("what_there_is_room_for_need_not_be_there", |context| {
         let points = points();
         let texts = [
@@ -256,6 +262,9 @@ fn what_there_is_room_for_need_not_be_there() {
 /// Strands stand behind all particles that there is room for, in another place than a scene has them.
 #[test]
 fn hair_and_smoke_answer_as_a_scene_does() {
+    if crate::support::is_costly("hair_and_smoke_answer_as_a_scene_does") {
+        return;
+    }
     gpu_test("hair_and_smoke_answer_as_a_scene_does", |context| {
         let mut scene = scenes::locks();
         scene.lights = scenes::spot([0.4, 2.0, 3.0], 70.0, scene.clone()).lights;

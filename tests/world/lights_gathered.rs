@@ -25,6 +25,9 @@ const U: f64 = 1.0 / (1 << 24) as f64;
 /// of itself, and its roots and quotients by 20 u.
 #[test]
 fn views_are_aimed_as_the_host_aims() {
+    if crate::support::is_costly("views_are_aimed_as_the_host_aims") {
+        return;
+    }
     gpu_test("views_are_aimed_as_the_host_aims", |context| {
         let mut random = Random::new(31);
         let mut any = |i: u32| {

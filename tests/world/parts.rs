@@ -168,6 +168,9 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
 /// Each change in its turn, each from what the one before left.
 #[test]
 fn what_did_not_change_is_not_built() {
+    if crate::support::is_costly("what_did_not_change_is_not_built") {
+        return;
+    }
     let name = "what_did_not_change_is_not_built";
     gpu_test(name, |context| {
         if context.features().timestamp_valid_bits == 0 {

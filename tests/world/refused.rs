@@ -11,6 +11,9 @@ use gobo::world::{Capacity, Count, Gathered, Source, World};
 /// More than there is room for, and what has no place or no size.
 #[test]
 fn what_is_no_caster_casts_nothing() {
+    if crate::support::is_costly("what_is_no_caster_casts_nothing") {
+        return;
+    }
     gpu_test("what_is_no_caster_casts_nothing", |context| {
         let good = scene(4, 60);
         let points = points();

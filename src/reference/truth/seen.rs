@@ -15,13 +15,13 @@ impl Casters<'_> {
     /// The place that `camera` sees at a point given in pixels, on a mesh or in smoke, hair and splats. If more than half of the light that
     /// arrives at the camera comes from the mesh, the place is on the mesh. Else it is where casters along the ray have taken half of the
     /// light. Without a mesh on the ray, it is where casters have taken half of the light that all of them take. None where nothing is
-    /// seen.
+    /// seen. Light is the mean of red, green and blue, of which casters may absorb one more than another.
     pub fn seen(&self, camera: &View, pixel: DVec2) -> Option<DVec3> {
         let (ray, near) = (camera.ray(pixel), f64::from(camera.near));
         let surface = self.meshes.hit(ray.origin, ray.direction).map(|hit| hit.distance);
         let far = surface.unwrap_or(f64::INFINITY).min(camera.far.into());
         let met = self.met(&ray);
-        let through = |z: f64| (-self.optical_depth_to(&ray, &met, near, z)).exp();
+        let through = |z: f64| (-self.optical_depths_to(&ray, &met, near, z)).exp().element_sum() / 3.0;
         let behind = through(far);
         let taken = if surface.is_some() { 1.0 } else { 1.0 - behind };
         if taken < LEAST {
@@ -46,26 +46,30 @@ impl Casters<'_> {
         self.all[..asked].iter().enumerate().filter_map(meets).collect()
     }
 
-    fn optical_depth_to(&self, ray: &Ray, met: &[(usize, f64, f64)], near: f64, z: f64) -> f64 {
+    /// Of red, green and blue light.
+    fn optical_depths_to(&self, ray: &Ray, met: &[(usize, f64, f64)], near: f64, z: f64) -> DVec3 {
         let of = |(i, entry, exit): &(usize, f64, f64)| {
             let (entry, exit) = (entry.max(near), exit.min(z));
-            if exit < entry { 0.0 } else { optical_depth(ray, &self.all[*i], entry, exit) }
+            let own = if exit < entry { 0.0 } else { optical_depth(ray, &self.all[*i], entry, exit) };
+            own * self.ratio_of(*i as u32)
         };
-        let volumes = self.scene.volumes.iter().map(|field| volume::optical_depth(field, ray, near, z));
-        volumes.sum::<f64>() + met.iter().map(of).sum::<f64>()
+        let volume = |(i, field)| self.ratio_of_volume(i) * volume::optical_depth(field, ray, near, z);
+        let volumes = (0..).zip(&self.scene.volumes).map(volume).sum::<DVec3>();
+        volumes + met.iter().map(of).sum::<DVec3>()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Camera;
     use crate::scene::tests::{mesh, on_the_axis};
+    use crate::scene::{Camera, Scene};
 
     /// Looks down along the axis from z = 10, at a sphere of optical depth `depth` from z = 1 to −1, over a plate at −3. Returns the z that
     /// is seen.
-    fn seen(depth: f32, plate: bool) -> Option<f64> {
+    fn seen(depth: f32, plate: bool, ratio: [f32; 3]) -> Option<f64> {
         let mut scene = on_the_axis(&[(0.0, 1.0, depth / 2.0)]);
+        scene.extinction_ratio = ratio;
         if plate {
             let corners = vec![[-9.0, -9.0, -3.0], [9.0, -9.0, -3.0], [9.0, 9.0, -3.0], [-9.0, 9.0, -3.0]];
             scene.meshes = vec![mesh(corners, vec![[0, 1, 2], [0, 2, 3]])];
@@ -83,12 +87,16 @@ mod tests {
         let near = |found: Option<f64>, expected: f64| {
             assert!(found.is_some_and(|z| (z - expected).abs() < 1e-5), "{found:?}, not {expected}");
         };
-        near(seen(4.0, true), half(4.0));
+        near(seen(4.0, true, Scene::GREY), half(4.0));
         // The smoke is too thin, so the plate behind it is seen.
-        near(seen(0.5, true), -3.0);
+        near(seen(0.5, true, Scene::GREY), -3.0);
         // Without a mesh, half of all that the smoke takes: 1 − (1 − exp(−τ)) / 2.
         let wanted = -(1.0 - 0.5 * (1.0 - (-0.5f64).exp())).ln();
-        near(seen(0.5, false), 1.0 - 2.0 * wanted / 0.5);
-        assert_eq!(seen(1e-5, false), None);
+        near(seen(0.5, false, Scene::GREY), 1.0 - 2.0 * wanted / 0.5);
+        assert_eq!(seen(1e-5, false, Scene::GREY), None);
+        // Smoke that only red light does not pass: two thirds come from the plate.
+        near(seen(4.0, true, [1.0, 0.0, 0.0]), -3.0);
+        // Smoke that only blue light passes: half has come where red and green have lost three quarters.
+        near(seen(4.0, true, [1.0, 1.0, 0.0]), 1.0 - 2.0 * 4.0f64.ln() / 4.0);
     }
 }

@@ -124,6 +124,9 @@ fn found(context: &Context, scene: &Scene, opened: &[Opened], size: u32) -> Foun
 /// On rays of all maps of all kinds of light.
 #[test]
 fn lines_are_true_and_nodes_are_on_them() {
+    if crate::support::is_costly("lines_are_true_and_nodes_are_on_them") {
+        return;
+    }
     const NAME: &str = "lines_are_true_and_nodes_are_on_them";
     gpu_test_needing(NAME, &[Requirement::FragmentStores], |context| {
         let of = |name: &str| Scene::load(name, 20.0).expect("loaded");
