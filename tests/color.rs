@@ -120,6 +120,9 @@ fn look_ups_of_a_ball_are_closed_forms() {
 /// same to the bit, and a larger extinction never leaves more.
 #[test]
 fn look_ups_are_powers_of_grey_ones() {
+    if crate::support::is_costly("look_ups_are_powers_of_grey_ones") {
+        return;
+    }
     gpu_test("look_ups_are_powers_of_grey_ones", |context| {
         let mut scene = scenes::random();
         scene.particles.truncate(150);

@@ -141,6 +141,9 @@ fn results(folder: &Path) -> Results {
 /// Everything that `compare` promises, under validation.
 #[test]
 fn compare_writes_everything() {
+    if crate::support::is_costly("compare_writes_everything") {
+        return;
+    }
     let (device, interlock) = runs("avsm", "interlock");
     if !runs("uncompressed", "list").1 {
         return support::skipped("compare_writes_everything", "needs fragmentStoresAndAtomics");

@@ -220,6 +220,9 @@ fn fibres_take_light_across_and_not_along() {
 /// Below a plate there is no light, and beside and above it that of the same scene without it: both grids are of smoke and hair alone.
 #[test]
 fn meshes_end_the_light_of_both_grids() {
+    if crate::support::is_costly("meshes_end_the_light_of_both_grids") {
+        return;
+    }
     gpu_test("meshes_end_the_light_of_both_grids", |context| {
         let bare = scenes::directional("bare", [0.0, 0.0, -1.0], scenes::random().particles);
         let mut walled = bare.clone();

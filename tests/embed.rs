@@ -204,6 +204,9 @@ fn without_subgroups(how: &How) -> How {
 /// place: a scene's views do from its first caster along x.
 #[test]
 fn answers_are_the_programs() {
+    if crate::support::is_costly("answers_are_the_programs") {
+        return;
+    }
     gpu_test("answers_are_the_programs", |context| {
         let points = points();
         for (name, how) in hows() {
@@ -228,6 +231,9 @@ fn answers_are_the_programs() {
 /// to the bit, and others than those of the light that stands.
 #[test]
 fn a_light_that_the_device_turns() {
+    if crate::support::is_costly("a_light_that_the_device_turns") {
+        return;
+    }
     const TEST: &str = "a_light_that_the_device_turns";
     gpu_test(TEST, |context| {
         let points = points();

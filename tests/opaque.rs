@@ -220,6 +220,9 @@ fn normals_of(scene: &Scene, mesh: &Mesh, points: &[[f32; 3]]) -> Vec<[f32; 3]> 
 
 #[test]
 fn occluders_shadow_what_the_reference_says() {
+    if crate::support::is_costly("occluders_shadow_what_the_reference_says") {
+        return;
+    }
     let name = "occluders_shadow_what_the_reference_says";
     gpu_test(name, |context| {
         let specs = specs(name, context);

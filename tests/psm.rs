@@ -225,6 +225,9 @@ fn voxelize_and_propagate(context: &Context, scene: &Scene, spec: &Spec, what: &
 
 #[test]
 fn fused_equals_its_twin() {
+    if crate::support::is_costly("fused_equals_its_twin") {
+        return;
+    }
     gpu_test("fused_equals_its_twin", |context| {
         for (scene, keys) in cases() {
             for storage in storages() {
@@ -280,6 +283,9 @@ fn fused_equals_its_twin_where_parts_are_listed() {
 /// Software devices take 16; runs of slices that are shared by threads are a GPU's business, and even only by luck.
 #[test]
 fn fused_equals_its_twin_with_many_threads() {
+    if crate::support::is_costly("fused_equals_its_twin_with_many_threads") {
+        return;
+    }
     gpu_test("fused_equals_its_twin_with_many_threads", |context| {
         let has = context.features().max_compute_workgroup_threads;
         for (scene, keys) in cases() {

@@ -74,6 +74,9 @@ fn difference(a: &[Body], b: &[Body]) -> Option<(usize, Body, Body)> {
 
 #[test]
 fn steps_equal_their_twin() {
+    if crate::support::is_costly("steps_equal_their_twin") {
+        return;
+    }
     gpu_test("steps_equal_their_twin", |context| {
         for particles in some([3000, 1, 64, 65, 40_000], 4) {
             let mut running = running(context, particles);
@@ -92,6 +95,9 @@ fn steps_equal_their_twin() {
 /// Held, the attractor draws the particles to its side, and with less gravity they are higher; on the device as on its twin.
 #[test]
 fn particles_go_where_they_are_pulled() {
+    if crate::support::is_costly("particles_go_where_they_are_pulled") {
+        return;
+    }
     let (particles, time_s) = (3000, 2.0);
     let pulled = |at: Option<[f64; 3]>, gravity: f64| {
         scene(particles).pulled(at.map(DVec3::from), gravity, time_s).expect("in range")

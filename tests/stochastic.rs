@@ -82,6 +82,9 @@ fn is_near(a: u32, b: u32, by: f32) -> bool {
 
 #[test]
 fn draws_equal_their_twin() {
+    if crate::support::is_costly("draws_equal_their_twin") {
+        return;
+    }
     gpu_test_needing("draws_equal_their_twin", &[Requirement::FragmentStores], |context| {
         for (scene, size) in cases() {
             for (sampling, count) in [("plain", 16), ("hash", 4)] {
@@ -113,6 +116,9 @@ fn draws_equal_their_twin() {
 /// lost there, by the twin's sums, and on almost all texels to the twin's depth.
 #[test]
 fn quantiles_equal_their_twin() {
+    if crate::support::is_costly("quantiles_equal_their_twin") {
+        return;
+    }
     gpu_test("quantiles_equal_their_twin", |context| {
         for (scene, size) in cases() {
             for count in [4, 64] {

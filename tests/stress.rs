@@ -41,6 +41,9 @@ fn cases_are_scenes() {
 /// moves, under each kind of light. What is shuffled is the same to the bit where paths promise it.
 #[test]
 fn who_loses_nothing_holds() {
+    if crate::support::is_costly("who_loses_nothing_holds") {
+        return;
+    }
     const TEST: &str = "who_loses_nothing_holds";
     gpu_test(TEST, |context| {
         let cases =

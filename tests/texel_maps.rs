@@ -303,6 +303,9 @@ fn an_infinite_texel_is_a_number() {
 /// Particles and meshes multiply, and a scene of nothing but a mesh is lit in front of it and dark behind.
 #[test]
 fn meshes_and_nothing() {
+    if crate::support::is_costly("meshes_and_nothing") {
+        return;
+    }
     gpu_test_needing("meshes_and_nothing", &[Requirement::ExtendedFormats], |context| {
         let sphere = Particle { position: [0.0, 0.0, 3.0], radius: 0.5, extinction: 1.0 };
         let mut both = scenes::directional("both", [0.0, 0.0, -1.0], vec![sphere]);

@@ -198,6 +198,9 @@ fn the_curve_is_of_what_the_pointer_is_at() {
 /// Held to the left and to the right of the camera, the attractor has the particles there.
 #[test]
 fn particles_are_seen_where_they_are_pulled() {
+    if crate::support::is_costly("particles_are_seen_where_they_are_pulled") {
+        return;
+    }
     let Some(screen) = screen("particles_are_seen_where_they_are_pulled") else { return };
     let folder = folder();
     let script = "set attractor -1.2,0,2.8\nscreenshot left.png\nset attractor 1.2,0,2.8\nscreenshot right.png\n\
@@ -358,6 +361,9 @@ fn a_slow_reference_keeps_no_frame_waiting() {
 /// A GIF has the window as it was: the picture, and beside it the panel.
 #[test]
 fn a_gif_has_the_window() {
+    if crate::support::is_costly("a_gif_has_the_window") {
+        return;
+    }
     let Some(screen) = screen("a_gif_has_the_window") else { return };
     let folder = folder();
     let script = "screenshot a.png\ngif a.gif 100\nset extinction 0.1\nscreenshot b.png\ngif a.gif 300\nquit\n";
@@ -391,6 +397,9 @@ fn a_gif_has_the_window() {
 /// What the reference or a spec has no part in is a line, and no script waits for it.
 #[test]
 fn what_has_no_answer_is_not_waited_for() {
+    if crate::support::is_costly("what_has_no_answer_is_not_waited_for") {
+        return;
+    }
     let Some(screen) = screen("what_has_no_answer_is_not_waited_for") else { return };
     let folder = folder();
     let script = "screenshot before.png\nset show wireframe\nscreenshot a.png\nset show slice\nset a reference\nscreenshot b.png\n\

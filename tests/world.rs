@@ -387,6 +387,9 @@ fn names(passes: &[PassTime]) -> Vec<&str> {
 /// Nothing is built twice for the same world, nor where the same is put in its place.
 #[test]
 fn an_unchanged_world_takes_no_pass() {
+    if crate::support::is_costly("an_unchanged_world_takes_no_pass") {
+        return;
+    }
     let name = "an_unchanged_world_takes_no_pass";
     gpu_test(name, |context| {
         let timed = context.features().timestamp_valid_bits > 0;

@@ -1,7 +1,7 @@
 //! `gobo recommend`: which technique for a scene, from rows that were measured before or are measured now.
 
 use super::candidates::{candidates, may_be_far, neighbours, one_of_each, promising, with, without_alike};
-use super::compare::{SMALL_PICTURE, default_specs};
+use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// Measures the candidates. A first look takes a spec of each technique that runs on the device for this scene, with few
+/// Measures the candidates. A first look takes a spec of each path of each technique that runs on the device for this scene, with few
 /// repeats and few points, and then the other specs of techniques that are not far from the best. The specs that may be
 /// the answer are then measured in full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
@@ -162,13 +162,18 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let repeats = if context.features().is_software() { COARSE_SOFTWARE } else { COARSE };
     let specs = without_alike(&scene, specs);
     let coarse = work.coarse(repeats, limits);
-    let (mut seen, others) = if may_be_far(&scene, limits) { one_of_each(&specs) } else { (specs, Vec::new()) };
+    let many = arguments.many_lights || has_many_lights(&scene);
+    let (mut seen, others) = if may_be_far(&scene, limits, many) { one_of_each(&specs) } else { (specs, Vec::new()) };
     let mut rows = sweep.measure(&seen, coarse, first.as_deref())?.rows;
-    let near = |spec: &&Spec| !rows.iter().any(|row| row.technique == spec.entry.name && is_far(row, &rows));
+    let near = |spec: &&Spec| rows.iter().filter(|row| row.technique == spec.entry.name).any(|row| !is_far(row, &rows));
     let others: Vec<Spec> = others.iter().filter(near).cloned().collect();
+    let rest = first.map(|folder| folder.join("others"));
+    // What an earlier run left there is not of this one.
+    if let Some(rest) = rest.as_deref().filter(|rest| !arguments.resume && rest.is_dir()) {
+        std::fs::remove_dir_all(rest).map_err(|cause| Error::output(rest, cause))?;
+    }
     if !others.is_empty() {
-        let first = first.map(|folder| folder.join("others"));
-        rows.extend(sweep.measure(&others, coarse, first.as_deref())?.rows);
+        rows.extend(sweep.measure(&others, coarse, rest.as_deref())?.rows);
         seen.extend(others);
     }
     let left = promising(&seen, &rows, limits);

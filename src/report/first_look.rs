@@ -64,23 +64,29 @@ pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     })
 }
 
-/// How much less the product of time and error of another spec of a technique may be, as a factor, and how much less its
-/// time. The most that was measured is 2.2 for the product, which is what even quantiles gain `stochastic`
-/// (docs/recommend.md).
-const GAIN: f64 = 3.0;
-const QUICKER: f64 = 1.5;
+/// How many times the best row's product of time and error, the quickest row's time and the closest row's error the first
+/// rows of a technique have, of which no other spec is looked at. In rows that were measured no spec that was best,
+/// quickest or closest is left out so (docs/recommend.md).
+const WORSE: f64 = 3.0;
+const LATER: f64 = 1.5;
 
-/// Whether no other spec of a row's technique can be the best, the quickest or the closest row, since this one is too far from
-/// all of them. The techniques `none` and those that are not measured are not far.
+/// Whether a row is too far from the best, the quickest and the closest row for another spec of its technique to be one of
+/// them. As in an answer, a row that is no closer than `none` is none of these. The technique `none` and what was not measured
+/// are not far.
 pub fn is_far(row: &Row, rows: &[Row]) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
-    let worth = |row: &Row| point(row, &measure).map(|(time, error)| (time, error.max(CLOSE_ENOUGH)));
-    let Some((time, error)) = worth(row).filter(|_| row.technique != "none") else { return false };
-    let others: Vec<(f64, f64)> = rows.iter().filter(|other| other.technique != "none").filter_map(worth).collect();
+    let points = |shadows: bool| {
+        let rows = rows.iter().filter(move |row| (row.technique != "none") == shadows);
+        rows.filter_map(|row| point(row, &measure)).collect::<Vec<_>>()
+    };
+    let dark = points(false).iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+    let worth = |(time, error): (f64, f64)| (time, error.max(CLOSE_ENOUGH));
+    let Some((time, error)) = point(row, &measure).map(worth).filter(|_| row.technique != "none") else { return false };
+    let others: Vec<(f64, f64)> = points(true).into_iter().filter(|point| point.1 < dark).map(worth).collect();
     let beaten = |by: &dyn Fn((f64, f64)) -> bool| others.iter().any(|other| by(*other));
-    beaten(&|(t, e)| GAIN * t * e < time * error)
-        && beaten(&|(t, _)| QUICKER * t < time)
-        && beaten(&|(_, e)| GAIN * e < error)
+    beaten(&|(t, e)| WORSE * t * e < time * error)
+        && beaten(&|(t, _)| LATER * t < time)
+        && beaten(&|(_, e)| WORSE * e < error)
 }
 
 #[cfg(test)]
@@ -154,6 +160,8 @@ mod tests {
             // Not far in the product.
             of("avsm", 2.9, 0.01),
             Row { status: Status::Failed, ..of("ism", 9.0, 0.9) },
+            // Quick, and no closer than no shadow: nothing is far for being slower.
+            of("translucency-map", 0.2, 0.5),
         ];
         let far: Vec<&str> = rows.iter().filter(|row| is_far(row, &rows)).map(|row| row.technique.as_str()).collect();
         assert_eq!(far, ["moments"]);

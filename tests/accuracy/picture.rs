@@ -133,6 +133,9 @@ fn the_picture_is_near_the_reference() {
 /// of sums.
 #[test]
 fn forward_and_deferred_agree() {
+    if crate::support::is_costly("forward_and_deferred_agree") {
+        return;
+    }
     gpu_test("forward_and_deferred_agree", |context| {
         let mut scene = smoke_over_ground(1.0);
         scene.meshes.push(scenes::level(1.0, 0.6, [0.4, 0.3]));

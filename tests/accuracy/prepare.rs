@@ -6,6 +6,9 @@ use gobo::measure::{Effort, Extent, Row, Status, with_case};
 /// Rows measure what they measure without, and make few pipelines more: those that a build finds it needs. What is refused is no matter.
 #[test]
 fn what_is_prepared_is_not_made_again() {
+    if crate::support::is_costly("what_is_prepared_is_not_made_again") {
+        return;
+    }
     gpu_test("what_is_prepared_is_not_made_again", |context| {
         let mut scene = scenes::random();
         scene.meshes = vec![scenes::level(-0.9, 2.0, [0.0, 0.0])];

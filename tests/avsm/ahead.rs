@@ -17,6 +17,9 @@ const SIZE: u32 = 44;
 /// more casters than a batch.
 #[test]
 fn looking_ahead_changes_nothing() {
+    if crate::support::is_costly("looking_ahead_changes_nothing") {
+        return;
+    }
     gpu_test("looking_ahead_changes_nothing", |context| {
         // Either needs at least what the other does.
         if !runs("looking_ahead_changes_nothing", context, "avsm:path=binned,resolve=cells,batch=shared") {

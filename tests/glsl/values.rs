@@ -183,6 +183,9 @@ fn smoke_is_answered_alike() {
 /// Ray queries are left out: what stands in for a structure before the set is written would have to be one.
 #[test]
 fn meshes_are_answered_alike() {
+    if crate::support::is_costly("meshes_are_answered_alike") {
+        return;
+    }
     gpu_test("meshes_are_answered_alike", |context| {
         for scene in [shapes::houses(), shapes::soup()] {
             for text in [

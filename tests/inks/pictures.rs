@@ -99,7 +99,9 @@ fn pictures_are_those_of_the_reference() {
             for (color, grey) in both.grey.iter().enumerate() {
                 for (found, expected) in inks.iter().zip(off(grey, text)) {
                     let (found, expected) = (found[color], expected[color]);
-                    assert!(expected > 0.0 && found < expected + HALF_A_STEP, "{text}, {color}: {found}, {expected}");
+                    assert!(found < expected + HALF_A_STEP, "{text}, color {color}: {found}, in grey {expected}");
+                    // As close as the closed form of a shadow is asked for in tests/color.rs.
+                    assert!(expected < 4e-3, "{text}, color {color}: {expected}");
                 }
             }
         }

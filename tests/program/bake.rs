@@ -64,6 +64,9 @@ fn a_bake_is_opened_again() {
 
 #[test]
 fn a_file_that_cannot_be_opened() {
+    if crate::support::is_costly("a_file_that_cannot_be_opened") {
+        return;
+    }
     let folder = folder();
     let (scene, out) = (small_scene(folder.path()), folder.path().join("out.png"));
     let file = folder.path().join("small.gobo");

@@ -215,6 +215,9 @@ fn faults_in_a_comparison() {
 
 #[test]
 fn faults_in_a_picture() {
+    if crate::support::is_costly("faults_in_a_picture") {
+        return;
+    }
     one_file("faults_in_a_picture", &RENDER, "out.png", usual());
 }
 

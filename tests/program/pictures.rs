@@ -123,6 +123,9 @@ fn render_fills_fog() {
 /// Light at the vertices is nearly that at each pixel; the lines of its triangles are dark, and over casters alone.
 #[test]
 fn render_draws_lines() {
+    if crate::support::is_costly("render_draws_lines") {
+        return;
+    }
     let (device, runs) = runs("any", "render --wireframe");
     if !runs {
         return crate::support::skipped("render_draws_lines", "needs tessellationShader and fillModeNonSolid");

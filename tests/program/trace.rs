@@ -47,6 +47,9 @@ fn opens_in_perfetto(trace: &Path, out: &Path) {
 
 #[test]
 fn a_trace_is_of_the_builds_that_were_timed() {
+    if crate::support::is_costly("a_trace_is_of_the_builds_that_were_timed") {
+        return;
+    }
     log("exercised", "a_trace_is_of_the_builds_that_were_timed", &runs("beer-shadow-map", "binned").0);
     let (scenes, out) = (folder(), folder());
     let (scene, path) = (small_scene(scenes.path()), out.path().join("trace.json"));

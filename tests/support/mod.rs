@@ -93,7 +93,10 @@ const ASKED: [&str; 7] = ["ALL", "DRAW", "KEEP", "THIRD", "VALIDATION", "LIMITS"
 /// and test stays short: no variable, and no test by a part of its name.
 pub fn is_costly(test: &str) -> bool {
     let is_set = |name: &str| std::env::var_os(format!("GOBO_TEST_{name}")).is_some_and(|value| !value.is_empty());
-    let names_a_test = std::env::args().skip(1).any(|argument| !argument.starts_with('-'));
+    let of_option = ["--skip", "--test-threads", "--color", "--format", "--logfile", "--shuffle-seed", "-Z"];
+    let arguments: Vec<String> = std::env::args().collect();
+    let is_name = |pair: &[String]| !pair[1].starts_with('-') && !of_option.contains(&pair[0].as_str());
+    let names_a_test = arguments.windows(2).any(is_name);
     let stands_aside = !names_a_test && !ASKED.into_iter().any(is_set);
     if stands_aside {
         skipped(test, "it takes seconds; CI runs it, and so do GOBO_TEST_KEEP=1 and its name");

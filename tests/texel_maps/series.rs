@@ -255,6 +255,9 @@ fn circles(k: usize) -> f32 {
 
 #[test]
 fn fourier_equals_its_twin() {
+    if crate::support::is_costly("fourier_equals_its_twin") {
+        return;
+    }
     gpu_test_needing("fourier_equals_its_twin", &NEEDS, |context| {
         let (parts, optical_depth) = (fourier::parts::<7>, |sums: &[f32; 7], at| fourier::optical_depth(sums, at));
         let twin = Twin { spec: "fourier:coefficients=7", parts, optical_depth, steepness: circles, answers: 1e-4 };
@@ -333,6 +336,9 @@ fn series_have_no_order() {
 /// from it on one side, and near in the middle.
 #[test]
 fn more_numbers_are_nearer_to_the_truth() {
+    if crate::support::is_costly("more_numbers_are_nearer_to_the_truth") {
+        return;
+    }
     gpu_test_needing("more_numbers_are_nearer_to_the_truth", &NEEDS, |context| {
         let scene = scenes::random();
         let truth = map_truths(&Casters::new(&scene), &scene, &View::volumes(&scene, 32)).remove(0);

@@ -11,6 +11,9 @@ fn option(command: &str, name: &str) -> Option<Vec<f64>> {
 /// Keys and mouse do what they say: by the commands that are copied, the files that are written, and what is not done after the end.
 #[test]
 fn keys_and_mouse_do_what_they_say() {
+    if crate::support::is_costly("keys_and_mouse_do_what_they_say") {
+        return;
+    }
     let Some(screen) = screen("keys_and_mouse_do_what_they_say") else { return };
     let folder = folder();
     let parts = [

@@ -39,6 +39,9 @@ fn words(grid: &VoxelGrid) -> Vec<u32> {
 /// Word for word, also where the buffer grew, and of a world that moved and moved back.
 #[test]
 fn masks_equal_their_twin() {
+    if crate::support::is_costly("masks_equal_their_twin") {
+        return;
+    }
     gpu_test("masks_equal_their_twin", |context| {
         let mut grew = false;
         // Long triangles take the twin long.

@@ -90,6 +90,9 @@ fn shared(context: &Context, scene: &Scene, size: u32) -> (u64, [Vec<usize>; 2],
 /// some leaves and bricks: of sixteen at 1024 a table for all would save an eighth, at 256 wider pointers take more than that saves. So each light has its own.
 #[test]
 fn directions_have_little_in_common() {
+    if crate::support::is_costly("directions_have_little_in_common") {
+        return;
+    }
     gpu_test("directions_have_little_in_common", |context| {
         let mut scene = shapes::houses();
         scene.lights = vec![scene.lights[0]; 3];

@@ -125,6 +125,9 @@ fn every_damage_is_refused() {
 /// What a checksum does not find: files that were written wrong. They are refused, or look-ups stay inside of them.
 #[test]
 fn no_file_leads_astray() {
+    if crate::support::is_costly("no_file_leads_astray") {
+        return;
+    }
     gpu_test("no_file_leads_astray", |context| {
         let scene = two_lights();
         let (world, good) = (world(context, &scene), bytes(context, &scene));

@@ -157,6 +157,9 @@ fn splats_of_a_buffer_are_packed() {
 /// What is shadowed by them and by smoke and hair beside them is as in a scene of the same casters, up to how their extinctions are rounded.
 #[test]
 fn splats_answer_as_a_scene_does() {
+    if crate::support::is_costly("splats_answer_as_a_scene_does") {
+        return;
+    }
     gpu_test("splats_answer_as_a_scene_does", |context| {
         let mut scene = Scene { gaussians: scenes::splats().gaussians, ..scenes::locks() };
         // Views of a light with a place measure from it, in both.

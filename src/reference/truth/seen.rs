@@ -46,7 +46,7 @@ impl Casters<'_> {
         self.all[..asked].iter().enumerate().filter_map(meets).collect()
     }
 
-    /// Of red, green and blue light.
+    /// Optical depths of red, green and blue light between the camera and `z`.
     fn optical_depths_to(&self, ray: &Ray, met: &[(usize, f64, f64)], near: f64, z: f64) -> DVec3 {
         let of = |(i, entry, exit): &(usize, f64, f64)| {
             let (entry, exit) = (entry.max(near), exit.min(z));

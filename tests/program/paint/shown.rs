@@ -132,6 +132,9 @@ fn panels_are_their_pictures() {
 /// More exposure is brighter, and the scale of speeds begins and ends with its colours.
 #[test]
 fn exposure_and_scales() {
+    if crate::support::is_costly("exposure_and_scales") {
+        return;
+    }
     log("exercised", "exposure_and_scales", &runs("avsm", "binned").0);
     let folder = folder();
     let render = |name: &str, more: &[&str]| {

@@ -46,6 +46,9 @@ fn compared(painted: &[[u8; 3]], truth: &[Option<f64>]) -> (f64, usize, f64) {
 /// At one depth and in a sweep, of each kind of light, above meshes and without.
 #[test]
 fn slices_are_the_truth() {
+    if crate::support::is_costly("slices_are_the_truth") {
+        return;
+    }
     gpu_test_needing("slices_are_the_truth", &[Requirement::FragmentStores], |_| {
         let folder = folder();
         let small = small_scene(folder.path());

@@ -22,6 +22,9 @@ const SIZE: [u32; 2] = [96, 54];
 /// Black where a ray meets no mesh, and nowhere else; elsewhere the counts, in the range that is printed.
 #[test]
 fn colours_are_counts() {
+    if crate::support::is_costly("colours_are_counts") {
+        return;
+    }
     gpu_test_needing("colours_are_counts", &[], |context| {
         let text_of = "voxelized:size=512";
         // Town has a million triangles.
