@@ -96,11 +96,12 @@ pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::measure::{PointError, RowError};
 
-    fn row(technique: &str, ms: f64, error: f64) -> Row {
+    /// A row of a frame's milliseconds and an error in space.
+    pub(in crate::report) fn row(technique: &str, ms: f64, error: f64) -> Row {
         let space = Some(PointError { mean_abs: error, ..PointError::default() });
         let error = Some(RowError { map: None, space, surface: None, casters: None, image: None });
         Row { technique: technique.into(), frame_ns: Some(ms * 1e6), error, ..Row::default() }

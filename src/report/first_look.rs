@@ -93,6 +93,7 @@ pub fn is_far(row: &Row, rows: &[Row]) -> bool {
 mod tests {
     use super::*;
     use crate::measure::{ImageError, PointError, RowError, Status};
+    use crate::report::answer::tests::row;
 
     #[test]
     fn what_is_beaten_by_far_is_hopeless() {
@@ -142,26 +143,21 @@ mod tests {
     /// Far are those beyond each of the three, and neither no shadow nor what was not measured.
     #[test]
     fn what_is_far_in_each_is_far() {
-        let of = |technique: &str, ms: f64, error: f64| {
-            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
-            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
-            Row { technique: technique.into(), frame_ns: Some(ms * 1e6), error, ..Row::default() }
-        };
         let rows = [
-            of("none", 0.1, 0.5),
-            of("psm", 1.0, 0.01),
+            row("none", 0.1, 0.5),
+            row("psm", 1.0, 0.01),
             // Exact: closer than 0.001 is worth no more.
-            of("grid-query", 20.0, 0.0),
-            of("moments", 1.6, 0.02),
+            row("grid-query", 20.0, 0.0),
+            row("moments", 1.6, 0.02),
             // As far in the product, and nearly as quick.
-            of("beer-shadow-map", 1.4, 0.03),
+            row("beer-shadow-map", 1.4, 0.03),
             // As far in the product, and not much farther off than the closest.
-            of("uncompressed", 30.0, 0.002),
+            row("uncompressed", 30.0, 0.002),
             // Not far in the product.
-            of("avsm", 2.9, 0.01),
-            Row { status: Status::Failed, ..of("ism", 9.0, 0.9) },
+            row("avsm", 2.9, 0.01),
+            Row { status: Status::Failed, ..row("ism", 9.0, 0.9) },
             // Quick, and no closer than no shadow: nothing is far for being slower.
-            of("translucency-map", 0.2, 0.5),
+            row("translucency-map", 0.2, 0.5),
         ];
         let far: Vec<&str> = rows.iter().filter(|row| is_far(row, &rows)).map(|row| row.technique.as_str()).collect();
         assert_eq!(far, ["moments"]);

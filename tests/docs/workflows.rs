@@ -1,6 +1,7 @@
 //! The workflows of .github: what they run is there, and the one to copy does what it says.
 
 use crate::commands::run;
+use crate::support::ASKED;
 use std::path::Path;
 
 fn workflow(name: &str) -> String {
@@ -49,4 +50,19 @@ fn a_release_is_what_start_says() {
     assert!(packed.contains("README.md") && packed.contains("LICENSE-*") && root.join("LICENSE-MIT").is_file());
     let start = std::fs::read_to_string(root.join("docs/guide/start.md")).expect("a page");
     assert!(start.contains("release.yml") && start.contains("without `view`"));
+}
+
+/// Tests that take seconds stand aside where nothing is asked for, so that each stage of CI that runs tests has to ask.
+#[test]
+fn stages_of_ci_ask_for_costly_tests() {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/run")).expect(".ci/run");
+    let text = text.replace("\\\n", " ");
+    let asks = |line: &str| ASKED.iter().any(|name| line.contains(&format!("GOBO_TEST_{name}=")));
+    let cases: Vec<&str> = text.lines().filter(|line| line.contains("cases=(")).collect();
+    assert!(cases.len() == 2 && cases.iter().all(|line| asks(line)), "{cases:?}");
+    let stages: Vec<&str> = text.lines().map(str::trim).filter(|line| line.starts_with("tests \"")).collect();
+    assert!(stages.len() >= 9, "{stages:?}");
+    for stage in stages {
+        assert!(asks(stage) || stage.contains("\"${cases[@]}\""), "{stage}");
+    }
 }

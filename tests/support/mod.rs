@@ -86,8 +86,8 @@ pub fn is_long(test: &str) -> bool {
     stands_aside
 }
 
-/// What a run may ask for beyond the usual loop: CI always asks for one.
-const ASKED: [&str; 7] = ["ALL", "DRAW", "KEEP", "THIRD", "VALIDATION", "LIMITS", "FEATURES"];
+/// What a run may ask for beyond the usual loop: each stage of CI asks for one (tests/docs/workflows.rs).
+pub const ASKED: [&str; 7] = ["ALL", "DRAW", "KEEP", "THIRD", "VALIDATION", "LIMITS", "FEATURES"];
 
 /// Whether a test that takes seconds stands aside; it says so. It does where nothing is asked for, so that the loop of edit
 /// and test stays short: no variable, and no test by a part of its name.
