@@ -7,10 +7,12 @@ mod drawn;
 #[path = "indirect/stable.rs"]
 mod stable;
 mod support;
+#[path = "indirect/viewed.rs"]
+mod viewed;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use gobo::gpu::{Context, Requirement};
-use gobo::lights::indirect::{VPLS, Vpls, VplsSeen, lit_by_vpls};
+use gobo::lights::indirect::{VPLS, Vpls, VplsBy, VplsSeen, lit_by_vpls};
 use gobo::measure::Status;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::indirect::{Facet, Patch, light, luminance, patch, place, unit};
@@ -163,7 +165,8 @@ fn flux_and_lights_equal_their_twin() {
             for (i, (pick, made)) in seen.picks.iter().zip(vpls.read().expect("read")).enumerate() {
                 let patch = patches[*pick as usize].as_ref().expect("it has flux");
                 let (map, _) = place(*pick, seen.side_bits);
-                let twin = light(patch, DVec3::from(seen.maps[map].opaque.origin.map(f64::from)), share);
+                let origin = DVec3::from(seen.maps[map].opaque.origin.map(f64::from));
+                let twin = light(patch, origin, luminance(patch.flux), share);
                 let (
                     LightKind::Virtual { position, normal, nearest },
                     LightKind::Virtual { position: at, normal: towards, nearest: within },
@@ -264,10 +267,10 @@ fn colours_are_kept_on_average() {
 fn a_scene_is_lit_by_them() {
     gpu_test("a_scene_is_lit_by_them", |context| {
         let cornell = Scene::load("cornell", 0.0).expect("built in");
-        let lit_by = lit_by_vpls(context, &cornell, 256).expect("lit");
+        let lit_by = lit_by_vpls(context, &cornell, 256, VplsBy::Flux).expect("lit");
         assert_eq!((lit_by.lights.len(), &*lit_by.name, &lit_by.motion), (256, "cornell-256-vpls", &Motion::Still));
         assert_eq!((&lit_by.meshes, lit_by.camera), (&cornell.meshes, cornell.camera));
-        assert_eq!(lit_by, lit_by_vpls(context, &cornell, 256).expect("lit"), "the same each time");
+        assert_eq!(lit_by, lit_by_vpls(context, &cornell, 256, VplsBy::Flux).expect("lit"), "the same each time");
         // Each stands in the room's air, on the lamp's side of something.
         let casters = Casters::new(&cornell);
         let mut hidden = 0;
@@ -288,7 +291,7 @@ fn a_scene_is_lit_by_them() {
             (&cornell, 63, "64 to 4096"),
             (&cornell, 4097, "64 to 4096"),
         ] {
-            let error = lit_by_vpls(context, scene, count).expect_err("refused").to_string();
+            let error = lit_by_vpls(context, scene, count, VplsBy::Flux).expect_err("refused").to_string();
             assert!(error.contains(words) && !error.contains('\n'), "{error}");
         }
         assert_eq!((*VPLS.start(), *VPLS.end()), (64, 4096));
@@ -306,7 +309,7 @@ fn a_scene_is_lit_by_them() {
 fn techniques_answer_for_the_same_lights() {
     gpu_test("techniques_answer_for_the_same_lights", |context| {
         let cornell = Scene::load("cornell", 0.0).expect("built in");
-        let scene = lit_by_vpls(context, &cornell, 64).expect("lit");
+        let scene = lit_by_vpls(context, &cornell, 64, VplsBy::Flux).expect("lit");
         let mut specs = vec!["voxel-grid:size=64", "shadow-map:size=16"];
         if context.features().lacks(Requirement::RayQuery).is_none() {
             specs.push("ray-query");

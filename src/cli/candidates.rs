@@ -91,6 +91,19 @@ pub fn one_of_each(specs: &[Spec]) -> (Vec<Spec>, Vec<Spec>) {
     (specs(first), specs(others))
 }
 
+/// The first spec of each group whose specs differ only in keys on which pictures alone depend, and all other specs.
+pub fn one_of_each_shading(specs: &[Spec]) -> (Vec<Spec>, Vec<Spec>) {
+    let mut known = BTreeSet::new();
+    specs.iter().cloned().partition(|spec| known.insert(built(spec)))
+}
+
+/// The specs that differ in shading alone from one of `seen` that is best, quickest, closest or smallest so far.
+pub fn shadings(specs: &[Spec], seen: &[Spec], rows: &[Row]) -> Vec<Spec> {
+    let found: BTreeSet<String> =
+        best_and_extremes(rows, &Limits::default()).into_iter().map(|place| built(&seen[place])).collect();
+    specs.iter().filter(|spec| found.contains(&built(spec))).cloned().collect()
+}
+
 /// The specs that are not hopeless, and the best specs so far in half and in twice their size, since these may be
 /// better.
 pub fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
@@ -189,6 +202,42 @@ mod tests {
             assert!(avsm.len() > 2, "{avsm:?}");
             assert!(avsm.iter().all(|avsm| avsm["nodes"] == "8" && avsm["curve"] == "exponential"), "{avsm:?}");
         }
+    }
+
+    /// Every spec is in one of the two lists, no two of the first differ in shading alone, and of the second those are looked at that are
+    /// built like the best, the quickest, the closest or the smallest.
+    #[test]
+    fn each_shading_of_the_best_is_looked_at() {
+        let specs: Vec<Spec> = [
+            "none:shading=tiled",
+            "voxel-grid:shading=tiled",
+            "voxel-grid:shading=tiled,blur=off",
+            "voxel-grid:shading=tiled,march=steps",
+            "voxel-grid:shading=tiled,march=steps,blur=off",
+            "voxel-grid:shading=tiled,march=steps,dither=noise",
+            "shadow-map:shading=tiled",
+        ]
+        .map(|spec| parse(spec).expect(spec).remove(0))
+        .into();
+        let (first, others) = one_of_each_shading(&specs);
+        let same = |found: Vec<Spec>, places: &[usize]| {
+            assert!(found.iter().map(Spec::to_string).eq(places.iter().map(|place| specs[*place].to_string())));
+        };
+        same(first.clone(), &[0, 1, 3, 6]);
+        same(others.clone(), &[2, 4, 5]);
+        let row = |(spec, [ms, error]): (&Spec, [f64; 2])| {
+            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
+            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
+            let technique = spec.entry.name.into();
+            Row { technique, variant: spec.variant(), frame_ns: Some(1e6 * ms), error, ..Row::default() }
+        };
+        let rows = |ms: f64| -> Vec<Row> {
+            let figures = [[0.1, 0.9], [2.0, 0.07], [ms, 0.06], [9.0, 0.01]];
+            first.iter().zip(figures).map(row).collect()
+        };
+        // Quickest, and then neither quickest nor best.
+        same(shadings(&others, &first, &rows(1.0)), &[4, 5]);
+        same(shadings(&others, &first, &rows(2.5)), &[2]);
     }
 
     /// In a scene of meshes alone, one technique represents all techniques that draw the same opaque maps. Techniques

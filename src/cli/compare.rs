@@ -443,6 +443,7 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
     .into_iter()
     // Older files lack these conditions, so they are only there where they are on.
     .chain(effort.footprints.then(|| ("--footprints", "true".into())))
+    .chain(arguments.vpls.follow_the_view().then(|| ("--vpls-by", "view".into())))
     .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))
     .map(|(name, value)| (name.to_owned(), value))
     .collect()

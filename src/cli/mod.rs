@@ -42,7 +42,7 @@ use self::change::ChangeArguments;
 use crate::advice::advised;
 use crate::consume::parse;
 use crate::gpu::{Context, Messages, Options, fault};
-use crate::lights::indirect::{check_count, check_meshes, lit_by_vpls};
+use crate::lights::indirect::{VplsBy, check_count, check_meshes, lit_by_vpls};
 use crate::scene::{FACES, Motion, Scene, check_time};
 use crate::technique::Spec;
 use crate::{Error, Result};
@@ -152,12 +152,20 @@ struct VplArgument {
     /// Replace the scene's lights by N virtual lights, 64 to 4096: the light that its meshes reflect
     #[arg(long, value_name = "N")]
     vpls: Option<u32>,
+    /// Where virtual lights are: as dense as the light that leaves surfaces, or as what of it comes to what the camera sees
+    #[arg(long, value_name = "BY", requires = "vpls", value_enum, default_value_t)]
+    vpls_by: VplsBy,
 }
 
 impl VplArgument {
     /// Whether the scene's lights are to be replaced.
     fn is_given(&self) -> bool {
         self.vpls.is_some()
+    }
+
+    /// Whether virtual lights are where the camera sees their light.
+    fn follow_the_view(&self) -> bool {
+        self.is_given() && self.vpls_by == VplsBy::View
     }
 
     /// Checks, before a device is opened, that so many virtual lights are allowed, and that these scenes can have them.
@@ -172,7 +180,7 @@ impl VplArgument {
     fn light(&self, context: &Context, states: &mut [Scene]) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         for state in states {
-            *state = lit_by_vpls(context, state, count).map_err(|error| match error {
+            *state = lit_by_vpls(context, state, count, self.vpls_by).map_err(|error| match error {
                 Error::Input { .. } => error.with_way_out("leave --vpls out, or name another scene"),
                 error => error,
             })?;

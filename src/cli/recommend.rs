@@ -1,6 +1,8 @@
 //! `gobo recommend`: which technique for a scene, from rows that were measured before or are measured now.
 
-use super::candidates::{candidates, may_be_far, neighbours, one_of_each, promising, with, without_alike};
+use super::candidates::{
+    candidates, may_be_far, neighbours, one_of_each, one_of_each_shading, promising, shadings, with, without_alike,
+};
 use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
@@ -144,8 +146,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Measures the candidates. A first look takes a spec of each path of each technique that runs on the device for this scene, with few
-/// repeats and few points, and then the other specs of techniques that are not far from the best. The specs that may be
-/// the answer are then measured in full.
+/// repeats and few points, and then the other specs of techniques that are not far from the best. Where no technique can be far, it takes
+/// every spec in one shading, and then the best in the others. The specs that may be the answer are then measured in full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
@@ -163,10 +165,19 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let specs = without_alike(&scene, specs);
     let coarse = work.coarse(repeats, limits);
     let many = arguments.many_lights || has_many_lights(&scene);
-    let (mut seen, others) = if may_be_far(&scene, limits, many) { one_of_each(&specs) } else { (specs, Vec::new()) };
+    let by_technique = may_be_far(&scene, limits, many);
+    let (mut seen, others) = match (by_technique, limits.are_none()) {
+        (true, _) => one_of_each(&specs),
+        (false, true) => one_of_each_shading(&specs),
+        // What is slow in one shading may be within the limits in another.
+        (false, false) => (specs, Vec::new()),
+    };
     let mut rows = sweep.measure(&seen, coarse, first.as_deref())?.rows;
     let near = |spec: &&Spec| rows.iter().filter(|row| row.technique == spec.entry.name).any(|row| !is_far(row, &rows));
-    let others: Vec<Spec> = others.iter().filter(near).cloned().collect();
+    let others: Vec<Spec> = match by_technique {
+        true => others.iter().filter(near).cloned().collect(),
+        false => shadings(&others, &seen, &rows),
+    };
     let rest = first.map(|folder| folder.join("others"));
     // What an earlier run left there is not of this one.
     if let Some(rest) = rest.as_deref().filter(|rest| !arguments.resume && rest.is_dir()) {

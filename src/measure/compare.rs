@@ -7,7 +7,7 @@ use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
 use super::points::of_each_light;
 use super::steadiness::ClockMeter;
-use super::timed::{LookupTimes, TimedBuilds};
+use super::timed::{LookupTimes, Ran, TimedBuilds};
 use super::truth::{Known, LitPicture, Truth, Wanted};
 use super::turning::references;
 use super::{Extent, PassCount, Row, RowError, Status, Timing, picture_error};
@@ -247,9 +247,13 @@ impl Case<'_> {
         self.context.features().require(lighting.requires())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
-        let first = opened.build(&self.world)?;
-        (row.first_ns, row.first_host_ns) = (first.device_ns, Some(first.host_ns));
-        let mut timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
+        let first = Ran::of(|| {
+            let built = opened.build(&self.world)?;
+            row.first_ns = built.device_ns;
+            Ok(built)
+        })?;
+        row.first_host_ns = Some(first.host_ns);
+        let mut timed = self.time_builds(&mut opened, spec.entry.lifetime, shading, first)?;
         row.host_ns = Timing::of(&timed.host_ns());
         row.build_ns = Timing::of(&self.device_ns(&timed, spec.entry.lifetime));
         row.passes = [&timed.moves, &timed.passes()].into_iter().flat_map(|passes| pass_timings(passes)).collect();

@@ -24,8 +24,15 @@ const BAKE_BUDGET: Duration = Duration::from_secs(2);
 /// When to stop repeating a build of each frame: maps of a thousand lights take minutes each on a software device.
 const FRAME_BUDGET: Duration = Duration::from_secs(60);
 
-/// When to stop repeating where rows are only compared for a choice: a few repeats are enough to see a difference.
+/// When to stop repeating where rows are only compared for a choice: a few repeats are enough to see a difference. A software device has
+/// no clock rate to reach in that time.
 const CHOICE_BUDGET: Duration = Duration::from_secs(5);
+const SOFTWARE_CHOICE_BUDGET: Duration = Duration::from_secs(2);
+
+/// Whether one build that took so long is enough for a choice on a software device.
+pub(super) fn is_enough_for_a_choice(host_ns: f64) -> bool {
+    host_ns > SOFTWARE_CHOICE_BUDGET.as_nanos() as f64
+}
 
 /// How many builds warm up, how many are timed, and for how long.
 pub struct Repeats {
@@ -53,8 +60,9 @@ impl Repeats {
     }
 
     /// The same in a shorter time, for a row that is only compared for a choice.
-    pub fn of_choice(self) -> Self {
-        Self { budget: self.budget.min(CHOICE_BUDGET), ..self }
+    pub fn of_choice(self, software: bool) -> Self {
+        let budget = if software { SOFTWARE_CHOICE_BUDGET } else { CHOICE_BUDGET };
+        Self { budget: self.budget.min(budget), ..self }
     }
 
     /// Calls `build` with the number of the frame and whether the build is timed. Returns the results of the timed
@@ -175,6 +183,19 @@ mod tests {
         assert!((1..=3).contains(&timed) && frames.len() <= 4, "{timed} timed of {frames:?}");
         let endless = Repeats { budget: Duration::from_secs(3600), ..repeats };
         assert_eq!(run(&endless, Duration::ZERO).0, 30);
+    }
+
+    /// A choice repeats for a shorter time, and never for longer than a row that is measured.
+    #[test]
+    fn a_choice_is_made_sooner() {
+        let budget = |software, lifetime| {
+            let repeats = Repeats::of(lifetime, software, 0, 2);
+            (repeats.budget.as_secs(), repeats.of_choice(software).budget.as_secs())
+        };
+        assert_eq!(budget(false, Lifetime::Frame), (60, 5));
+        assert_eq!(budget(true, Lifetime::Frame), (60, 2));
+        assert_eq!([true, false].map(|software| budget(software, Lifetime::Baked)), [(2, 2); 2]);
+        assert_eq!([1.9e9, 2.1e9].map(is_enough_for_a_choice), [false, true]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::Timing;
 use super::compare::Case;
 use super::frames::Drawing;
 use super::passes::frame_ns;
-use super::repeats::{Repeats, SLOW_WARM_UP, WARM_UP};
+use super::repeats::{Repeats, SLOW_WARM_UP, WARM_UP, is_enough_for_a_choice};
 use super::steadiness::{Steadiness, Watch};
 use crate::Result;
 use crate::consume::{Asked, Query, Shading};
@@ -95,7 +95,7 @@ pub struct Ran {
 }
 
 impl Ran {
-    fn of(build: impl FnOnce() -> Result<Built>) -> Result<Self> {
+    pub(super) fn of(build: impl FnOnce() -> Result<Built>) -> Result<Self> {
         let began = Instant::now();
         build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
     }
@@ -134,13 +134,23 @@ impl Timed {
 }
 
 impl Case<'_> {
-    /// Times builds. Where the times are not steady, times them once more and keeps the steadier of the two.
+    /// Times builds. Where the times are not steady, times them once more and keeps the steadier of the two. On a software device `first`,
+    /// the first build of all, is enough for a choice where it took long: a second one would take as long.
     pub(super) fn time_builds(
         &mut self,
         technique: &mut Opened,
         lifetime: Lifetime,
         shading: Shading,
+        first: Ran,
     ) -> Result<Timed> {
+        let stands_still = self.frames.count() == 1 && self.simulation.is_none();
+        let software = self.context.features().is_software();
+        if stands_still && software && self.effort.is_choice() && is_enough_for_a_choice(first.host_ns) {
+            let mut timed = Timed::default();
+            timed.built.clock = self.context.calibrate();
+            timed.built.builds.push(BuildTimes { each: first, whole: None });
+            return Ok(timed);
+        }
         let first = self.time_builds_once(technique, lifetime, shading)?;
         // Slow builds have few samples, and more would take as long again. A software device's times are for ratios.
         let long = first.host_ns().iter().sum::<f64>() > AGAIN_BUDGET.as_nanos() as f64;
@@ -177,7 +187,7 @@ impl Case<'_> {
         let mut watch = Watch::begin(&meter);
         let mut looked = 0;
         let repeats = Repeats::of(lifetime, software, self.effort.warm_up, count);
-        let repeats = if self.effort.is_choice() { repeats.of_choice() } else { repeats };
+        let repeats = if self.effort.is_choice() { repeats.of_choice(software) } else { repeats };
         // A device without work to build, as where only the camera moves, is idle: its clock then says nothing.
         let works = Cell::new(false);
         let slow = Cell::new(false);

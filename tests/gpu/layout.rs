@@ -11,6 +11,7 @@ use gobo::consume::many_lights::{FrameData, QueueData};
 use gobo::consume::{FieldData, ReservoirData, SlotData};
 use gobo::gpu::Shader;
 use gobo::grid::{GridData, ListTotals};
+use gobo::lights::indirect::ViewPointData;
 use gobo::maps::{
     BinTotals, Extents, ItemData, Map, OpaqueDraw, OpaqueItem, OpaqueTotals, SegmentData, Survey, TilePart,
 };
@@ -63,6 +64,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
             "Light",
             twin!(LightData, position, kind, direction, cos_cone, radiance, falloff, first_map, map_count, has_opaque),
         ),
+        ("ViewPoint", twin!(ViewPointData, position, area, normal, weight, is_open)),
         ("Reservoir", twin!(ReservoirData, light, weight, frames, z, normal)),
         ("FieldPlace", twin!(FieldData, origin, extinction, rows, size, first_slot, color, last_slot, first_block)),
         ("FieldSlot", twin!(SlotData, block, number)),

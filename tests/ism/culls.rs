@@ -4,7 +4,7 @@ use crate::maps::{points, stand};
 use crate::support::{all, gpu_test};
 use crate::{built, scenes};
 use glam::DVec3;
-use gobo::lights::indirect::lit_by_vpls;
+use gobo::lights::indirect::{VplsBy, lit_by_vpls};
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::ism::splat::{Culling, Taken, is_before, is_seen};
 use gobo::scene::Scene;
@@ -56,7 +56,8 @@ impl Counts {
 fn culls_take_what_they_say() {
     gpu_test("ism::culls_take_what_they_say", |context| {
         let lit = |name: &str| {
-            lit_by_vpls(context, &Scene::load(name, 0.0).expect("built in"), 64).expect("its lights shine on meshes")
+            lit_by_vpls(context, &Scene::load(name, 0.0).expect("built in"), 64, VplsBy::Flux)
+                .expect("its lights shine on meshes")
         };
         let mut cases = vec![scenes::soup(), scenes::room()];
         if all() {

@@ -1,6 +1,6 @@
 #version 460
-// Makes virtual lights from the chosen texels: each has an equal share of all flux, in its texel's colour. Inputs: picks, maps, triangles,
-// lights. Output: virtual lights. Twin: reference::twin::indirect::light.
+// Makes virtual lights from the chosen texels: each has an equal share of what texels were drawn by, in its texel's colour and flux. Inputs:
+// picks, fluxes, maps, triangles, lights. Output: virtual lights. Twin: reference::twin::indirect::light.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"
 
@@ -28,7 +28,8 @@ void main() {
     }
     uint texel = picks[i];
     Patch lit = texel == NO_TEXEL ? NO_PATCH : patch_of(texel);
-    float own = luminance(lit.flux);
+    // What the texel was drawn by: the luminance of its flux, or that times its importance.
+    float own = texel == NO_TEXEL ? 0.0 : fluxes[texel];
     uvec2 total = starts[map_count << SIDE_BITS];
     float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
     // The area that has one light's share of the flux, over pi; but at least the texel's own, where several lights

@@ -5,6 +5,7 @@
 #include "maps/scene.glsl"
 #include "maps/opaque.glsl"
 #include "consume/surface.glsl"
+#include "lights/indirect/luminance.glsl"
 #include "lights/indirect/texels.glsl"
 
 // set 1: indirect_lit
@@ -66,7 +67,4 @@ Patch patch_of(uint texel) {
     crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / slant;
     return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
 }
-
-// The weight by which patches are chosen: luminance by Rec. 709.
-float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 #endif

@@ -1,21 +1,25 @@
 //! Virtual point lights, made on the device from a world and its lights. Each light's view gets a reflective shadow map; texels of all maps
-//! become virtual lights, with a probability in proportion to their flux. Sources: Keller 1997, *Instant radiosity*; Dachsbacher and
-//! Stamminger 2005, *Reflective shadow maps*. Twin: reference::twin::indirect.
+//! become virtual lights, with a probability in proportion to their flux, or to what of it comes to the picture. Sources: Keller 1997, *Instant
+//! radiosity*; Dachsbacher and Stamminger 2005, *Reflective shadow maps*; Ritschel et al. 2011, *Making imperfect shadow maps
+//! view-adaptive*. Twin: reference::twin::indirect.
 
 mod lit;
 mod passes;
+mod viewed;
 
-pub use lit::{VPLS, check_count, check_meshes, lit_by_vpls};
+pub use lit::{VPLS, VplsBy, check_count, check_meshes, lit_by_vpls};
+pub use viewed::{POINTS_ACROSS, ViewPointData};
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
-use crate::scene::{Light, LightKind};
+use crate::scene::{Light, LightKind, View};
 use crate::shaders::set;
 use crate::world::{LightData, World};
 use glam::DVec3;
 use lit::check_has_meshes;
 use passes::Kernels;
+use viewed::Viewed;
 
 /// Texels per side of a map, at most, as a power of 2. With one map and 1,024 virtual lights, this is 64 texels per virtual light.
 const MOST_SIDE_BITS: u32 = 8;
@@ -47,6 +51,7 @@ pub struct Vpls {
     picks: Buffer,
     lights: Buffer,
     kernels: Kernels,
+    viewed: Option<Viewed>,
 }
 
 impl Vpls {
@@ -56,6 +61,18 @@ impl Vpls {
     /// [`crate::Error::Input`] where the count is out of range or there is no mesh; [`crate::Error::Refused`] where the device has no room
     /// for the maps of all lights; [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, count: u32) -> Result<Self> {
+        Self::with_camera(context, world, count, None)
+    }
+
+    /// As [`Vpls::new`]; but virtual lights are denser, and the less bright, where more of their light comes to what `camera` sees.
+    ///
+    /// # Errors
+    /// As [`Vpls::new`].
+    pub fn by_view(context: &Context, world: &World, count: u32, camera: &View) -> Result<Self> {
+        Self::with_camera(context, world, count, Some(camera))
+    }
+
+    fn with_camera(context: &Context, world: &World, count: u32, camera: Option<&View>) -> Result<Self> {
         check_count(count)?;
         check_has_meshes(world.triangle_capacity() > 0, world.name())?;
         let side_bits = side_bits(world.map_count() as u32);
@@ -82,9 +99,33 @@ impl Vpls {
             virtual_lights: &lights,
         };
         let drawn = drawn.bind(context, "indirect.drawn")?;
-        let kernels = Kernels::new(context, [maps.scene(), &lit, &drawn], side_bits)?;
+        let sets = [maps.scene(), &lit, &drawn];
+        let kernels = Kernels::new(context, sets, side_bits)?;
+        let viewed = |camera| Viewed::new(context, world, sets, [rows as u32, side_bits], camera);
+        let viewed = camera.map(viewed).transpose()?;
         let context = context.clone();
-        Ok(Self { context, count, side_bits, maps, seen, fluxes, greatest, sums, starts, picks, lights, kernels })
+        Ok(Self {
+            context,
+            count,
+            side_bits,
+            maps,
+            seen,
+            fluxes,
+            greatest,
+            sums,
+            starts,
+            picks,
+            lights,
+            kernels,
+            viewed,
+        })
+    }
+
+    /// Follows another camera from the next record on; of no effect on virtual lights of [`Vpls::new`].
+    pub fn look(&mut self, camera: &View) {
+        if let Some(viewed) = &mut self.viewed {
+            viewed.camera = *camera;
+        }
     }
 
     /// Records all passes, which make the virtual lights of the world as it is now. Nothing is read back between them.
@@ -95,6 +136,7 @@ impl Vpls {
         self.maps.fit(commands, world)?;
         self.map(commands, world);
         self.flux(commands);
+        self.weigh(commands, world);
         self.sums(commands);
         self.scan(commands);
         self.draw(commands);
@@ -160,7 +202,7 @@ pub struct VplsSeen {
     /// Per texel, the number of the triangle that the light sees, plus 1; 0 where it sees none. The maps follow each other, and each map is
     /// stored row by row.
     pub triangles: Vec<u32>,
-    /// Per texel, the luminance of its flux.
+    /// Per texel, the luminance of its flux; of [`Vpls::by_view`], weighed by its importance.
     pub fluxes: Vec<f32>,
     /// The greatest of these fluxes, as the bits of a float.
     pub greatest: u32,
@@ -172,6 +214,20 @@ pub struct VplsSeen {
     pub picks: Vec<u32>,
     /// The virtual lights.
     pub lights: Vec<LightData>,
+    /// What they follow, of [`Vpls::by_view`].
+    pub view: Option<ViewSeen>,
+}
+
+/// What virtual lights follow: see [`VplsSeen`].
+pub struct ViewSeen {
+    /// Per point, row by row, the number of the triangle that the camera sees, plus 1.
+    pub numbers: Vec<u32>,
+    /// The points.
+    pub points: Vec<ViewPointData>,
+    /// Per texel, the light that comes from it to all points, per flux.
+    pub importances: Vec<f32>,
+    /// The mean importance of all flux.
+    pub mean: f32,
 }
 
 impl Vpls {
@@ -198,6 +254,7 @@ impl Vpls {
             starts: self.starts.read(self.starts.bytes() as usize / 8)?,
             picks: words(&self.picks)?,
             lights: self.lights.read(self.count as usize)?,
+            view: self.viewed.as_ref().map(Viewed::seen).transpose()?,
         })
     }
 

@@ -19,12 +19,12 @@ push_struct! {
 }
 
 push_struct! {
-    /// Twin: FluxPush in glsl/lights/indirect/flux.comp.
+    /// Twin: FluxPush in glsl/lights/indirect/flux.comp and weigh.comp.
     pub(super) struct FluxPush { texel_count: u32 }
 }
 
 push_struct! {
-    /// Twin: SumsPush in glsl/lights/indirect/sums.comp and scan.comp.
+    /// Twin: SumsPush in glsl/lights/indirect/sums.comp, scan.comp, importance.comp and mean.comp.
     pub(super) struct SumsPush { row_count: u32 }
 }
 
@@ -37,7 +37,7 @@ push_struct! {
 }
 
 /// Threads per workgroup, in passes over texels or lights.
-const THREADS: u32 = 64;
+pub(super) const THREADS: u32 = 64;
 
 pub(super) struct Kernels {
     map: Kernel<SeenPush>,
@@ -105,6 +105,13 @@ impl Vpls {
         let [x, y] = groups(u64::from(self.texels() / THREADS));
         let push = FluxPush { texel_count: self.texels() };
         commands.pass("indirect.flux", |pass| pass.dispatch(&self.kernels.flux, &push, [x, y, 1]));
+    }
+
+    /// Weighs the flux of each texel by the camera, where virtual lights follow it.
+    pub(super) fn weigh(&self, commands: &mut Commands, world: &World) {
+        if let Some(viewed) = &self.viewed {
+            viewed.record(commands, world, [self.rows(), self.texels()], &self.greatest);
+        }
     }
 
     /// Units of flux of each row of texels.

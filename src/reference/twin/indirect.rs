@@ -10,8 +10,11 @@ const LEAST_EXPONENT: u32 = 27;
 /// Twin: LIFT in glsl/lights/indirect/lights.comp.
 const LIFT: f64 = 1e-5;
 
-/// Twin: LEAST_COSINE.
+/// Twin: LEAST_COSINE there and in view_points.comp.
 const LEAST_COSINE: f64 = 0.1;
+
+/// Twin: BY_FLUX in glsl/lights/indirect/weigh.comp.
+const BY_FLUX: f64 = 0.25;
 
 /// A texel's map, and its place in that map. Twin: glsl/lights/indirect/texels.glsl.
 pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
@@ -140,10 +143,67 @@ pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// The virtual light that stands for a patch, scaled so that its flux has the luminance `share`. The view of the light that lit the patch
-/// begins at `origin`. Twin: glsl/lights/indirect/lights.comp.
-pub fn light(patch: &Patch, origin: DVec3, share: f64) -> Light {
-    let own = luminance(patch.flux);
+/// A point that the camera sees. Twin: ViewPoint in glsl/lights/indirect/view.glsl.
+pub struct ViewPoint {
+    /// World units.
+    pub position: DVec3,
+    /// Area of the surface that the point stands for, over π.
+    pub area: f64,
+    /// Unit length; on the outside of what is closed.
+    pub normal: DVec3,
+    /// Luminance of the albedo.
+    pub weight: f64,
+    /// Lit from either side.
+    pub is_open: bool,
+}
+
+/// The point of a facet that the camera sees through pixel `at` of a picture of `across` × `across` pixels. Twin:
+/// glsl/lights/indirect/view_points.comp.
+pub fn view_point(camera: &View, across: u32, facet: &Facet, at: [u32; 2]) -> ViewPoint {
+    let camera = View { width: across, height: across, ..*camera };
+    let ray = camera.ray(DVec2::from(at.map(f64::from)) + 0.5);
+    let [a, b, c] = facet.corners;
+    let outside = if facet.side < 0 { -1.0 } else { 1.0 };
+    let normal = outside * (b - a).cross(c - a).normalize_or_zero();
+    let z_all = facet.corners.map(|corner| camera.axes(corner).z);
+    let (nearest, farthest) = (z_all[0].min(z_all[1]).min(z_all[2]), z_all[0].max(z_all[1]).max(z_all[2]));
+    let z = (a - ray.origin).dot(normal) / ray.direction.dot(normal);
+    let z = if z >= nearest { z.min(farthest) } else { nearest };
+    let slant = ray.direction.length();
+    let cosine = (ray.direction.dot(normal).abs() / slant).max(LEAST_COSINE);
+    let scale = f64::from(camera.scale_x) * f64::from(camera.scale_y);
+    let crossed = 4.0 * z * z / (camera.texels() as f64 * scale.abs() * slant * std::f64::consts::PI);
+    ViewPoint {
+        position: ray.at(z),
+        area: crossed / cosine,
+        normal,
+        weight: luminance(facet.albedo),
+        is_open: facet.side == 0,
+    }
+}
+
+/// The light that a patch of flux 1 sends to all points, as the picture has it, without what stands between. Twin: light_to in
+/// glsl/lights/indirect/view.glsl.
+pub fn importance(patch: &Patch, points: &[ViewPoint]) -> f64 {
+    let light_to = |point: &ViewPoint| {
+        let offset = point.position - patch.position;
+        let squared = offset.length_squared();
+        let (sent, met) = (offset.dot(patch.normal).max(0.0), -offset.dot(point.normal));
+        let met = if point.is_open { met.abs() } else { met.max(0.0) };
+        if squared > 0.0 { point.weight * sent * met / (squared * (squared + point.area)) } else { 0.0 }
+    };
+    points.iter().map(light_to).sum()
+}
+
+/// What a texel is drawn by, of that flux and importance, where all flux has the importance `mean` on average. Twin:
+/// glsl/lights/indirect/weigh.comp.
+pub fn weight(flux: f64, importance: f64, mean: f64) -> f64 {
+    flux * (BY_FLUX + (1.0 - BY_FLUX) * if mean > 0.0 { importance / mean } else { 1.0 })
+}
+
+/// The virtual light that stands for a patch that was drawn by `own`, of which each light has `share`. The view of the light that lit the
+/// patch begins at `origin`. Twin: glsl/lights/indirect/lights.comp.
+pub fn light(patch: &Patch, origin: DVec3, own: f64, share: f64) -> Light {
     let nearest = (patch.crossed / patch.cosine.max(LEAST_COSINE) * (share / own).max(1.0)).sqrt();
     let lift = LIFT * (patch.position.abs().max_element() + patch.position.distance(origin));
     let position = patch.position + lift * patch.normal;

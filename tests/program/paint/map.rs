@@ -4,7 +4,7 @@ use super::rgb8;
 use crate::support::{gpu_test_needing, some};
 use crate::{folder, ok, text};
 use glam::DVec3;
-use gobo::lights::indirect::lit_by_vpls;
+use gobo::lights::indirect::{VplsBy, lit_by_vpls};
 use gobo::reference::truth::Meshes;
 use gobo::scene::{LightKind, Mesh, Scene};
 use std::f64::consts::PI;
@@ -99,7 +99,7 @@ fn a_map_is_what_rays_find() {
         let of = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
         let area: f64 =
             scene.meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(move |t| of(corners(mesh, t)))).sum();
-        let lights = lit_by_vpls(context, &scene, 64).expect("lit").lights;
+        let lights = lit_by_vpls(context, &scene, 64, VplsBy::Flux).expect("lit").lights;
         let folder = folder();
         let out = folder.path().join("map.png");
         let specs = [("fill=on", true), ("fill=off,culling=off", false), ("fill=off", true)];

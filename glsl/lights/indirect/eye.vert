@@ -1,0 +1,13 @@
+#version 460
+// Draws the meshes as the camera sees them, for the points that virtual lights are to light. Inputs: camera, triangles. Outputs: position,
+// the triangle.
+#include "consume/camera_push.glsl"
+#include "consume/surface.glsl"
+#include "maps/scene.glsl"
+
+layout(location = 0) flat out uint triangle;
+
+void main() {
+    triangle = gl_VertexIndex / 3;
+    gl_Position = surface_place(pushed_camera(), triangles[triangle].corners[gl_VertexIndex % 3]);
+}

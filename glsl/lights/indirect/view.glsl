@@ -1,0 +1,30 @@
+// The points that the camera sees, and how much light of a patch comes to them. Sources: Ritschel et al. 2011 (that what is seen weighs
+// the texels of a reflective shadow map); Wallace, Elmquist and Haines 1989 (light between a point and a disc). Twin:
+// reference::twin::indirect::importance.
+#ifndef LIGHTS_INDIRECT_VIEW_GLSL
+#define LIGHTS_INDIRECT_VIEW_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// Points across and down the picture, evenly. Twin: lights::indirect::POINTS_ACROSS.
+const uint POINTS_ACROSS = 16u;
+const uint POINTS = POINTS_ACROSS * POINTS_ACROSS;
+
+// Twin: lights::indirect::ViewPointData.
+struct ViewPoint {
+    vec3 position;
+    float area;     // of the surface that the point stands for, over pi
+    vec3 normal;    // of unit length; outside of what is closed
+    float weight;   // luminance of the albedo; 0 where the camera sees no mesh
+    uint is_open;   // 1: lit from either side
+};
+
+// The light that a patch of flux 1 sends to a point, as the picture has it, without what stands between. The point is a disc, so that it
+// has a bound.
+float light_to(ViewPoint point, vec3 position, vec3 normal) {
+    vec3 offset = point.position - position;
+    float squared = dot(offset, offset);
+    float sent = max(dot(offset, normal), 0.0), met = -dot(offset, point.normal);
+    met = point.is_open != 0u ? abs(met) : max(met, 0.0);
+    return squared > 0.0 ? point.weight * sent * met / (squared * (squared + point.area)) : 0.0;
+}
+#endif

@@ -1,0 +1,37 @@
+#version 460
+// Weighs each texel's flux by how much of it comes to what the camera sees. Inputs: importances, mean_importance. Outputs: fluxes, the
+// greatest. Twin: reference::twin::indirect::weight. Source: Ritschel et al. 2011, Making imperfect shadow maps view-adaptive; the share
+// that is drawn by flux alone: Veach and Guibas 1995 (defensive sampling).
+#include "lights/indirect/drawn.glsl"
+#include "lights/indirect/weighed.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
+
+// The share of virtual lights that flux alone decides: no light is then brighter than 1 / this of what it has by flux. Twin:
+// reference::twin::indirect.
+const float BY_FLUX = 0.25;
+
+const float BRIGHTEST = 1e30;
+
+shared uint most;
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) {
+        most = 0u;
+    }
+    barrier();
+    uint texel = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
+    if (texel < texel_count) {
+        // Where nothing comes to what is seen, all weigh by flux.
+        float by_view = mean_importance > 0.0 ? importances[texel] / mean_importance : 1.0;
+        float weight = min(fluxes[texel] * (BY_FLUX + (1.0 - BY_FLUX) * by_view), BRIGHTEST);
+        fluxes[texel] = weight;
+        atomicMax(most, floatBitsToUint(weight));
+    }
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        atomicMax(greatest, most);
+    }
+}
