@@ -157,7 +157,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let work = Work::of(arguments.quick, context.features());
     if arguments.thorough {
         let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
-        return sweep.measure(&with(specs, near), work.effort(THOROUGH), arguments.out.as_deref());
+        return sweep.measure(&with(specs, near), work.effort(THOROUGH), arguments.out.as_deref(), &[]);
     }
     // Rows of the first look are kept too, so that a resumed run makes the same choice.
     let first = arguments.out.as_ref().map(|out| out.join("first-look"));
@@ -172,7 +172,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
         // What is slow in one shading may be within the limits in another.
         (false, false) => (specs, Vec::new()),
     };
-    let mut rows = sweep.measure(&seen, coarse, first.as_deref())?.rows;
+    let mut rows = sweep.measure(&seen, coarse, first.as_deref(), &[])?.rows;
     let near = |spec: &&Spec| rows.iter().filter(|row| row.technique == spec.entry.name).any(|row| !is_far(row, &rows));
     let others: Vec<Spec> = match by_technique {
         true => others.iter().filter(near).cloned().collect(),
@@ -184,7 +184,8 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
         std::fs::remove_dir_all(rest).map_err(|cause| Error::output(rest, cause))?;
     }
     if !others.is_empty() {
-        rows.extend(sweep.measure(&others, coarse, rest.as_deref())?.rows);
+        let more = sweep.measure(&others, coarse, rest.as_deref(), &rows)?.rows;
+        rows.extend(more);
         seen.extend(others);
     }
     let left = promising(&seen, &rows, limits);
@@ -192,7 +193,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let whole = work.effort(FINE);
     let parts = if context.features().is_software() && !arguments.quick { 4 } else { 1 };
     let fine = Effort { truth: Extent::Choice, space_points: whole.space_points / parts, lookups: 0, ..whole };
-    sweep.measure(&left, fine, arguments.out.as_deref())
+    sweep.measure(&left, fine, arguments.out.as_deref(), &rows)
 }
 
 /// How much is measured per row.
@@ -245,9 +246,9 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// Measures a row per spec. Rows are kept in `folder` as soon as they are measured; with `--resume`, rows that are
+    /// Measures a row per spec, after the rows `before`. Rows are kept in `folder` as soon as they are measured; with `--resume`, rows that are
     /// already there are kept.
-    fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>) -> Result<Results> {
+    fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>, before: &[Row]) -> Result<Results> {
         let mut results = self.none(&effort);
         let store = folder.map(Store::open).transpose()?;
         let asked: Vec<(&str, &Spec)> = specs.iter().map(|spec| (self.scene.name.as_str(), spec)).collect();
@@ -261,6 +262,7 @@ impl Sweep<'_> {
             with_case(self.context, std::slice::from_ref(self.scene), effort, |case| {
                 let to_come = specs.iter().zip(&rows).filter(|(_, row)| row.is_none()).map(|(spec, _)| spec);
                 case.prepare(&to_come.collect::<Vec<_>>())?;
+                case.learn(before);
                 for (place, spec) in specs.iter().enumerate() {
                     if rows[place].is_some() {
                         continue;

@@ -12,6 +12,7 @@ use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Requireme
 use crate::shaders::consume as shaders;
 use crate::technique::{Answer, Technique};
 use crate::{Error, Result};
+use std::cell::Cell;
 use std::rc::Rc;
 
 push_struct! {
@@ -24,6 +25,8 @@ pub struct Kernels {
     pub(super) meshes: Meshes,
     pub(super) casters: Casters,
     pub(super) volumes: Option<VolumeKernel>,
+    /// A picture was drawn by them, in a short time.
+    pub(super) is_short: Cell<bool>,
 }
 
 /// Draws the meshes.
@@ -50,6 +53,11 @@ pub(super) enum Casters {
 }
 
 impl Kernels {
+    /// Whether each pixel of a mesh asks for all light, so that some rows can be drawn without the others.
+    pub(super) fn asks_by_rows(&self) -> bool {
+        matches!(self.meshes, Meshes::Forward(_) | Meshes::Deferred { .. })
+    }
+
     /// With `shading=reservoir`, restarts at the frame number `frame` and forgets the kept lights. The frame number seeds the choice of
     /// lights; other shading ignores this call.
     pub fn begin_at(&self, frame: u32) {
@@ -143,6 +151,7 @@ impl Renderer {
                 ),
             },
             volumes: self.volume_kernel(answer)?,
+            is_short: Cell::new(false),
         })
     }
 

@@ -11,6 +11,7 @@ mod interleaved;
 mod kernels;
 mod lighting;
 pub mod many_lights;
+mod parts;
 mod passes;
 mod picture;
 mod pictures;

@@ -23,12 +23,17 @@ impl Renderer {
     }
 
     pub(super) fn meshes(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
+        self.surfaces(commands, kernels)?;
+        self.lit(commands, kernels, &(0..self.color.size()[1]));
+        self.backdrop(commands);
+        Ok(())
+    }
+
+    /// What each pixel sees, and its light where that is not asked for row by row.
+    pub(super) fn surfaces(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
         match &kernels.meshes {
-            Meshes::Forward(forward) => self.forward(commands, forward),
-            Meshes::Deferred { gbuffer, deferred } => {
-                gbuffer.record(commands, self);
-                self.deferred(commands, deferred);
-            }
+            Meshes::Forward(_) => {}
+            Meshes::Deferred { gbuffer, .. } => gbuffer.record(commands, self),
             Meshes::Tiled { gbuffer, tiles, asking } => {
                 let push = tiles.begin(&self.camera)?;
                 gbuffer.record(commands, self);
@@ -44,47 +49,71 @@ impl Renderer {
                 reservoirs.record(commands, &self.camera);
             }
         }
-        self.backdrop(commands);
         Ok(())
     }
 
+    /// Some rows of the meshes' light, where each pixel asks for all of it.
+    pub(super) fn lit(&self, commands: &mut Commands, kernels: &Kernels, rows: &Range<u32>) {
+        match &kernels.meshes {
+            Meshes::Forward(forward) => self.forward(commands, forward, rows),
+            Meshes::Deferred { deferred, .. } => self.deferred(commands, deferred, rows),
+            _ => {}
+        }
+    }
+
     pub(super) fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
+        self.sort(commands, kernels);
+        self.paint(commands, kernels);
+    }
+
+    /// Puts casters in the order in which they are drawn.
+    pub(super) fn sort(&self, commands: &mut Commands, kernels: &Kernels) {
         // A technique that paints casters sorts them for itself.
         if !matches!(kernels.casters, Casters::Sliced(_)) {
             self.blending.record(commands, &self.camera);
         }
+    }
+
+    pub(super) fn paint(&self, commands: &mut Commands, kernels: &Kernels) {
         match &kernels.casters {
-            Casters::Fragment(channels) => self.caster(commands, channels, kernels),
+            Casters::Fragment(channels) => self.caster(commands, channels, kernels, &(0..self.color.size()[1])),
             Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
             Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),
             Casters::Sliced(sliced) => sliced.record(commands, self),
         }
     }
 
-    pub(super) fn forward(&self, commands: &mut Commands, kernel: &Kernel) {
+    /// The first rows clear all targets.
+    fn forward(&self, commands: &mut Commands, kernel: &Kernel, rows: &Range<u32>) {
+        let first = |clear: [f32; 4]| (rows.start == 0).then_some(clear);
         commands.pass("consume.forward", |pass| {
             let colors = [
-                Target { image: &self.color, clear: self.sky() },
-                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
+                Target { image: &self.color, clear: first(self.sky()) },
+                Target { image: &self.distance, clear: first([self.camera.far; 4]) },
             ];
-            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
+            let depth = Target { image: &self.depth, clear: first([1.0; 4]) };
             pass.render(self.color.size(), &colors, Some(depth), |draw| {
+                draw.clip([0, rows.start], [self.color.size()[0], rows.end - rows.start]);
                 draw.draw(kernel, &(), self.triangle_vertices, 1);
             });
         });
     }
 
-    pub(super) fn deferred(&self, commands: &mut Commands, kernel: &Kernel) {
+    fn deferred(&self, commands: &mut Commands, kernel: &Kernel, rows: &Range<u32>) {
         commands.pass("consume.deferred", |pass| {
-            let colors = [Target { image: &self.color, clear: self.sky() }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 3, 1));
+            let colors = [Target { image: &self.color, clear: (rows.start == 0).then_some(self.sky()) }];
+            pass.render(self.color.size(), &colors, None, |draw| {
+                draw.clip([0, rows.start], [self.color.size()[0], rows.end - rows.start]);
+                draw.draw(kernel, &(), 3, 1);
+            });
         });
     }
 
-    fn caster(&self, commands: &mut Commands, channels: &[Kernel], kernels: &Kernels) {
+    pub(super) fn caster(&self, commands: &mut Commands, channels: &[Kernel], kernels: &Kernels, rows: &Range<u32>) {
         commands.pass("consume.caster", |pass| {
             let colors = [Target { image: &self.color, clear: None }];
             pass.render(self.color.size(), &colors, None, |draw| {
+                draw.clip([0, rows.start], [self.color.size()[0], rows.end - rows.start]);
                 for (channel, kernel) in channels.iter().enumerate() {
                     self.draw_blended(draw, kernels.volumes.as_ref(), channel, |draw, places| {
                         draw.draw_part(kernel, &(), 6 * places.start..6 * places.end);
@@ -144,7 +173,7 @@ impl Renderer {
         });
     }
 
-    pub(super) fn sky(&self) -> Option<[f32; 4]> {
-        Some([SKY[0], SKY[1], SKY[2], 1.0])
+    pub(super) fn sky(&self) -> [f32; 4] {
+        [SKY[0], SKY[1], SKY[2], 1.0]
     }
 }

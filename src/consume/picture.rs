@@ -202,14 +202,6 @@ impl Renderer {
         cameras.iter().map(&mut frame).collect()
     }
 
-    /// Draws the next frame; it stays on the device. Returns the time of each pass, the casters' last.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] where the device is lost.
-    pub fn draw(&self, kernels: &Kernels) -> Result<Vec<PassTime>> {
-        self.frame(kernels, |commands| self.casters(commands, kernels))
-    }
-
     /// Records the passes of the next frame; `commands` may be the caller's own command buffer.
     ///
     /// # Errors
@@ -233,7 +225,7 @@ impl Renderer {
     }
 
     /// Keeps this frame's camera for shading that reuses the frame before.
-    fn drawn(&self, kernels: &Kernels) {
+    pub(super) fn drawn(&self, kernels: &Kernels) {
         if let Meshes::Tiled { tiles, .. } = &kernels.meshes {
             tiles.end(&self.camera);
         }

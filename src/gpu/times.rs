@@ -26,6 +26,13 @@ pub struct PassTime {
     pub counts: Option<PassCounts>,
 }
 
+/// Puts the passes of a submission behind those before it, as if the device had gone on without a break.
+pub fn follow(passes: &mut Vec<PassTime>, next: Vec<PassTime>) {
+    let end_ns = passes.last().map_or(0.0, |pass| pass.end_ns);
+    let moved = |pass: PassTime| PassTime { start_ns: pass.start_ns + end_ns, end_ns: pass.end_ns + end_ns, ..pass };
+    passes.extend(next.into_iter().map(moved));
+}
+
 /// The timestamps of a recording; a null handle where the queue has none.
 pub(super) struct Queries {
     device: Device,

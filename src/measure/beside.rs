@@ -17,7 +17,7 @@ const SCENE: &str = "scene ";
 const FILE: &str = "file ";
 
 /// Conditions that change the world that is measured, or the work that is done.
-const WORLD: [&str; 5] = ["--moving", "--turn", "--vpls", "--vpls-by", "--validation"];
+const WORLD: [&str; 4] = ["--moving", "--turn", "--vpls", "--validation"];
 
 /// Results of one device, one driver and one edition of this program.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! How long builds, look-ups and pictures of a row take.
 
-use super::Timing;
 use super::compare::Case;
 use super::frames::Drawing;
 use super::passes::frame_ns;
-use super::repeats::{Repeats, SLOW_WARM_UP, WARM_UP, is_enough_for_a_choice};
+use super::repeats::{Repeats, SLOW_WARM_UP, WARM_UP, is_first_like_others, is_long_for_a_choice};
 use super::steadiness::{Steadiness, Watch};
+use super::{Row, Timing};
 use crate::Result;
 use crate::consume::{Asked, Query, Shading};
 use crate::gpu::{Calibration, PassTime};
@@ -134,18 +134,16 @@ impl Timed {
 }
 
 impl Case<'_> {
-    /// Times builds. Where the times are not steady, times them once more and keeps the steadier of the two. On a software device `first`,
-    /// the first build of all, is enough for a choice where it took long: a second one would take as long.
+    /// Times builds. Where the times are not steady, times them once more and keeps the steadier of the two. `first`, the first build of all,
+    /// stands for others where it [`Case::builds_once`].
     pub(super) fn time_builds(
         &mut self,
         technique: &mut Opened,
         lifetime: Lifetime,
         shading: Shading,
-        first: Ran,
+        first: Option<Ran>,
     ) -> Result<Timed> {
-        let stands_still = self.frames.count() == 1 && self.simulation.is_none();
-        let software = self.context.features().is_software();
-        if stands_still && software && self.effort.is_choice() && is_enough_for_a_choice(first.host_ns) {
+        if let Some(first) = first {
             let mut timed = Timed::default();
             timed.built.clock = self.context.calibrate();
             timed.built.builds.push(BuildTimes { each: first, whole: None });
@@ -161,6 +159,24 @@ impl Case<'_> {
         let mut best = if second.steadiness.is_steadier_than(&first.steadiness) { second } else { first };
         best.steadiness.measured_again = true;
         Ok(best)
+    }
+
+    /// Whether a row's first build is enough: the row is only compared for a choice, on a software device, the build took long, and an
+    /// earlier row of its path had a first build like the later ones ([`Case::learn`]).
+    pub(super) fn builds_once(&self, technique: &str, path: &str, first: &Ran) -> bool {
+        let stands_still = self.frames.count() == 1 && self.simulation.is_none();
+        let is_known = self.alike.contains(&(technique.to_owned(), path.to_owned()));
+        let is_long = frame_ns(&first.passes).is_some_and(is_long_for_a_choice);
+        stands_still && self.context.features().is_software() && self.effort.is_choice() && is_known && is_long
+    }
+
+    /// Learns from rows of the same scene which paths have first builds that take long, and no longer than later ones.
+    pub fn learn(&mut self, rows: &[Row]) {
+        let is_alike = |row: &&Row| {
+            let times = row.first_ns.zip(row.build_ns.map(|build| build.median));
+            times.is_some_and(|(first, later)| is_long_for_a_choice(later) && is_first_like_others(first, later))
+        };
+        self.alike.extend(rows.iter().filter(is_alike).map(|row| (row.technique.clone(), row.path.clone())));
     }
 
     /// The device's time of each build. A build without passes took no time: nothing that the technique depends on had

@@ -106,7 +106,7 @@ impl<T: Technique + ?Sized> Opened<T> {
             if let (Some(first), Some(last)) = (submitted.first(), submitted.last()) {
                 device_ns = Some(device_ns.unwrap_or(0.0) + last.end_ns - first.start_ns);
             }
-            follow(&mut passes, submitted);
+            gpu::follow(&mut passes, submitted);
             match self.technique.settle(frame)? {
                 Settled::More => {}
                 // Passes of a try for which a buffer was too small do not count as part of the build.
@@ -118,11 +118,4 @@ impl<T: Technique + ?Sized> Opened<T> {
             }
         }
     }
-}
-
-/// Puts the passes of a submission behind those before it, as if the device had gone on without a break.
-fn follow(passes: &mut Vec<PassTime>, next: Vec<PassTime>) {
-    let end_ns = passes.last().map_or(0.0, |pass| pass.end_ns);
-    let moved = |pass: PassTime| PassTime { start_ns: pass.start_ns + end_ns, end_ns: pass.end_ns + end_ns, ..pass };
-    passes.extend(next.into_iter().map(moved));
 }

@@ -3,7 +3,7 @@
 use crate::support::{built, gpu_test, is_left_out, scenes, some};
 use glam::DVec3;
 use gobo::consume::{Lighting, Renderer, Shading};
-use gobo::gpu::Context;
+use gobo::gpu::{Context, PassTime};
 use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};
 use gobo::scene::{Camera, Picture, SKY, Scene, Strand, View};
@@ -152,6 +152,40 @@ fn forward_and_deferred_agree() {
                 assert!(difference <= 1e-5, "{text}, {:?}: {difference}", scene.lights[0].kind);
                 let error = picture_error(&deferred, &reference);
                 assert!(error.rmse < 0.05, "{text}: both may be wrong alike: {error:?}");
+            }
+        }
+    });
+}
+
+/// A picture that is drawn some rows at a time, as one that takes long on a GPU is, is the picture that one submission draws.
+#[test]
+fn a_picture_in_parts_is_the_same() {
+    gpu_test("a_picture_in_parts_is_the_same", |context| {
+        let cloud = looking_down(Scene::load("cloud:samples=8", 0.0).expect("built in"));
+        let smoke = smoke_over_ground(1.0);
+        let lit = scenes::point([-1.0, 0.5, 3.0], smoke.clone());
+        let mut two = smoke.clone();
+        two.lights.extend(lit.lights);
+        let cases = [(two, "uncompressed:size=64"), (cloud, "beer-shadow-map:size=32"), (smoke, "half-angle:size=32")];
+        for (scene, spec) in some(cases, 2) {
+            let camera = View::camera(&scene.camera, &scene, SIZE);
+            let world = World::new(context, &scene).expect("room for the scene");
+            let renderer = Renderer::new(context, &world, &camera).expect("a renderer");
+            let technique = built(context, &scene, spec);
+            for shading in [Shading::Forward, Shading::Deferred, Shading::Interleaved] {
+                let kernels = renderer.kernels_of(&*technique, shading, Lighting::Fragment).expect("kernels");
+                // A GPU draws the first picture in parts, and the second in one.
+                let whole = [(); 2].map(|()| renderer.draw(&kernels).expect("drawn"));
+                let picture = renderer.read().expect("read");
+                assert!(picture.pixels.iter().any(|p| *p != SKY && *p != picture.pixels[0]), "{spec} shows something");
+                for rows in [1, 5, SIZE[1], 1000] {
+                    let times = renderer.draw_in_parts(&kernels, rows).expect("drawn");
+                    assert!(renderer.read().expect("read") == picture, "{spec}, {shading:?}, {rows} rows at first");
+                    assert!(times.windows(2).all(|pair| pair[0].end_ns <= pair[1].start_ns), "one after the other");
+                    let passes = |times: &[PassTime]| times.iter().filter(|pass| pass.name == "consume.caster").count();
+                    let is_part = passes(&whole[1]) > 0 && rows < SIZE[1];
+                    assert_eq!(passes(&times) > passes(&whole[1]), is_part, "{spec}, {rows}");
+                }
             }
         }
     });

@@ -188,3 +188,48 @@ fn lights_are_where_they_are_seen() {
         assert!(view < flux, "{view} {flux}");
     });
 }
+
+/// What all virtual lights send is what all patches send, as nearly as the weights allow: for lights that were drawn at random a channel's
+/// standard error would be the spread of flux over weight.
+#[test]
+fn light_is_kept_on_average() {
+    gpu_test("viewed::light_is_kept_on_average", |context| {
+        let mut scene = Scene::load("cornell", 0.0).expect("built in");
+        let patches = patches(&scene, &super::made(context, &scene, 64).seen().expect("read"));
+        let flux: DVec3 = patches.iter().flatten().map(|patch| patch.flux).sum();
+        let first = scene.camera;
+        let world = World::new(context, &scene).expect("room for the scene");
+        for count in [64, 1024] {
+            let mut vpls = Vpls::by_view(context, &world, count, &camera(&scene)).expect("room");
+            let (mut sums, mut errors) = (Vec::new(), Vec::new());
+            for i in 0..16 {
+                // From before the open wall, up to within the room.
+                scene.camera = first.turned(f64::from(i % 4) * 8.0 - 12.0);
+                let nearer = 1.0 - 0.2 * f64::from(i / 4);
+                scene.camera.position = first.target + nearer * (scene.camera.position - first.target);
+                vpls.look(&camera(&scene));
+                vpls.make(&world).expect("made");
+                let seen = vpls.seen().expect("read");
+                let weighed = || patches.iter().zip(&seen.fluxes).filter_map(|(patch, w)| Some((patch.as_ref()?, *w)));
+                let all: f64 = weighed().map(|(_, weight)| f64::from(weight)).sum();
+                let squares: DVec3 = weighed()
+                    .filter(|(_, weight)| *weight > 0.0)
+                    .map(|(patch, weight)| patch.flux * patch.flux * (all / f64::from(weight)))
+                    .sum();
+                errors.push(((squares - flux * flux) / f64::from(count)).powf(0.5) / flux);
+                sums.push(super::sum(&vpls.read().expect("read")) / flux);
+            }
+            let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len() as f64;
+            let (sum, error) = (mean(&sums), mean(&errors));
+            println!("{count} lights: {sum:.4} of all light, standard error of random ones {error:.4}");
+            assert!((sum - 1.0).abs().cmple(error).all(), "{sum} {error}");
+            for (sum, error) in sums.iter().zip(&errors) {
+                assert!((*sum - 1.0).abs().cmple(2.0 * *error).all(), "{sum} {error}");
+            }
+            // Another camera leaves nothing of the one before.
+            let again = vpls.read().expect("read");
+            assert!(made(context, &scene, count).read().expect("read") == again, "as if it had been made for it");
+            scene.camera = first;
+        }
+    });
+}

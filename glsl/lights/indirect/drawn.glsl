@@ -19,4 +19,10 @@ layout(set = 2, binding = 4, scalar) buffer Picks { uint picks[]; };
 
 // Where there is no flux at all.
 const uint NO_TEXEL = 0xffffffffu;
+
+// No texel counts as brighter, so that sums over all texels stay finite.
+const float BRIGHTEST = 1e30;
+
+// What a texel counts of its flux. NaN is no light.
+float counted(float flux) { return flux > 0.0 ? min(flux, BRIGHTEST) : 0.0; }
 #endif

@@ -10,9 +10,6 @@ layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
 
 shared uint most;
 
-// No texel counts as brighter, so that sums over all texels stay finite.
-const float BRIGHTEST = 1e30;
-
 void main() {
     if (gl_LocalInvocationIndex == 0u) {
         most = 0u;
@@ -20,9 +17,7 @@ void main() {
     barrier();
     uint texel = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     if (texel < texel_count) {
-        float flux = luminance(patch_of(texel).flux);
-        // NaN counts as no light.
-        flux = flux > 0.0 ? min(flux, BRIGHTEST) : 0.0;
+        float flux = counted(luminance(patch_of(texel).flux));
         fluxes[texel] = flux;
         atomicMax(most, floatBitsToUint(flux));
     }

@@ -26,8 +26,9 @@ void main() {
             float flux = fluxes[texel], importance = 0.0;
             if (flux > 0.0) {
                 Patch lit = patch_of(texel);
+                float area = patch_area(lit);
                 for (uint p = 0u; p < POINTS; ++p) {
-                    importance += light_to(points[p], lit.position, lit.normal);
+                    importance += light_to(points[p], lit.position, lit.normal, area);
                 }
             }
             importances[texel] = importance;

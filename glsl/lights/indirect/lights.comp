@@ -18,9 +18,6 @@ layout(push_constant, scalar) uniform DrawPush {
 // reflects. The share is some ten times the rounding of floats. So the surface is behind the virtual light and shadows nothing.
 const float LIFT = 1e-5;
 
-// Patches that are lit at a smaller cosine count as no larger than at this one.
-const float LEAST_COSINE = 0.1;
-
 void main() {
     uint i = gl_WorkGroupID.x * 64u + gl_LocalInvocationIndex;
     if (i >= light_count) {
@@ -34,8 +31,7 @@ void main() {
     float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
     // The area that has one light's share of the flux, over pi; but at least the texel's own, where several lights
     // share the texel.
-    float cosine = max(lit.cosine, LEAST_COSINE);
-    float area = own > 0.0 ? lit.crossed / cosine * max(share / own, 1.0) : 1.0;
+    float area = own > 0.0 ? patch_area(lit) * max(share / own, 1.0) : 1.0;
     vec3 far = abs(lit.position);
     float lift = 0.0;
     if (own > 0.0) {
@@ -46,7 +42,7 @@ void main() {
     light.kind = LIGHT_VIRTUAL;
     light.direction = lit.normal;
     light.cos_cone = 0.0;
-    light.radiance = own > 0.0 ? lit.flux * (share / own) : vec3(0.0);
+    light.radiance = own > 0.0 ? lit.flux * (share / own * min(BRIGHTEST / luminance(lit.flux), 1.0)) : vec3(0.0);
     light.falloff = 1.0 / area;
     light.first_map = 6u * i;
     light.map_count = 6u;

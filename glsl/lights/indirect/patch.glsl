@@ -67,4 +67,10 @@ Patch patch_of(uint texel) {
     crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / slant;
     return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
 }
+
+// Patches that are lit at a smaller cosine count as no larger than at this one.
+const float LEAST_COSINE = 0.1;
+
+// The area of the surface that a texel shows, over pi.
+float patch_area(Patch lit) { return lit.crossed / max(lit.cosine, LEAST_COSINE); }
 #endif

@@ -18,13 +18,16 @@ struct ViewPoint {
     uint is_open;   // 1: lit from either side
 };
 
-// The light that a patch of flux 1 sends to a point, as the picture has it, without what stands between. The point is a disc, so that it
-// has a bound.
-float light_to(ViewPoint point, vec3 position, vec3 normal) {
+// The light that a patch of flux 1 sends to a point, without what stands between. `area`: of the patch, over pi. Patch and point are discs,
+// so that it has a bound.
+float light_to(ViewPoint point, vec3 position, vec3 normal, float area) {
     vec3 offset = point.position - position;
     float squared = dot(offset, offset);
+    if (point.weight <= 0.0 || squared <= 0.0) {
+        return 0.0;
+    }
     float sent = max(dot(offset, normal), 0.0), met = -dot(offset, point.normal);
     met = point.is_open != 0u ? abs(met) : max(met, 0.0);
-    return squared > 0.0 ? point.weight * sent * met / (squared * (squared + point.area)) : 0.0;
+    return point.weight * (sent / squared) * (met / (squared + point.area + area));
 }
 #endif

@@ -13,8 +13,6 @@ layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
 // reference::twin::indirect.
 const float BY_FLUX = 0.25;
 
-const float BRIGHTEST = 1e30;
-
 shared uint most;
 
 void main() {
@@ -26,7 +24,7 @@ void main() {
     if (texel < texel_count) {
         // Where nothing comes to what is seen, all weigh by flux.
         float by_view = mean_importance > 0.0 ? importances[texel] / mean_importance : 1.0;
-        float weight = min(fluxes[texel] * (BY_FLUX + (1.0 - BY_FLUX) * by_view), BRIGHTEST);
+        float weight = counted(fluxes[texel] * (BY_FLUX + (1.0 - BY_FLUX) * by_view));
         fluxes[texel] = weight;
         atomicMax(most, floatBitsToUint(weight));
     }

@@ -6,9 +6,9 @@
 
 // set 3: indirect_weighed
 layout(set = 3, binding = 0, scalar) readonly buffer ViewPoints { ViewPoint view_points[]; };
-// Of each texel: the light that comes from it to all points, per flux.
+// Per texel: the light that comes from it to all points, per flux.
 layout(set = 3, binding = 1, scalar) buffer Importances { float importances[]; };
-// Of each row of texels: flux, and flux times importance.
+// Per row of texels: flux, and flux times importance.
 layout(set = 3, binding = 2, scalar) buffer RowFluxes { vec2 row_fluxes[]; };
 // The mean importance of all flux.
 layout(set = 3, binding = 3, scalar) buffer MeanImportance { float mean_importance; };

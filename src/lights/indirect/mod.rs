@@ -64,7 +64,8 @@ impl Vpls {
         Self::with_camera(context, world, count, None)
     }
 
-    /// As [`Vpls::new`]; but virtual lights are denser, and the less bright, where more of their light comes to what `camera` sees.
+    /// As [`Vpls::new`]; but virtual lights are denser, and the less bright, where more of their light comes to what `camera` sees, a
+    /// perspective view.
     ///
     /// # Errors
     /// As [`Vpls::new`].

@@ -138,6 +138,11 @@ pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2
     Some(Patch { position, normal, flux: facet.albedo * radiance * crossed, crossed, cosine: cosine.abs() })
 }
 
+/// The area of the surface that a texel shows, over π. Twin: patch_area.
+fn area(patch: &Patch) -> f64 {
+    patch.crossed / patch.cosine.max(LEAST_COSINE)
+}
+
 /// The luminance by which patches are chosen: Rec. 709.
 pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
@@ -182,15 +187,16 @@ pub fn view_point(camera: &View, across: u32, facet: &Facet, at: [u32; 2]) -> Vi
     }
 }
 
-/// The light that a patch of flux 1 sends to all points, as the picture has it, without what stands between. Twin: light_to in
+/// The light that a patch of flux 1 sends to all points, without what stands between. Twin: light_to in
 /// glsl/lights/indirect/view.glsl.
 pub fn importance(patch: &Patch, points: &[ViewPoint]) -> f64 {
+    let area = area(patch);
     let light_to = |point: &ViewPoint| {
         let offset = point.position - patch.position;
         let squared = offset.length_squared();
         let (sent, met) = (offset.dot(patch.normal).max(0.0), -offset.dot(point.normal));
         let met = if point.is_open { met.abs() } else { met.max(0.0) };
-        if squared > 0.0 { point.weight * sent * met / (squared * (squared + point.area)) } else { 0.0 }
+        if squared > 0.0 { point.weight * sent * met / (squared * (squared + point.area + area)) } else { 0.0 }
     };
     points.iter().map(light_to).sum()
 }
@@ -204,7 +210,7 @@ pub fn weight(flux: f64, importance: f64, mean: f64) -> f64 {
 /// The virtual light that stands for a patch that was drawn by `own`, of which each light has `share`. The view of the light that lit the
 /// patch begins at `origin`. Twin: glsl/lights/indirect/lights.comp.
 pub fn light(patch: &Patch, origin: DVec3, own: f64, share: f64) -> Light {
-    let nearest = (patch.crossed / patch.cosine.max(LEAST_COSINE) * (share / own).max(1.0)).sqrt();
+    let nearest = (area(patch) * (share / own).max(1.0)).sqrt();
     let lift = LIFT * (patch.position.abs().max_element() + patch.position.distance(origin));
     let position = patch.position + lift * patch.normal;
     Light {
