@@ -53,11 +53,6 @@ pub(super) enum Casters {
 }
 
 impl Kernels {
-    /// Whether each pixel of a mesh asks for all light, so that some rows can be drawn without the others.
-    pub(super) fn asks_by_rows(&self) -> bool {
-        matches!(self.meshes, Meshes::Forward(_) | Meshes::Deferred { .. })
-    }
-
     /// With `shading=reservoir`, restarts at the frame number `frame` and forgets the kept lights. The frame number seeds the choice of
     /// lights; other shading ignores this call.
     pub fn begin_at(&self, frame: u32) {

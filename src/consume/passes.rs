@@ -23,17 +23,12 @@ impl Renderer {
     }
 
     pub(super) fn meshes(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
-        self.surfaces(commands, kernels)?;
-        self.lit(commands, kernels, &(0..self.color.size()[1]));
-        self.backdrop(commands);
-        Ok(())
-    }
-
-    /// What each pixel sees, and its light where that is not asked for row by row.
-    pub(super) fn surfaces(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
         match &kernels.meshes {
-            Meshes::Forward(_) => {}
-            Meshes::Deferred { gbuffer, .. } => gbuffer.record(commands, self),
+            Meshes::Forward(forward) => self.forward(commands, forward),
+            Meshes::Deferred { gbuffer, deferred } => {
+                gbuffer.record(commands, self);
+                self.deferred(commands, deferred);
+            }
             Meshes::Tiled { gbuffer, tiles, asking } => {
                 let push = tiles.begin(&self.camera)?;
                 gbuffer.record(commands, self);
@@ -49,21 +44,18 @@ impl Renderer {
                 reservoirs.record(commands, &self.camera);
             }
         }
+        self.backdrop(commands);
         Ok(())
-    }
-
-    /// Some rows of the meshes' light, where each pixel asks for all of it.
-    pub(super) fn lit(&self, commands: &mut Commands, kernels: &Kernels, rows: &Range<u32>) {
-        match &kernels.meshes {
-            Meshes::Forward(forward) => self.forward(commands, forward, rows),
-            Meshes::Deferred { deferred, .. } => self.deferred(commands, deferred, rows),
-            _ => {}
-        }
     }
 
     pub(super) fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
         self.sort(commands, kernels);
-        self.paint(commands, kernels);
+        match &kernels.casters {
+            Casters::Fragment(channels) => self.caster(commands, channels, kernels, &(0..u32::MAX)),
+            Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
+            Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),
+            Casters::Sliced(sliced) => sliced.record(commands, self),
+        }
     }
 
     /// Puts casters in the order in which they are drawn.
@@ -74,48 +66,33 @@ impl Renderer {
         }
     }
 
-    pub(super) fn paint(&self, commands: &mut Commands, kernels: &Kernels) {
-        match &kernels.casters {
-            Casters::Fragment(channels) => self.caster(commands, channels, kernels, &(0..self.color.size()[1])),
-            Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
-            Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),
-            Casters::Sliced(sliced) => sliced.record(commands, self),
-        }
-    }
-
-    /// The first rows clear all targets.
-    fn forward(&self, commands: &mut Commands, kernel: &Kernel, rows: &Range<u32>) {
-        let first = |clear: [f32; 4]| (rows.start == 0).then_some(clear);
+    pub(super) fn forward(&self, commands: &mut Commands, kernel: &Kernel) {
         commands.pass("consume.forward", |pass| {
             let colors = [
-                Target { image: &self.color, clear: first(self.sky()) },
-                Target { image: &self.distance, clear: first([self.camera.far; 4]) },
+                Target { image: &self.color, clear: self.sky() },
+                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
             ];
-            let depth = Target { image: &self.depth, clear: first([1.0; 4]) };
+            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
             pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.clip([0, rows.start], [self.color.size()[0], rows.end - rows.start]);
                 draw.draw(kernel, &(), self.triangle_vertices, 1);
             });
         });
     }
 
-    fn deferred(&self, commands: &mut Commands, kernel: &Kernel, rows: &Range<u32>) {
+    pub(super) fn deferred(&self, commands: &mut Commands, kernel: &Kernel) {
         commands.pass("consume.deferred", |pass| {
-            let colors = [Target { image: &self.color, clear: (rows.start == 0).then_some(self.sky()) }];
-            pass.render(self.color.size(), &colors, None, |draw| {
-                draw.clip([0, rows.start], [self.color.size()[0], rows.end - rows.start]);
-                draw.draw(kernel, &(), 3, 1);
-            });
+            let colors = [Target { image: &self.color, clear: self.sky() }];
+            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 3, 1));
         });
     }
 
-    pub(super) fn caster(&self, commands: &mut Commands, channels: &[Kernel], kernels: &Kernels, rows: &Range<u32>) {
+    /// The casters at the places `part` of the blending order, and the volumes between them.
+    pub(super) fn caster(&self, commands: &mut Commands, channels: &[Kernel], kernels: &Kernels, part: &Range<u32>) {
         commands.pass("consume.caster", |pass| {
             let colors = [Target { image: &self.color, clear: None }];
             pass.render(self.color.size(), &colors, None, |draw| {
-                draw.clip([0, rows.start], [self.color.size()[0], rows.end - rows.start]);
                 for (channel, kernel) in channels.iter().enumerate() {
-                    self.draw_blended(draw, kernels.volumes.as_ref(), channel, |draw, places| {
+                    self.draw_blended(draw, part, kernels.volumes.as_ref(), channel, |draw, places| {
                         draw.draw_part(kernel, &(), 6 * places.start..6 * places.end);
                     });
                 }
@@ -164,7 +141,7 @@ impl Renderer {
         let colors = [Target { image: &self.color, clear: None }];
         pass.render(self.color.size(), &colors, None, |draw| {
             for channel in 0..channels {
-                self.draw_blended(draw, kernels.volumes.as_ref(), channel, |draw, places| {
+                self.draw_blended(draw, &(0..u32::MAX), kernels.volumes.as_ref(), channel, |draw, places| {
                     for (kernel, casters) in draws(channel, places) {
                         draw.draw_patches(kernel, push, casters);
                     }
@@ -173,7 +150,7 @@ impl Renderer {
         });
     }
 
-    pub(super) fn sky(&self) -> [f32; 4] {
-        [SKY[0], SKY[1], SKY[2], 1.0]
+    pub(super) fn sky(&self) -> Option<[f32; 4]> {
+        Some([SKY[0], SKY[1], SKY[2], 1.0])
     }
 }

@@ -194,20 +194,31 @@ impl Renderer {
         Ok(Some(VolumeKernel(channels.collect::<Result<_>>()?)))
     }
 
-    /// Draws casters and volumes from far to near, into one channel or all channels at once. `casters` draws a range of casters, given by
-    /// their places in the order.
+    /// Draws casters and volumes from far to near, into one channel or all channels at once: of the casters those at the places `part` of the
+    /// order, and the volumes that come before one of these, or behind the last of all. `casters` draws a range of casters, given by their
+    /// places in the order.
     pub(super) fn draw_blended<'a>(
         &self,
         draw: &mut Draw<'_, '_, 'a>,
+        part: &std::ops::Range<u32>,
         volumes: Option<&VolumeKernel>,
         channel: usize,
         mut casters: impl FnMut(&mut Draw<'_, '_, 'a>, std::ops::Range<u32>),
     ) {
+        let mut behind = 0;
         for next in &self.blending.runs {
             match next.clone() {
-                Blended::Casters(places) => casters(draw, places),
+                Blended::Casters(places) => {
+                    behind = places.end;
+                    let places = places.start.max(part.start)..places.end.min(part.end);
+                    if !places.is_empty() {
+                        casters(draw, places);
+                    }
+                }
                 Blended::Volume(volume) => {
-                    if let Some((kernel, volumes)) = volumes.zip(self.volumes.as_ref()) {
+                    let is_last = behind == self.blending.casters && part.end >= behind;
+                    let is_in_part = is_last || part.contains(&behind);
+                    if let Some((kernel, volumes)) = volumes.zip(self.volumes.as_ref()).filter(|_| is_in_part) {
                         let ratio = volumes.ratios[volume as usize];
                         draw.draw(&kernel.0[channel], &VolumePush { volume, ratio }, 3, 1);
                     }

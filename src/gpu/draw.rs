@@ -28,13 +28,6 @@ impl Draw<'_, '_, '_> {
         }
     }
 
-    /// From here on, draws cover what they did, and of it only the `size` texels from `corner` on.
-    pub fn clip(&mut self, corner: [u32; 2], size: [u32; 2]) {
-        let buffer = self.pass.commands.buffer;
-        // SAFETY: a render is begun; kernels leave the scissor to the commands.
-        unsafe { self.pass.commands.device().cmd_set_scissor(buffer, 0, &[area(corner, size)]) };
-    }
-
     /// Draws by the VkDrawIndirectCommand at `offset` of `draws`, three vertices per triangle.
     pub fn draw_indirect<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, draws: &Buffer, offset: u64) {
         self.pass.bind(kernel, push);

@@ -307,6 +307,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
             "uint[15]" => "[u32; 15]",
             "uint[3]" => "[u32; 3]",
             "uint[6]" => "[u32; 6]",
+            "vec2" => "[f32; 2]",
             "vec3" => "[f32; 3]",
             "vec4" => "[f32; 4]",
             "vec3[3]" => "[[f32; 3]; 3]",
