@@ -15,17 +15,17 @@ const PART: Duration = Duration::from_millis(250);
 /// A picture that takes no longer is drawn in one submission from then on.
 const SHORT: Duration = Duration::from_secs(1);
 
-/// The first part is this share of the casters, and no part has more than four times as many as the one before.
-const FIRST: u32 = 16;
+/// The first part has so many casters, and no part has more than four times as many as the one before.
+const FIRST: u32 = 64;
 const MORE: f64 = 4.0;
 
 /// So few casters are drawn in one submission.
 const FEW: u32 = 1024;
 
 impl Renderer {
-    /// Draws the next frame; it stays on the device. Returns the time of each pass, the casters' last. On a GPU the first frame with more than
-    /// 1,024 casters is drawn in several submissions, and so are all others if it takes a second or more: then passes `consume.caster`
-    /// draw some casters each.
+    /// Draws the next frame; it stays on the device. Returns the time of each pass, the casters' last. On a GPU the first frame that `kernels`
+    /// draw with more than 1,024 casters is drawn in several submissions, and so are all others until one takes less than a second: then
+    /// passes `consume.caster` draw some casters each.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
@@ -35,7 +35,7 @@ impl Renderer {
             return self.frame(kernels, |commands| self.casters(commands, kernels));
         }
         let began = Instant::now();
-        let times = self.draw_in_parts(kernels, casters.div_ceil(FIRST))?;
+        let times = self.draw_in_parts(kernels, FIRST)?;
         kernels.is_short.set(began.elapsed() < SHORT);
         Ok(times)
     }

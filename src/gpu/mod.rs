@@ -66,7 +66,8 @@ pub use testing::Testing;
 pub(crate) use testing::burden;
 #[cfg(feature = "view")]
 pub(crate) use testing::slow_truth;
-pub use times::{PassTime, follow};
+pub use times::PassTime;
+pub(crate) use times::follow;
 pub use tools::Tool;
 pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
 

@@ -16,7 +16,7 @@ pub(super) const ALL_PASSES: &str = "all passes";
 pub struct PassTime {
     /// The pass's label.
     pub name: String,
-    /// Device time since the first pass of the submission began, nanoseconds.
+    /// Device time since the first pass of the submission began, or of the first of several submissions, nanoseconds.
     pub start_ns: f64,
     /// Likewise.
     pub end_ns: f64,

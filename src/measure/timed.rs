@@ -11,6 +11,7 @@ use crate::consume::{Asked, Query, Shading};
 use crate::gpu::{Calibration, PassTime};
 use crate::technique::{Built, Lifetime, Opened, Technique};
 use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 /// When to stop timing look-ups, after one sample at least.
@@ -172,11 +173,7 @@ impl Case<'_> {
 
     /// Learns from rows of the same scene which paths have first builds that take long, and no longer than later ones.
     pub fn learn(&mut self, rows: &[Row]) {
-        let is_alike = |row: &&Row| {
-            let times = row.first_ns.zip(row.build_ns.map(|build| build.median));
-            times.is_some_and(|(first, later)| is_long_for_a_choice(later) && is_first_like_others(first, later))
-        };
-        self.alike.extend(rows.iter().filter(is_alike).map(|row| (row.technique.clone(), row.path.clone())));
+        self.alike = alike(rows);
     }
 
     /// The device's time of each build. A build without passes took no time: nothing that the technique depends on had
@@ -294,5 +291,43 @@ impl Case<'_> {
         }
         let warm_up = usize::from(samples.len() > 1);
         Ok(samples.split_off(warm_up))
+    }
+}
+
+/// Techniques and paths with a row whose first build took long, where it took no longer than later ones in any such row.
+fn alike(rows: &[Row]) -> BTreeSet<(String, String)> {
+    let timed = |row: &Row| {
+        let (first, later) = row.first_ns.zip(row.build_ns.map(|build| build.median))?;
+        let key = (row.technique.clone(), row.path.clone());
+        is_long_for_a_choice(first).then(|| (key, is_first_like_others(first, later)))
+    };
+    let (like, unlike): (Vec<_>, Vec<_>) = rows.iter().filter_map(timed).partition(|(_, is_like)| *is_like);
+    let keys = |rows: Vec<((String, String), bool)>| rows.into_iter().map(|(key, _)| key).collect::<BTreeSet<_>>();
+    &keys(like) - &keys(unlike)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A path is known by rows whose first build took long, and unlearned by one that took longer than the next.
+    #[test]
+    fn first_builds_are_learned_by_path() {
+        let row = |technique: &str, path: &str, first_s: f64, later_s: f64| Row {
+            technique: technique.into(),
+            path: path.into(),
+            first_ns: Some(1e9 * first_s),
+            build_ns: Timing::of(&[1e9 * later_s]),
+            ..Row::default()
+        };
+        let rows = [
+            row("shadow-map", "raster", 5.2, 5.0),
+            row("shadow-map", "compute", 9.0, 8.0),
+            row("shadow-map", "compute", 3.8, 0.1),
+            row("avsm", "binned", 0.2, 0.1),
+            Row { build_ns: None, ..row("avsm", "list", 7.0, 7.0) },
+        ];
+        let known: Vec<_> = alike(&rows).into_iter().collect();
+        assert_eq!(known, [("shadow-map".to_owned(), "raster".to_owned())]);
     }
 }

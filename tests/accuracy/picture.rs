@@ -171,6 +171,7 @@ fn a_picture_in_parts_is_the_same() {
         let cases = [
             (two, "uncompressed:size=64"),
             (both, "beer-shadow-map:size=32"),
+            (Scene::load("ink", 0.0).expect("built in"), "beer-shadow-map:size=32"),
             (cloud, "beer-shadow-map:size=32"),
             (smoke, "half-angle:size=32"),
         ];
@@ -181,7 +182,8 @@ fn a_picture_in_parts_is_the_same() {
             let technique = built(context, &scene, spec);
             for shading in [Shading::Forward, Shading::Deferred, Shading::Interleaved] {
                 let kernels = renderer.kernels_of(&*technique, shading, Lighting::Fragment).expect("kernels");
-                let whole = renderer.draw(&kernels).expect("drawn");
+                // A GPU may draw the first picture in parts, and the second in one.
+                let [_, whole] = [(); 2].map(|()| renderer.draw(&kernels).expect("drawn"));
                 let picture = renderer.read().expect("read");
                 assert!(picture.pixels.iter().any(|p| *p != SKY && *p != picture.pixels[0]), "{spec} shows something");
                 for count in [1, 5, 100_000] {

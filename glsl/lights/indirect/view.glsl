@@ -13,7 +13,7 @@ const uint POINTS = POINTS_ACROSS * POINTS_ACROSS;
 struct ViewPoint {
     vec3 position;
     float area;     // of the surface that the point stands for, over pi
-    vec3 normal;    // of unit length; outside of what is closed
+    vec3 normal;    // of unit length; on the outside of closed meshes
     float weight;   // luminance of the albedo; 0 where the camera sees no mesh
     uint is_open;   // 1: lit from either side
 };

@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
 
-// The share of virtual lights that flux alone decides: no light is then brighter than 1 / this of what it has by flux. Twin:
+// The share of virtual lights that flux alone decides: no light is then more than 1 / this times as bright as by flux. Twin:
 // reference::twin::indirect.
 const float BY_FLUX = 0.25;
 

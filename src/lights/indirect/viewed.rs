@@ -24,7 +24,7 @@ pub struct ViewPointData {
     pub position: [f32; 3],
     /// Area of the surface that the point stands for, over π.
     pub area: f32,
-    /// Unit length; on the outside of what is closed.
+    /// Unit length; on the outside of closed meshes.
     pub normal: [f32; 3],
     /// Luminance of the albedo; 0 where the camera sees no mesh.
     pub weight: f32,
@@ -85,7 +85,7 @@ impl Viewed {
         let buffer = |name, bytes: u64| Buffer::new(context, name, bytes, Memory::Device);
         let points = u64::from(POINTS_ACROSS * POINTS_ACROSS) * size_of::<ViewPointData>() as u64;
         let points = buffer("indirect.view_points", points)?;
-        let importances = buffer("indirect.importances", 4 * u64::from(rows) << side_bits)?;
+        let importances = buffer("indirect.importances", (4 * u64::from(rows)) << side_bits)?;
         let [row_fluxes, mean] = [buffer("indirect.row_fluxes", 8 * u64::from(rows))?, buffer("indirect.mean", 4)?];
         let view = set::IndirectView { view_sides: &world.sides, numbers: &numbers, view_points: &points };
         let view = view.bind(context, "indirect.view")?;

@@ -154,7 +154,7 @@ pub struct ViewPoint {
     pub position: DVec3,
     /// Area of the surface that the point stands for, over π.
     pub area: f64,
-    /// Unit length; on the outside of what is closed.
+    /// Unit length; on the outside of closed meshes.
     pub normal: DVec3,
     /// Luminance of the albedo.
     pub weight: f64,
