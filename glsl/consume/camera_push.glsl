@@ -1,5 +1,5 @@
 // The camera as push constants of a dispatch or a draw, so that millions of threads need not each read it from a buffer.
-// Twin: consume::CameraPush.
+// Twin: world::CameraPush.
 #ifndef CONSUME_CAMERA_PUSH_GLSL
 #define CONSUME_CAMERA_PUSH_GLSL
 #include "world/view.glsl"

@@ -5,34 +5,12 @@
 use super::Renderer;
 use super::shown::Smooth;
 use crate::Result;
-use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct};
-use crate::scene::View;
+use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target};
 use crate::shaders::{consume as shaders, set};
+use crate::world::CameraPush;
 
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
-
-push_struct! {
-    /// Twin: CameraPush in glsl/consume/camera_push.glsl.
-    pub(super) struct CameraPush {
-        origin: [f32; 3],
-        scale_x: f32,
-        right: [f32; 3],
-        scale_y: f32,
-        up: [f32; 3],
-        near: f32,
-        forward: [f32; 3],
-        far: f32,
-        size: [u32; 2],
-    }
-}
-
-impl CameraPush {
-    fn of(camera: &View) -> Self {
-        let View { origin, scale_x, right, scale_y, up, near, forward, far, width, height, .. } = *camera;
-        Self { origin, scale_x, right, scale_y, up, near, forward, far, size: [width, height] }
-    }
-}
 
 /// Finds the surface at each pixel, in two passes.
 pub(super) struct GBuffer {

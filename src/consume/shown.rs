@@ -2,14 +2,13 @@
 //! These are separate passes, which measured pictures do not have. Twin: reference::truth::shown.
 
 use super::Renderer;
-use super::gbuffer::CameraPush;
 use crate::Result;
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target, push_struct,
 };
 use crate::scene::{Backdrop, Picture, Show, smooth_normals};
 use crate::shaders::{consume as shaders, set};
-use crate::world::World;
+use crate::world::{CameraPush, World};
 
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;

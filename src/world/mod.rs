@@ -3,6 +3,7 @@
 //! ([`World::of`]).
 
 mod bounds;
+mod camera_push;
 mod gather;
 mod generations;
 mod light;
@@ -11,6 +12,7 @@ mod source;
 mod staged;
 mod theirs;
 
+pub(crate) use camera_push::CameraPush;
 pub use gather::{GatherTotals, Gathered};
 pub use generations::{Generations, Made, Parts};
 pub use light::LightData;

@@ -6,11 +6,11 @@ use super::passes::{FluxPush, SumsPush, THREADS};
 use crate::Result;
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target,
-    groups, push_struct,
+    groups,
 };
 use crate::scene::View;
 use crate::shaders::{constant::SIDE_BITS, indirect as shaders, set};
-use crate::world::World;
+use crate::world::{CameraPush, World};
 use bytemuck::{Pod, Zeroable};
 
 /// Points across and down the picture. Twin: POINTS_ACROSS in glsl/lights/indirect/view.glsl.
@@ -30,29 +30,6 @@ pub struct ViewPointData {
     pub weight: f32,
     /// 1: lit from either side.
     pub is_open: u32,
-}
-
-push_struct! {
-    /// Twin: CameraPush in glsl/consume/camera_push.glsl.
-    struct CameraPush {
-        origin: [f32; 3],
-        scale_x: f32,
-        right: [f32; 3],
-        scale_y: f32,
-        up: [f32; 3],
-        near: f32,
-        forward: [f32; 3],
-        far: f32,
-        size: [u32; 2],
-    }
-}
-
-impl CameraPush {
-    /// The camera's picture, of one pixel per point.
-    fn of(camera: &View) -> Self {
-        let View { origin, scale_x, right, scale_y, up, near, forward, far, .. } = *camera;
-        Self { origin, scale_x, right, scale_y, up, near, forward, far, size: [POINTS_ACROSS; 2] }
-    }
 }
 
 /// What the camera sees, and the passes that weigh texels by it.
@@ -123,7 +100,9 @@ impl Viewed {
     /// Finds the points that the camera sees, and weighs the flux of each texel by what comes to them. `greatest` becomes the greatest
     /// weight.
     pub(super) fn record(&self, commands: &mut Commands, world: &World, [rows, texels]: [u32; 2], greatest: &Buffer) {
-        let camera = CameraPush::of(&self.camera);
+        // One pixel per point.
+        let camera = View { width: POINTS_ACROSS, height: POINTS_ACROSS, ..self.camera };
+        let camera = CameraPush::of(&camera);
         commands.pass("indirect.eye", |pass| {
             // The pass that weighs raises this number to the greatest weight.
             pass.fill(greatest, 0);
