@@ -23,7 +23,7 @@ fn points_equal_their_twin() {
     gpu_test("ism::points_equal_their_twin", |context| {
         for scene in [scenes::soup(), scenes::room()] {
             for points in [1024, 4096] {
-                let ism = built(context, &scene, &format!("ism:points={points},size=32"));
+                let ism = built(context, &scene, &format!("ism:points={points},size=32,adaptive=off"));
                 let (head, pool) = ism.points().expect("the points");
                 let (triangles, signs) = (triangles(&scene), signs(&scene));
                 let areas: Vec<_> = triangles.iter().map(|t| area(*t)).collect();
@@ -65,7 +65,7 @@ fn points_are_spread_by_area() {
         let scene = scenes::under("two", vec![wide, small], scenes::lights(1));
         let points = 4096;
         let (head, pool): (PointsData, Vec<PointData>) =
-            built(context, &scene, &format!("ism:points={points},size=32")).points().expect("the points");
+            built(context, &scene, &format!("ism:points={points},size=32,adaptive=off")).points().expect("the points");
         let share = 6.0 * 0.25 / f64::from(head.area);
         for subset in pool.chunks_exact(points) {
             let of_small = subset.iter().filter(|p| p.position[2] > 1.0).count() as f64;
@@ -93,7 +93,7 @@ fn points_move_with_their_triangles() {
         for position in moved.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions) {
             *position = position.map(|v| 2.0 * v);
         }
-        for text in ["ism:points=1024,size=32", "ism:points=1024,size=32,adaptive=on"] {
+        for text in ["ism:points=1024,size=32,adaptive=off", "ism:points=1024,size=32,adaptive=on"] {
             let both = [&scene, &moved].map(|scene| built(context, scene, text).points().expect("them").1);
             for (a, b) in both[0].iter().zip(&both[1]) {
                 assert_eq!(a.position.map(|v| 2.0 * v), b.position);

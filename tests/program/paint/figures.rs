@@ -21,13 +21,13 @@ const FIGURES: [Figure; 62] = [
     Figure(
         "ism-map.png",
         "docs/notebook/ism.md",
-        "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off",
+        "gobo map cornell --vpls 256 --light 100 --technique ism:adaptive=off,fill=off",
         0,
     ),
     Figure(
         "ism-map.png",
         "docs/notebook/ism.md",
-        "gobo map cornell --vpls 256 --light 100 --technique ism:fill=on",
+        "gobo map cornell --vpls 256 --light 100 --technique ism:adaptive=off,fill=on",
         260,
     ),
     Figure("hair-curve.svg", "docs/notebook/avsm.md", "gobo curve hair", 0),
