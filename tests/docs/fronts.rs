@@ -141,9 +141,8 @@ fn fronts_are_those_of_the_rows() {
         SCENES.map(|(_, _, file)| Rows::read(Path::new(env!("CARGO_MANIFEST_DIR")), file).expect(file)).into();
     // By plane, then scene, then line.
     let fronts = PLANES.map(|(error, cost)| {
-        let of = |((_, scene, _), rows): (&(&str, &str, &str), &Rows)| {
-            front(&specs(&lines), rows, scene, error, &[cost])
-        };
+        let of =
+            |((_, scene, _), rows): (&(&str, &str, &str), &Rows)| front(&specs(&lines), rows, scene, error, &[cost]);
         SCENES.iter().zip(&files).map(of).collect::<Vec<_>>()
     });
     let mut table = String::from(

@@ -1,16 +1,15 @@
 //! Points that lights take by what they and the viewer see.
 
 use crate::maps::{point, stand};
-use crate::support::{gpu_test, scenes::cuboid, spec};
+use crate::support::{gpu_test, scenes::cuboid};
 use crate::{built, refusal, scenes};
 use glam::DVec3;
 use gobo::reference::twin::ism::adapt::{Choice, halved, taken, taken_index};
 use gobo::reference::twin::ism::clusters::{CLUSTER, Cluster, cluster};
 use gobo::reference::twin::ism::points::{area, point_along, sums};
 use gobo::reference::twin::ism::splat::{Culling, is_before, is_seen};
-use gobo::scene::{Mesh, Scene};
-use gobo::technique::{ClusterData, Ism, Technique};
-use gobo::world::World;
+use gobo::scene::Scene;
+use gobo::technique::{ClusterData, Ism};
 use std::collections::BTreeSet;
 
 /// What each light takes, the places that are none left out.
@@ -208,42 +207,6 @@ fn adaptive_points_need_room() {
         match refusal(context, &scene, "ism:adaptive=on,points=16384,path=atomic,size=32") {
             Some(needs) => assert!(has < needed && needs.contains(&format!("{needed} for adaptive points")), "{needs}"),
             None => assert!(has >= needed, "{has}"),
-        }
-        // Where nothing is asked for the other points do.
-        let world = World::new(context, &scene).expect("room for the scene");
-        let settings = |text| spec(text).settings();
-        let ism = Ism::new(context, &world, &settings("ism:points=16384,path=atomic,size=32")).expect("even points");
-        let adapts = ism.taken().expect("what lights take").is_some();
-        let reason = ism.facts().expect("facts").reason;
-        assert_eq!((adapts, reason.ends_with("no room for adaptive ones")), (has >= needed, has < needed), "{reason}");
-    });
-}
-
-/// By default lights choose their points up to four triangles per point, of sixteen times as many as a light takes; the word of a spec
-/// decides in any scene.
-#[test]
-fn points_adapt_where_they_are_dense() {
-    gpu_test("ism::points_adapt_where_they_are_dense", |context| {
-        let most = 4 * 16 * 1024;
-        for (count, adaptive, adapts) in [
-            (most, "auto", true),
-            (most + 1, "auto", false),
-            (most, "off", false),
-            (most + 1, "on", true),
-        ] {
-            let Mesh { positions, .. } = cuboid([0.0; 3], [1.0; 3]);
-            let mesh = Mesh {
-                name: "many".into(),
-                positions,
-                triangles: (0..count).map(|i| [0, 1, 2 + i % 6]).collect(),
-                albedo: [0.5; 3],
-                solid: false,
-            };
-            let scene = scenes::under("many", vec![mesh], scenes::lights(1));
-            let ism = built(context, &scene, &format!("ism:points=1024,size=32,path=atomic,adaptive={adaptive}"));
-            let reason = ism.facts().expect("facts").reason;
-            assert_eq!(ism.taken().expect("what lights take").is_some(), adapts, "{count}, {adaptive}: {reason}");
-            assert_eq!(reason.contains("points"), adaptive == "auto", "{reason}");
         }
     });
 }

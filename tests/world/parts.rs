@@ -95,7 +95,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     }
     if part == Camera {
         // Points that adapt are chosen by what the camera sees too: where they may stand does not follow from it.
-        return spec.settings::<ism::Settings>().adaptive != Some(false)
+        return spec.settings::<ism::Settings>().adaptive
             && starts(&["ism.adapt", "ism.clear", "ism.tiled", "ism.splat", "ism.fill"]);
     }
     match spec.entry.name {
@@ -142,7 +142,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
             spec
         }));
     }
-    for path in ["tiled,adaptive=on", "tiled,adaptive=off", "atomic", "quads"] {
+    for path in ["tiled", "tiled,adaptive=off", "atomic", "quads"] {
         specs.push(spec(&format!("ism:points=1024,size=32,path={path}")));
     }
     for spec in &mut specs {

@@ -65,11 +65,16 @@ impl Adapt {
     /// # Errors
     /// [`Error::Refused`] where the device binds no buffer as large as the list of points, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
-        if let Some(needs) = lacks(context, world, settings) {
+        let light_count = world.light_count();
+        let bytes = 4 * u64::from(light_count.max(1)) * u64::from(settings.points);
+        let most = u64::from(context.features().max_storage_buffer_range);
+        if bytes > most {
+            let needs = format!(
+                "maxStorageBufferRange of at least {bytes} for adaptive points (this device has {most}; adaptive=off needs none)"
+            );
             return Err(Error::Refused { needs });
         }
-        let light_count = world.light_count();
-        let taken = Buffer::new(context, "ism.taken", taken_bytes(world, settings), Memory::Device)?;
+        let taken = Buffer::new(context, "ism.taken", bytes, Memory::Device)?;
         let bytes = u64::from(cluster_count(settings)) * size_of::<ClusterData>() as u64;
         let clusters = Buffer::new(context, "ism.clusters", bytes, Memory::Device)?;
         let gathers = set::IsmClusters { pool: &sample.pool, clusters: &clusters }.bind(context, "ism.clusters")?;
@@ -110,19 +115,6 @@ impl Adapt {
     pub fn transient_bytes(&self) -> u64 {
         self.taken.bytes() + self.clusters.bytes()
     }
-}
-
-/// Bytes of the points that lights take.
-fn taken_bytes(world: &World, settings: &Settings) -> u64 {
-    4 * u64::from(world.light_count().max(1)) * u64::from(settings.points)
-}
-
-/// What the device lacks to bind them; none where it lacks nothing.
-pub(super) fn lacks(context: &Context, world: &World, settings: &Settings) -> Option<String> {
-    let (bytes, most) = (taken_bytes(world, settings), u64::from(context.features().max_storage_buffer_range));
-    let needs =
-        || format!("maxStorageBufferRange of at least {bytes} for adaptive points (this device has {most})");
-    (bytes > most).then(needs)
 }
 
 fn cluster_count(settings: &Settings) -> u32 {

@@ -78,7 +78,7 @@ impl Atlas {
             .set(constant::ISM_CULLING, settings.culls())
             .set(constant::ISM_SLIDE, settings.slides())
             .set(constant::ISM_FILL, settings.fill)
-            .set(constant::ISM_ADAPTIVE, adapt.is_some())
+            .set(constant::ISM_ADAPTIVE, settings.adaptive)
             .set(constant::THREADS, threads)
             .set(constant::WORKGROUP, threads);
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);

@@ -72,7 +72,7 @@ pub const ENTRY: Entry = Entry {
 pub struct Ism {
     settings: Settings,
     way: Way,
-    reason: String,
+    reason: &'static str,
     sample: Sample,
     sampled: Made,
     adapt: Option<Adapt>,
@@ -109,10 +109,8 @@ impl Ism {
             (None, None) => (Way::Tiled, "a workgroup has room for a map"),
             (None, Some(_)) => (Way::Atomic, "no workgroup has room for a map"),
         };
-        let (adaptive, why) = settings.adapts(context, world);
-        let reason = [Some(reason), why].into_iter().flatten().collect::<Vec<_>>().join("; ");
-        let sample = Sample::new(context, world, settings.points, adaptive)?;
-        let adapt = adaptive.then(|| Adapt::new(context, world, settings, &sample)).transpose()?;
+        let sample = Sample::new(context, world, settings.points, settings.adaptive)?;
+        let adapt = settings.adaptive.then(|| Adapt::new(context, world, settings, &sample)).transpose()?;
         let atlas = Atlas::new(context, world, settings, way, &sample, adapt.as_ref())?;
         let look_up = set::IsmLookUp { lights: &world.lights, points: &sample.head, maps: &atlas.maps };
         let look_up = look_up.bind(context, "ism.look_up")?;
@@ -179,7 +177,7 @@ impl Technique for Ism {
     /// Adaptive points depend on the camera.
     fn made_of(&self) -> Parts {
         let of = Parts::MESHES.and(Parts::LIGHTS);
-        if self.adapt.is_some() { of.and(Parts::CAMERA) } else { of }
+        if self.settings.adaptive { of.and(Parts::CAMERA) } else { of }
     }
 
     fn forget(&mut self) {
@@ -229,7 +227,7 @@ impl Technique for Ism {
         }
         Ok(Facts {
             path: word_of(self.way),
-            reason: self.reason.clone(),
+            reason: self.reason.into(),
             bytes_resident: self.atlas.maps.bytes() + self.sample.head.bytes(),
             bytes_transient: self.sample.transient_bytes()
                 + self.adapt.as_ref().map_or(0, Adapt::transient_bytes)

@@ -3,10 +3,7 @@
 use super::super::Path;
 use super::super::keys::words;
 use super::super::settings::{Setting, settings};
-use super::adapt;
-use super::sample::SUBSETS;
-use crate::gpu::{Context, Limit};
-use crate::world::World;
+use crate::gpu::Limit;
 
 words! {
     /// How the points are splatted.
@@ -66,10 +63,9 @@ settings! {
             "8192",
             &["1024", "2048", "4096", "8192", "16384"],
             "points on the meshes that each light takes, of sixteen times as many");
-        /// Each light takes more points from places that cover more of its map or are nearer to the viewer; none: where the points are dense
-        /// enough for the triangles, and the device has room for the list of what lights take.
-        adaptive: Option<bool> = Setting::auto(
-            "each light takes its points where it and the viewer see more of them; auto: up to 4 triangles per point on the meshes");
+        /// Each light takes more points from places that cover more of its map or are nearer to the viewer.
+        adaptive: bool =
+            Setting::word("on", "each light takes its points where it and the viewer see more of them; off: evenly by area");
         /// Which points on closed meshes are left out: those on the sides that face the light, those on the sides that face away, or none.
         /// Where points are drawn, a pass first lists those that remain (Tokuyoshi 2014).
         culling: Culling = Setting::word(
@@ -86,10 +82,6 @@ settings! {
 
 /// Texels per side of the smallest level.
 const SMALLEST: u32 = 4;
-
-/// Triangles per point of the pool up to which lights choose their points where the setting leaves it open. A cluster of points spans too
-/// many things beyond that: what a light takes of it leaves holes. docs/notebook/ism.md has the scenes on either side.
-const TRIANGLES_PER_POINT: u32 = 4;
 
 impl Settings {
     /// Whether facing is told by the normals alone.
@@ -114,19 +106,6 @@ impl Settings {
     /// Texels of all levels of a map. Twin: ISM_TEXELS.
     pub fn texels(&self) -> u32 {
         (0..self.levels()).map(|level| (self.size >> level).pow(2)).sum()
-    }
-
-    /// Whether lights choose their points on the meshes of a world, and why where the setting leaves it open.
-    pub(super) fn adapts(&self, context: &Context, world: &World) -> (bool, Option<&'static str>) {
-        let dense = u64::from(SUBSETS * self.points) * u64::from(TRIANGLES_PER_POINT);
-        match self.adaptive {
-            Some(adaptive) => (adaptive, None),
-            None if u64::from(world.triangle_capacity()) > dense => {
-                (false, Some("even points: more than 4 triangles per point"))
-            }
-            None if adapt::lacks(context, world, self).is_some() => (false, Some("even points: no room for adaptive ones")),
-            None => (true, Some("adaptive points")),
-        }
     }
 
     /// Shared memory of a workgroup that holds a map.
@@ -154,11 +133,10 @@ mod tests {
         let of = |text: &str| parse(text, &[]).expect(text)[0].settings::<Settings>();
         let plain = Settings::default();
         assert_eq!((of("ism"), plain.size, plain.points, plain.facing), (plain, 64, 8192, Facing::Exact));
-        assert_eq!(["auto", "off"].map(|word| of(&format!("ism:adaptive={word}")).adaptive), [None, Some(false)]);
         let path = Some(Way::Atomic);
-        let (adaptive, facing) = (Some(true), Facing::Slide);
+        let (adaptive, facing) = (false, Facing::Slide);
         let other = Settings { size: 32, points: 1024, adaptive, path, culling: Culling::Far, facing, fill: false };
-        assert_eq!(of("ism:size=32,points=1024,adaptive=on,path=atomic,culling=far,facing=slide,fill=off"), other);
+        assert_eq!(of("ism:size=32,points=1024,adaptive=off,path=atomic,culling=far,facing=slide,fill=off"), other);
         assert_eq!(
             [32, 64, 128].map(|size| Settings { size, ..plain }).map(|s| (s.levels(), s.texels())),
             [(4, 1360), (5, 5456), (6, 21840)]
