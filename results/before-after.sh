@@ -76,7 +76,7 @@ times() {
         --technique 'voxel-grid:size=128,path=compute|raster'
     run "$program" "$out-meshes" houses "${frames[@]}" --technique shadow-map --technique ray-query \
         --technique 'voxel-grid:size=128,path=compute|raster' --technique voxelized:size=256
-    run "$program" "$out-virtual" cornell --vpls 256 "${frames[@]}" --technique 'ism:path=tiled|atomic|quads|triangles'
+    run "$program" "$out-virtual" cornell --vpls 256 "${frames[@]}" --technique 'ism:path=tiled|atomic|quads|triangles,adaptive=off'
 }
 
 for what in "$@"; do

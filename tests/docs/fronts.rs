@@ -2,6 +2,7 @@
 //! fronts, in docs/notebook/opaque.md those of opaque casters. `GOBO_WRITE_TABLES=1` writes the tables.
 
 use super::rows::{Rows, Which};
+use super::tables::WRITING;
 use std::path::{Path, PathBuf};
 
 /// What the table's recipe calls a scene, its name, and where its rows are.
@@ -83,6 +84,7 @@ fn letters<'a>(fronts: impl Iterator<Item = (&'a str, Vec<bool>)>, row: usize) -
 
 /// Compares a table of a page, between the marks, with what it should be, or writes it.
 fn holds(page: &Path, [begin, end]: [&str; 2], table: &str) {
+    let _alone = WRITING.lock();
     let text = std::fs::read_to_string(page).expect("the page");
     let (before, rest) = text.split_once(begin).expect("the beginning");
     let (old, after) = rest.split_once(end).expect("the end");
@@ -104,7 +106,7 @@ fn lines(text: &str) -> Vec<Line> {
 }
 
 /// Whether each spec is on the front of its scene: none errs less and costs no more, or costs less and errs no more. Costs are the same up to
-/// a share of `same` more. What has no such error or no such cost is on none; `none` is not, since it has no shadow. A cost is a sum of columns.
+/// a share of `same` more; a row that is beaten so beats others all the same. What has no such error or no such cost is on none; `none` is not, since it has no shadow. A cost is a sum of columns.
 fn front(specs: &[&str], rows: &Rows, scene: &str, (error, cost): (&str, &[&str]), same: f64) -> Vec<bool> {
     let figures = |spec: &&str| {
         let value = |column: &str| rows.value(&Which { scene, spec }, column).ok();
@@ -169,28 +171,58 @@ fn fronts_are_those_of_the_rows() {
 #[test]
 fn opaque_fronts_are_those_of_the_rows() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for device in ["nvidia-h200", "lavapipe-22.3"] {
-        let files = OPAQUE_SCENES.map(|(_, _, file)| Rows::read(root, &format!("{device}/{file}")).expect(file));
-        let fronts = OPAQUE_PLANES.map(|(error, cost)| {
-            let of = |((letter, scene, _), rows): (&(&'static str, &str, &str), &Rows)| {
-                (*letter, front(&OPAQUE_SPECS, rows, scene, (error, cost), 0.02))
-            };
-            OPAQUE_SCENES.iter().zip(&files).map(of).collect::<Vec<_>>()
+    // Times of a software device say too little for a front.
+    let bytes = OPAQUE_PLANES.iter().copied().filter(|(_, cost)| *cost == ["resident"]).collect::<Vec<_>>();
+    for (device, of_courtyard, planes) in
+        [("nvidia-h200", "meshes", OPAQUE_PLANES.to_vec()), ("lavapipe-22.3", "meshes-courtyard", bytes)]
+    {
+        let files = OPAQUE_SCENES.map(|(_, scene, file)| {
+            let file = if scene == "courtyard" { of_courtyard } else { file };
+            Rows::read(root, &format!("{device}/{file}")).expect(file)
         });
-        let mut table = String::from(
-            "| technique | surface error, bytes | build | look-up | build and look-up | FLIP, bytes | build and look-up |\n|---|---|---|---|---|---|---|\n",
+        // No cascades under lamps, no maps of 4096² of 32 lamps, and on lavapipe no bake that large either.
+        let missing = |scene: &str, spec: &str| match scene {
+            "courtyard" => {
+                spec.contains("cascades")
+                    || spec.contains("4096") && (device != "nvidia-h200" || !spec.starts_with("voxelized"))
+            }
+            "cornell" => spec.contains("cascades"),
+            _ => false,
+        };
+        for ((_, scene, _), rows) in OPAQUE_SCENES.iter().zip(&files) {
+            for spec in OPAQUE_SPECS {
+                let is_there = rows.value(&Which { scene, spec }, "surface.error").is_ok();
+                assert_eq!(is_there, !missing(scene, spec), "{device}: {spec} on {scene}");
+            }
+        }
+        let fronts: Vec<_> = planes
+            .iter()
+            .map(|(error, cost)| {
+                let of = |((letter, scene, _), rows): (&(&'static str, &str, &str), &Rows)| {
+                    (*letter, front(&OPAQUE_SPECS, rows, scene, (error, cost), 0.02))
+                };
+                OPAQUE_SCENES.iter().zip(&files).map(of).collect::<Vec<_>>()
+            })
+            .collect();
+        let heads = planes.iter().map(|(error, cost)| {
+            let error = if *error == "surface.error" { "surface error" } else { "FLIP" };
+            format!("{error}, {}", cost.join(" and ").replace("resident", "bytes"))
+        });
+        let mut table = format!(
+            "| technique | {} |\n|{}\n",
+            heads.collect::<Vec<_>>().join(" | "),
+            "---|".repeat(planes.len() + 1)
         );
         for (i, spec) in OPAQUE_SPECS.iter().enumerate() {
-            let cells = fronts.each_ref().map(|plane| letters(plane.iter().cloned(), i));
+            let cells: Vec<_> = fronts.iter().map(|plane| letters(plane.iter().cloned(), i)).collect();
             table += &format!("| `{spec}` | {} |\n", cells.join(" | "));
         }
         let begin = format!("<!-- fronts {device} -->\n");
         holds(&root.join("docs/notebook/opaque.md"), [&begin, END], &table);
-        // Where triangles are tested no error on surfaces is less, whatever it costs; one other is as exact in one scene on lavapipe.
-        let on = |spec: &str, plane: usize| {
-            let i = OPAQUE_SPECS.iter().position(|other| *other == spec).expect("a row");
-            fronts[plane].iter().filter(|(_, on)| on[i]).count()
-        };
-        assert!((0..4).all(|plane| on("voxel-grid:cell=triangles", plane) >= 8), "{device}");
+        // Where triangles are tested no error on surfaces is less, whatever it costs.
+        let exact = OPAQUE_SPECS.iter().position(|spec| *spec == "voxel-grid:cell=triangles").expect("a row");
+        for (plane, (error, _)) in fronts.iter().zip(&planes).filter(|(_, (error, _))| *error == "surface.error") {
+            assert!(plane.iter().all(|(_, on)| on[exact]), "{device}, {error}");
+        }
     }
 }

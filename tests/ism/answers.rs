@@ -22,8 +22,10 @@ fn about(count: usize, reach: f32) -> Vec<[f32; 3]> {
 #[test]
 fn look_ups_equal_their_twin() {
     gpu_test("ism::look_ups_equal_their_twin", |context| {
-        for (scene, size) in [(scenes::soup(), 32), (scenes::room(), 64)] {
-            let ism = built(context, &scene, &format!("ism:points=1024,path=atomic,size={size}"));
+        for (scene, size, adaptive) in
+            [(scenes::soup(), 32, "on"), (scenes::room(), 64, "off"), (scenes::room(), 64, "on")]
+        {
+            let ism = built(context, &scene, &format!("ism:points=1024,path=atomic,size={size},adaptive={adaptive}"));
             let radius = ism.points().expect("the points").0.radius;
             let points = about(2000, 3.0);
             let mut random = Random::new(22);
@@ -78,8 +80,8 @@ fn a_plate_shadows_what_is_behind_it() {
         let scene = scenes::under("plate", vec![plate], vec![scenes::light(DVec3::ZERO, DVec3::Z)]);
         let points = about(4000, 2.0).into_iter().map(|[x, y, z]| [x, y, z + 2.0]).collect::<Vec<_>>();
         for path in PATHS {
-            for culling in ["on", "off"] {
-                let text = format!("ism:points=4096,path={path},culling={culling}");
+            for (culling, adaptive) in [("on", "on"), ("on", "off"), ("off", "on"), ("off", "off")] {
+                let text = format!("ism:points=4096,path={path},culling={culling},adaptive={adaptive}");
                 if refusal(context, &scene, &text).is_some() {
                     continue;
                 }
@@ -147,9 +149,11 @@ fn surfaces_shadow_themselves_from_behind_alone() {
         let lights: Vec<_> = lights.into_iter().chain(far).collect();
         let points: Vec<_> = (0..600).map(|_| at(place(), place(), 0.0)).collect();
         let scene = scenes::under("sheet", vec![sheet], lights);
-        for text in
-            ["on", "far", "off"].map(|culling| format!("ism:points=1024,path=atomic,fill=off,culling={culling}"))
-        {
+        let each = |adaptive: &str| {
+            ["on", "far", "off"]
+                .map(|culling| format!("ism:points=1024,path=atomic,fill=off,culling={culling},adaptive={adaptive}"))
+        };
+        for text in [each("off"), each("on")].concat() {
             let ism = built(context, &scene, &text);
             let (mut lit, mut all) = (0, 0);
             for (light, of) in scene.lights.iter().enumerate() {
@@ -307,8 +311,8 @@ fn a_floor_does_not_shadow_its_light() {
             let points: Vec<_> = points.iter().map(|p| p.as_vec3().to_array()).collect();
             let scene = scenes::under("floor", vec![floor], lights);
             for path in PATHS {
-                for culling in ["on", "off"] {
-                    let text = format!("ism:points=1024,path={path},size=32,culling={culling}");
+                for (culling, adaptive) in [("on", "on"), ("on", "off"), ("off", "on"), ("off", "off")] {
+                    let text = format!("ism:points=1024,path={path},size=32,culling={culling},adaptive={adaptive}");
                     let ism = built(context, &scene, &text);
                     for light in 0..8 {
                         let lit = ask(context, ism.as_ref(), light, &points).iter().filter(|a| **a == 1.0).count();
@@ -350,8 +354,8 @@ fn a_moved_world_is_a_new_world() {
     gpu_test("ism::a_moved_world_is_a_new_world", |context| {
         let mut scene = scenes::room();
         let points = about(500, 1.9);
-        for path in PATHS {
-            let text = format!("ism:points=1024,path={path},size=32");
+        for (path, adaptive) in PATHS.into_iter().flat_map(|path| [(path, "on"), (path, "off")]) {
+            let text = format!("ism:points=1024,path={path},size=32,adaptive={adaptive}");
             let mut world = World::new(context, &scene).expect("room");
             let ism = Ism::new(context, &world, &crate::spec(&text).settings()).expect("opened");
             let mut opened = Opened::new(context, Box::new(ism), true);

@@ -275,19 +275,21 @@ fn a_plate_covers_its_angle() {
 fn only_holes_are_filled() {
     gpu_test("ism::only_holes_are_filled", |context| {
         let scene = scenes::soup();
-        let text = |fill: &str| format!("ism:points=1024,path=atomic,fill={fill}");
-        let (before, after) = (built(context, &scene, &text("off")), built(context, &scene, &text("on")));
-        let (mut holes, mut filled) = (0, 0);
-        for light in 0..scene.lights.len() {
-            let maps = [&before, &after].map(|ism| ism.atlas().map(light).expect("the map"));
-            let nearest = maps[0].iter().copied().fold(f32::INFINITY, f32::min);
-            for (was, is) in maps[0].iter().zip(&maps[1]) {
-                assert!(was.is_infinite() || was == is, "{was} became {is}");
-                assert!(*is >= nearest, "{is} is nearer than anything that was seen");
-                holes += usize::from(was.is_infinite());
-                filled += usize::from(was.is_infinite() && is.is_finite());
+        for adaptive in ["on", "off"] {
+            let text = |fill: &str| format!("ism:points=1024,path=atomic,fill={fill},adaptive={adaptive}");
+            let (before, after) = (built(context, &scene, &text("off")), built(context, &scene, &text("on")));
+            let (mut holes, mut filled) = (0, 0);
+            for light in 0..scene.lights.len() {
+                let maps = [&before, &after].map(|ism| ism.atlas().map(light).expect("the map"));
+                let nearest = maps[0].iter().copied().fold(f32::INFINITY, f32::min);
+                for (was, is) in maps[0].iter().zip(&maps[1]) {
+                    assert!(was.is_infinite() || was == is, "{was} became {is}");
+                    assert!(*is >= nearest, "{is} is nearer than anything that was seen");
+                    holes += usize::from(was.is_infinite());
+                    filled += usize::from(was.is_infinite() && is.is_finite());
+                }
             }
+            assert!(filled > 0 && filled < holes, "{filled} of {holes} filled");
         }
-        assert!(filled > 0 && filled < holes, "{filled} of {holes} filled");
     });
 }

@@ -215,6 +215,10 @@ fn other_lights_answer_as_the_hosts_do() {
         let patches = vec![patch([0.3, 0.2, 1.3], DVec3::NEG_Z), patch([-0.6, 0.3, 0.4], DVec3::X)];
         let cases = [
             ("ism:points=1024,size=32", Scene { particles: Vec::new(), lights: patches.clone(), ..scene.clone() }),
+            (
+                "ism:points=1024,size=32,adaptive=off",
+                Scene { particles: Vec::new(), lights: patches.clone(), ..scene.clone() },
+            ),
             ("avsm:size=28", Scene { lights: patches, ..scene.clone() }),
             ("shadow-map:size=28,cascades=3", Scene { lights: scene.lights[..1].to_vec(), ..scene.clone() }),
             ("half-angle:size=28", Scene { lights: scene.lights[1..2].to_vec(), ..scene.clone() }),

@@ -70,7 +70,7 @@ impl Adapt {
         let most = u64::from(context.features().max_storage_buffer_range);
         if bytes > most {
             let needs = format!(
-                "maxStorageBufferRange of at least {bytes} for adaptive points (this device has {most}; adaptive=off needs none)"
+                "maxStorageBufferRange of at least {bytes} for adaptive points (this device has {most}; even points have no such list)"
             );
             return Err(Error::Refused { needs });
         }

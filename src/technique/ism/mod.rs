@@ -63,7 +63,10 @@ pub const ENTRY: Entry = Entry {
     paths: PATHS,
     // Nothing is promised: points leave holes, and the choice of their triangles depends on the triangles' order.
     promises: |_, _| Promises::NONE,
-    runs: Runs { stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles"], ..Runs::NONE },
+    runs: Runs {
+        stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles,adaptive=on|off"],
+        ..Runs::NONE
+    },
     limits: |spec, path| settings::limits(&spec.settings(), path),
     open: |context, world, spec| Ok(Box::new(Ism::new(context, world, &spec.settings())?)),
 };

@@ -106,7 +106,8 @@ fn a_map_is_what_rays_find() {
         let cases = [9, 23, 40, 61].into_iter().flat_map(|light| specs.map(|spec| (light, spec)));
         for (light, (spec, culling)) in some(cases, 5) {
             let LightKind::Virtual { position, normal, .. } = lights[light].kind else { panic!("a virtual light") };
-            let (scale, number, spec) = (SCALE.to_string(), light.to_string(), format!("ism:path=atomic,{spec}"));
+            let (scale, number, spec) =
+                (SCALE.to_string(), light.to_string(), format!("ism:path=atomic,adaptive=off,{spec}"));
             let map = ["map", "cornell", "--vpls", "64", "--scale", &scale, "--technique", &spec];
             let said = ok(&[&map[..], &["--light", &number, "--out", text(&out)]].concat());
             let (size, pixels) = rgb8(&out);
