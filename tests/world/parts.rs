@@ -96,7 +96,16 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     if part == Camera {
         // Points that adapt are chosen by what the camera sees too: where they may stand does not follow from it.
         return spec.settings::<ism::Settings>().adaptive
-            && starts(&["ism.adapt", "ism.clear", "ism.tiled", "ism.splat", "ism.fill"]);
+            && starts(&[
+                "ism.adapt",
+                "ism.clear",
+                "ism.tiled",
+                "ism.splat",
+                "ism.cull",
+                "ism.draw",
+                "ism.gather",
+                "ism.fill",
+            ]);
     }
     match spec.entry.name {
         "voxel-grid" if starts(&["grid.clear_media", "grid.deposit"]) => any(&casters),
@@ -131,7 +140,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     }
 }
 
-/// Every path that this device runs, points that adapt too.
+/// Every path that this device runs, even points too.
 fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
     // Those that see meshes alone are not open to the scene of one sphere that decides there.
