@@ -106,7 +106,8 @@ fn lines(text: &str) -> Vec<Line> {
 }
 
 /// Whether each spec is on the front of its scene: none errs less and costs no more, or costs less and errs no more. Costs are the same up to
-/// a share of `same` more; a row that is beaten so beats others all the same. What has no such error or no such cost is on none; `none` is not, since it has no shadow. A cost is a sum of columns.
+/// a share of `same` more; a row that is beaten so beats others all the same. What has no such error or no such cost is on none; `none` is
+/// not, since it has no shadow. A cost is a sum of columns.
 fn front(specs: &[&str], rows: &Rows, scene: &str, (error, cost): (&str, &[&str]), same: f64) -> Vec<bool> {
     let figures = |spec: &&str| {
         let value = |column: &str| rows.value(&Which { scene, spec }, column).ok();
