@@ -279,6 +279,7 @@ fn a_picture_is_compared_with_one_bounce() {
             frames: 1,
             warm_up: 0,
             space_points: 64,
+            seen_points: 64,
             lookups: 0,
             picture: [48, 32],
             footprints: false,

@@ -45,6 +45,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         bytes_transient: Some(1 << 10),
         counters: [("fragments".to_owned(), 12)].into(),
         error: Some(RowError {
+            seen: None,
             map: Some(point),
             space: Some(point),
             surface: None,
@@ -95,7 +96,8 @@ fn opaque(scene: &str, technique: &str) -> Row {
     };
     let image = None;
     let surface = Some(points(300));
-    row.error = Some(RowError { map: Some(points(100)), space: Some(points(200)), surface, casters: None, image });
+    row.error =
+        Some(RowError { seen: None, map: Some(points(100)), space: Some(points(200)), surface, casters: None, image });
     (row.standard_error, row.flicker_rms, row.frame_ns) = (Some(0.000_312), Some(0.0625), Some(7_250_000.0));
     row.frames = Some(FramesError { rmse: 0.5, flicker_rms: 0.375 });
     row

@@ -1,13 +1,13 @@
 //! What `gobo recommend` looks at: all that may be the answer, and after a first look what is left of it.
 
-use super::compare::has_many_lights;
+use super::compare::{has_many_lights, sees_all};
 use super::little;
 use crate::Result;
 use crate::consume::{KEYS, parse, runs};
 use crate::measure::Row;
 use crate::report::{Limits, best_and_extremes, is_hopeless, to_be_sized};
 use crate::scene::Scene;
-use crate::technique::{Casts, Lifetime, Name, REGISTRY, Spec};
+use crate::technique::{Lifetime, Name, REGISTRY, Spec};
 use std::collections::BTreeSet;
 
 /// The key that says how opaque maps are drawn.
@@ -53,8 +53,7 @@ pub fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights
             }
         }
     }
-    let sees = |spec: &Spec| spec.entry.casts.unseen_of(scene.kinds()).is_empty();
-    specs.retain(|spec| spec.entry.casts == Casts::NONE || sees(spec));
+    specs.retain(|spec| sees_all(spec, scene));
     Ok(specs)
 }
 
@@ -115,7 +114,9 @@ pub fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
         // quickest stays.
         let is_quicker = |a: usize, b: usize| {
             let host = |row: &Row| row.host_ns.map(|host| host.median);
-            let ns = |place: usize| rows[place].frame_ns.or(host(&rows[place])).unwrap_or(f64::INFINITY);
+            let ns = |place: usize| {
+                rows[place].cost_ns.or(rows[place].frame_ns).or(host(&rows[place])).unwrap_or(f64::INFINITY)
+            };
             ns(a).total_cmp(&ns(b)).then(a.cmp(&b)).is_lt()
         };
         let others = left.clone();
@@ -163,7 +164,8 @@ fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::{PointError, RowError};
+    use crate::measure::{RowError, SeenError};
+    use crate::technique::Casts;
 
     /// Every technique that sees all of a scene is a candidate for it, and no technique that does not.
     #[test]
@@ -226,10 +228,10 @@ mod tests {
         same(first.clone(), &[0, 1, 3, 6]);
         same(others.clone(), &[2, 4, 5]);
         let row = |(spec, [ms, error]): (&Spec, [f64; 2])| {
-            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
-            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
+            let seen = Some(SeenError { mean: error, ..SeenError::default() });
+            let error = Some(RowError { seen, map: None, space: None, surface: None, casters: None, image: None });
             let technique = spec.entry.name.into();
-            Row { technique, variant: spec.variant(), frame_ns: Some(1e6 * ms), error, ..Row::default() }
+            Row { technique, variant: spec.variant(), cost_ns: Some(1e6 * ms), error, ..Row::default() }
         };
         let rows = |ms: f64| -> Vec<Row> {
             let figures = [[0.1, 0.9], [2.0, 0.07], [ms, 0.06], [9.0, 0.01]];
@@ -266,10 +268,10 @@ mod tests {
             .map(|spec| parse(spec).expect(spec).remove(0))
             .into();
         let row = |(spec, [ms, error]): (&Spec, [f64; 2])| {
-            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
-            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
+            let seen = Some(SeenError { mean: error, ..SeenError::default() });
+            let error = Some(RowError { seen, map: None, space: None, surface: None, casters: None, image: None });
             let technique = spec.entry.name.into();
-            Row { technique, variant: spec.variant(), frame_ns: Some(1e6 * ms), error, ..Row::default() }
+            Row { technique, variant: spec.variant(), cost_ns: Some(1e6 * ms), error, ..Row::default() }
         };
         let rows: Vec<Row> = specs.iter().zip([[2.1, 0.2], [2.0, 0.2], [4.0, 0.05]]).map(row).collect();
         let left = |limits: Limits| {

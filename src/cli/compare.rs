@@ -1,6 +1,7 @@
 //! `gobo compare`
 
 use super::baseline::BaselineArguments;
+use super::candidates::without_alike;
 use super::compared::{Compared, name_apart};
 use super::progress::Progress;
 use super::resume::{SCENE, files, kept};
@@ -15,12 +16,15 @@ use crate::measure::{
     DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, built_from,
     copy_bytes_per_second, with_case,
 };
-use crate::report::{Store, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
+use crate::report::{
+    Limits, Store, casters, counts, footprints, page, passes, plots, recommend, table, trace, write_whole,
+};
 use crate::scene::{Motion, Scene};
-use crate::technique::{Name, Spec};
+use crate::technique::runs::List;
+use crate::technique::{Casts, Name, Spec};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -43,9 +47,13 @@ pub struct Arguments {
     /// Scene files, data files or built-in scenes [default: three-emitters]
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
-    /// Technique spec, repeatable [default: everything the device can run; under many lights, grids beside maps and rays]
+    /// Technique spec, repeatable [default: each technique once, and AVSM by each path that the device has]
     #[arg(long = "technique", value_name = "SPEC")]
     techniques: Vec<String>,
+    /// Compare all specs that the device can run: nodes, samples, moments and paths of each technique; under many lights, grids in all
+    /// sizes and shadings
+    #[arg(long, conflicts_with = "techniques")]
+    all: bool,
     /// Folder for results.json, results.csv, pictures, plots and report.html
     #[arg(long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
@@ -149,6 +157,11 @@ fn degrees(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|d: &f64| d.abs() <= 360.0).ok_or_else(|| "give degrees, at most 360 either way".into())
 }
 
+/// How many seen points are asked: fewer in a quick look, and on a software device, whose look-ups take a thousand times as long.
+pub(super) fn seen_points(quick: bool, software: bool) -> usize {
+    65536 / if software { 4 } else { 1 } / if quick { 4 } else { 1 }
+}
+
 fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let software = features.is_software();
     let is_still = !arguments.moving.is_given() && arguments.turn.is_none();
@@ -167,6 +180,7 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
             frames: frames.min(8),
             warm_up: if little::is_asked() { 0 } else { 2 },
             space_points: 8192,
+            seen_points: if little::is_asked() { little::SEEN } else { seen_points(true, software) },
             lookups: if little::is_asked() { little::LOOKUPS } else { lookups },
             picture,
             turning,
@@ -179,7 +193,9 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
     // A software device has no clock rate to reach, and the row's first build has made room for everything.
     let warm_up = if software { 0 } else { 5 };
-    Effort { frames, warm_up, space_points: 65536, lookups, picture, turning, footprints, counts, truth }
+    let seen_points = seen_points(false, software);
+    let space_points = if small { 16384 } else { 65536 };
+    Effort { frames, warm_up, space_points, seen_points, lookups, picture, turning, footprints, counts, truth }
 }
 
 /// The scene in each frame, and the times of these frames. Without a truth to compare with, one frame of a simulated
@@ -245,7 +261,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     name_apart(&mut scenes);
     let of_scene = |compared: &Compared| {
         let mut specs = if specs.is_empty() {
-            little::specs(default_specs(compared.first(), context.features(), false)?)
+            little::specs(match arguments.all {
+                true => all_specs(compared.first(), context.features(), false)?,
+                false => usual_specs(compared.first(), context.features())?,
+            })
         } else {
             specs.clone()
         };
@@ -379,7 +398,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     printed?;
     let holds = baseline.finish(&results, arguments.json)?;
     if !arguments.json {
-        say(arguments.out.join("report.html").display())?;
+        for answer in recommend(&results, &Limits::default()) {
+            say(format!("\n{}", answer.map_or_else(|why| why, |answer| answer.text)))?;
+        }
+        say(format!("\n{}", arguments.out.join("report.html").display()))?;
     }
     check_messages()?;
     let code = exit_code(&results);
@@ -431,6 +453,7 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
         // Files from before schema 3 lack this condition, and their errors leave points out.
         ("errors", "over all points".into()),
         ("--quick", arguments.quick.to_string()),
+        ("seen points", effort.seen_points.to_string()),
         ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
         ("--truth", truth.into()),
         ("--turn", given(arguments.turn.map(|degrees| degrees.to_string()))),
@@ -454,18 +477,43 @@ pub(super) fn has_many_lights(scene: &Scene) -> bool {
     scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
 }
 
-/// The specs to compare when no technique is named. Under many lights these are all specs of the techniques' entries,
-/// so that a missing feature gives a row that says so. Otherwise they are the specs whose features the device has.
-pub(super) fn default_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
+/// The specs to compare when no technique is named: each technique that sees all casters, once, and AVSM by each path that the device has.
+/// Under many lights, with the shading that is made for them.
+fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
+    let on_cpu = features.is_software();
+    let mut specs = if has_many_lights(scene) {
+        let mut known = BTreeSet::new();
+        let mut specs = runs(|runs| runs.many_lights, on_cpu)?;
+        specs.retain(|spec| known.insert(spec.entry.name));
+        specs
+    } else {
+        let list: List = if on_cpu { |runs| runs.usual_on_cpu } else { |runs| runs.usual };
+        without_alike(scene, runs(list, false)?)
+    };
+    specs.retain(|spec| runs_on(spec, features) && sees_all(spec, scene));
+    Ok(specs)
+}
+
+/// Whether a technique sees all casters of a scene, or is there to be compared with.
+pub(super) fn sees_all(spec: &Spec, scene: &Scene) -> bool {
+    spec.entry.casts == Casts::NONE || spec.entry.casts.unseen_of(scene.kinds()).is_empty()
+}
+
+/// Whether the device has what the spec's path needs.
+fn runs_on(spec: &Spec, features: &Features) -> bool {
+    let path = spec.entry.paths.iter().find(|path| path.name == spec.text(Name::PATH));
+    path.is_none_or(|path| path.requires.iter().all(|requirement| features.lacks(*requirement).is_none()))
+}
+
+/// The specs of `compare --all`. Under many lights these are all specs of the techniques' entries, so that a missing feature gives a row
+/// that says so. Otherwise they are the specs whose features the device has.
+pub(super) fn all_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     if many_lights || has_many_lights(scene) {
         return runs(|runs| runs.many_lights, on_cpu);
     }
     let mut specs = runs(|runs| runs.compare, on_cpu)?;
-    specs.retain(|spec| {
-        let path = spec.entry.paths.iter().find(|p| p.name == spec.text(Name::PATH));
-        path.is_none_or(|p| p.requires.iter().all(|r| features.lacks(*r).is_none()))
-    });
+    specs.retain(|spec| runs_on(spec, features));
     Ok(specs)
 }
 

@@ -18,6 +18,8 @@ const MOST_NAMED: u32 = 12;
 
 /// Look-ups that are timed at once.
 pub(super) const LOOKUPS: usize = 8192;
+/// Seen points of such a run.
+pub(super) const SEEN: usize = 1024;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 

@@ -71,12 +71,8 @@ fn outcome(row: &Row) -> String {
     }
     let mut words = vec![row.path.clone()];
     words.extend(row.build_ns.map(|build| format!("build {:.3} ms", build.median / 1e6)));
-    // The error by which a reader judges: on surfaces, where there are surface points.
-    let error = row.error.as_ref().and_then(|error| {
-        let surface = error.surface.map(|error| ("surface", error));
-        surface.or(error.space.map(|error| ("space", error))).or(error.map.map(|error| ("map", error)))
-    });
-    words.extend(error.map(|(which, error)| format!("{which} error {:.3e}", error.mean_abs)));
+    let seen = row.error.as_ref().and_then(|error| error.seen);
+    words.extend(seen.map(|seen| format!("seen error {:.3e}", seen.mean)));
     words.join(", ")
 }
 
@@ -84,7 +80,7 @@ fn outcome(row: &Row) -> String {
 mod tests {
     use super::*;
     use crate::consume::parse;
-    use crate::measure::{PointError, RowError};
+    use crate::measure::{RowError, SeenError};
 
     #[test]
     fn a_line_is_short_and_says_what_is_left() {
@@ -92,14 +88,8 @@ mod tests {
         let row = Row { scene: "town".into(), technique: "avsm".into(), path: "binned".into(), ..Row::default() };
         assert_eq!(line([2, 8], 3.0, &row, &spec), "[2/8] 3.0 s, 9 s left town: avsm:size=8 binned");
         assert_eq!(line([8, 8], 12.0, &row, &spec), "[8/8] 12.0 s town: avsm:size=8 binned");
-        // The line names the error that tells a reader most about the technique.
-        let of = |mean_abs| Some(PointError { mean_abs, ..PointError::default() });
-        let told = |map, space, surface| {
-            let error = Some(RowError { map, space, surface, casters: None, image: None });
-            line([8, 8], 12.0, &Row { error, ..row.clone() }, &spec)
-        };
-        assert!(told(of(0.0), of(0.25), of(0.5)).ends_with("binned, surface error 5.000e-1"));
-        assert!(told(of(0.0), of(0.25), None).ends_with("binned, space error 2.500e-1"));
-        assert!(told(of(0.125), None, None).ends_with("binned, map error 1.250e-1"));
+        let seen = Some(SeenError { mean: 0.25, ..SeenError::default() });
+        let error = Some(RowError { seen, map: None, space: None, surface: None, casters: None, image: None });
+        assert!(line([8, 8], 12.0, &Row { error, ..row }, &spec).ends_with("binned, seen error 2.500e-1"));
     }
 }

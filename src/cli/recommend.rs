@@ -3,7 +3,7 @@
 use super::candidates::{
     candidates, may_be_far, neighbours, one_of_each, one_of_each_shading, promising, shadings, with, without_alike,
 };
-use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
+use super::compare::{SMALL_PICTURE, all_specs, has_many_lights, seen_points};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
@@ -26,6 +26,9 @@ const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
 const THOROUGH: [usize; 2] = [30, 5];
 
+/// Seen points of a first look, at most.
+const GLANCED: usize = 4096;
+
 #[derive(Args)]
 pub struct Arguments {
     /// Scene file, data file or built-in scene
@@ -34,10 +37,10 @@ pub struct Arguments {
     /// Answer from rows that gobo compare has measured, without a device
     #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "resume", "thorough", "quick", "lights", "device"])]
     from: Option<PathBuf>,
-    /// The most milliseconds of a frame: build and picture
+    /// The most milliseconds that shadows may add to a frame: the build, and the picture less one without shadows
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     max_ms: Option<String>,
-    /// The largest mean error: on surfaces, or in space where there are no meshes
+    /// The largest seen error: the share of the picture's light that may be wrong
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     max_error: Option<String>,
     /// The largest mean FLIP of the picture
@@ -151,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
-    let usual = default_specs(&scene, context.features(), arguments.many_lights)?;
+    let usual = all_specs(&scene, context.features(), arguments.many_lights)?;
     let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
     let sweep = Sweep { arguments, scene: &scene, context: &context };
     let work = Work::of(arguments.quick, context.features());
@@ -191,8 +194,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let left = promising(&seen, &rows, limits);
     // Only the errors by which rows are chosen are measured. On processors, the truth takes as long as a row.
     let whole = work.effort(FINE);
-    let parts = if context.features().is_software() && !arguments.quick { 4 } else { 1 };
-    let fine = Effort { truth: Extent::Choice, space_points: whole.space_points / parts, lookups: 0, ..whole };
+    let fine = Effort { truth: Extent::Choice, lookups: 0, ..whole };
     sweep.measure(&left, fine, arguments.out.as_deref(), &rows)
 }
 
@@ -200,6 +202,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
 #[derive(Clone, Copy)]
 struct Work {
     picture: [u32; 2],
+    software: bool,
     quick: bool,
 }
 
@@ -208,7 +211,7 @@ impl Work {
         let usual = if features.is_software() { SMALL_PICTURE } else { [640, 360] };
         let parts = if quick { 2 } else { 1 };
         let picture = if little::is_asked() { [32, 18] } else { usual.map(|side| side / parts) };
-        Self { picture, quick }
+        Self { picture, quick, software: features.is_software() }
     }
 
     /// The effort with the points and the picture of `compare`.
@@ -221,7 +224,8 @@ impl Work {
         Effort {
             frames,
             warm_up,
-            space_points: if little::is_asked() || self.quick { 8192 } else { 65536 },
+            space_points: 0,
+            seen_points: if little::is_asked() { little::SEEN } else { seen_points(self.quick, self.software) },
             lookups: if little::is_asked() { little::LOOKUPS } else { LOOKUPS },
             picture: self.picture,
             turning: false,
@@ -234,7 +238,8 @@ impl Work {
     /// The effort of a first look. Pictures are made only where rows are chosen by them.
     fn coarse(self, repeats: [usize; 2], limits: &Limits) -> Effort {
         let truth = if limits.flip.is_some() { Extent::Choice } else { Extent::Glance };
-        Effort { space_points: 4096, lookups: 0, truth, ..self.effort(repeats) }
+        let whole = self.effort(repeats);
+        Effort { seen_points: whole.seen_points.min(GLANCED), lookups: 0, truth, ..whole }
     }
 }
 
@@ -327,7 +332,8 @@ mod tests {
     /// Nothing can be chosen by a picture that was not made.
     #[test]
     fn a_limit_of_flip_asks_for_pictures() {
-        let truth = |limits: Limits| Work { picture: [64, 36], quick: false }.coarse(COARSE, &limits).truth;
+        let truth =
+            |limits: Limits| Work { picture: [64, 36], software: false, quick: false }.coarse(COARSE, &limits).truth;
         assert_eq!(truth(Limits { flip: Some(0.1), ..Limits::default() }), Extent::Choice);
         assert_eq!(truth(Limits::default()), Extent::Glance);
     }

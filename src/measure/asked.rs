@@ -7,6 +7,7 @@ use super::compare::Case;
 use super::flicker::Flicker;
 use super::footprint::{FootprintError, footprint_errors, footprints};
 use super::points::at_once;
+use super::seen::SeenAnswers;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth};
 use crate::Result;
 use crate::consume::{Asked, Query};
@@ -31,6 +32,7 @@ pub(super) struct Moments {
     pub(super) space: Answers,
     pub(super) surface: Answers,
     pub(super) colors: ColorAnswers,
+    pub(super) seen: SeenAnswers,
     maps: Vec<Arc<MapsTruth>>,
 }
 
@@ -51,8 +53,8 @@ impl Case<'_> {
         }
     }
 
-    /// Goes through all frames once more. Asks in some of them for errors, and in all of them for flicker, which it
-    /// returns.
+    /// Goes through all frames once more. Asks in all of them at seen points and for flicker, which it returns, and in some of them for
+    /// the other errors.
     pub(super) fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
         let count = self.frames.states.count();
         let moments = moments(count);
@@ -65,24 +67,23 @@ impl Case<'_> {
             let technique = opened.technique.as_ref();
             self.with_truth(frame, |truth| {
                 if count > 1 && technique.painter().is_none() {
-                    let resolution = self.resolution(technique);
+                    let resolution = technique.resolution();
                     let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
                     flicker.frame(watched, truth.watched(), truth.scene());
                 }
-                if moments.contains(&frame) { self.ask_moment(technique, truth, asked) } else { Ok(()) }
+                if technique.painter().is_none() {
+                    self.ask_seen(technique, truth, &mut asked.seen)?;
+                }
+                let is_wanted = moments.contains(&frame) && self.effort.truth.has_reasons();
+                if is_wanted { self.ask_moment(technique, truth, asked) } else { Ok(()) }
             })?;
         }
         Ok(flicker.rms())
     }
 
-    /// The technique's resolution, where points within it are told apart.
-    fn resolution(&self, technique: &dyn Technique) -> Vec<Resolution> {
-        if self.effort.truth.is_whole() { technique.resolution() } else { Vec::new() }
-    }
-
     /// Asks for errors in one frame.
     fn ask_moment(&self, technique: &dyn Technique, truth: &Truth, asked: &mut Moments) -> Result<()> {
-        let resolution = self.resolution(technique);
+        let resolution = technique.resolution();
         let paints = technique.painter().is_some();
         if !paints {
             asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
@@ -91,7 +92,7 @@ impl Case<'_> {
         self.ask_colors(technique, truth, &mut asked.colors)?;
         // A technique without maps has no map error.
         let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
-        if !views.is_empty() && self.effort.truth.is_whole() && !paints {
+        if !views.is_empty() && !paints {
             let maps = truth.maps(views);
             asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
             asked.maps.push(maps);
@@ -111,9 +112,7 @@ impl Case<'_> {
         for points in all {
             answers.truth.extend(&points.visibility);
             answers.casters.extend(&points.casters);
-            if self.effort.truth.is_whole() {
-                answers.within.extend(truth.boundary(points, resolution).iter());
-            }
+            answers.within.extend(truth.boundary(points, resolution).iter());
         }
         Ok(answers)
     }
@@ -135,7 +134,11 @@ impl Case<'_> {
     }
 
     /// Visibility of all lights at their points, asked about a million at a time.
-    pub(super) fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
+    pub(super) fn ask<'a>(
+        &self,
+        technique: &dyn Technique,
+        all: impl IntoIterator<Item = &'a Points>,
+    ) -> Result<Vec<f32>> {
         let mut answers = Vec::new();
         for asked in at_once(all) {
             answers.extend(Query::of_lights(self.context, &asked)?.ask(&technique.answer())?);

@@ -136,7 +136,8 @@ pub(super) type Named<T> = (&'static str, fn(&Row) -> Option<T>);
 const TIMES: [Named<Timing>; 3] =
     [("build", |row| row.build_ns), ("look-up", |row| row.lookup_ns_per_million), ("draw", |row| row.draw_ns)];
 
-pub(super) const ERRORS: [Named<f64>; 4] = [
+pub(super) const ERRORS: [Named<f64>; 5] = [
+    ("seen error", |row| Some(row.error.as_ref()?.seen?.mean)),
     ("map error", |row| Some(row.error.as_ref()?.map?.mean_abs)),
     ("space error", |row| Some(row.error.as_ref()?.space?.mean_abs)),
     ("surface error", |row| Some(row.error.as_ref()?.surface?.mean_abs)),
@@ -269,7 +270,7 @@ mod tests {
             technique: "avsm".into(),
             variant: [("nodes".to_owned(), key.to_owned())].into(),
             build_ns: Some(build),
-            error: Some(RowError { map: None, space, surface: None, casters: None, image: None }),
+            error: Some(RowError { seen: None, map: None, space, surface: None, casters: None, image: None }),
             bytes_resident: Some(8),
             ..Row::default()
         }

@@ -1,6 +1,7 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
 
 use super::asked::{Moments, moments};
+use super::cost::{Drawings, add_cost};
 use super::footprint::Footprints;
 use super::frames::{Frames, States};
 use super::passes::{frame_ns, pass_counts, pass_timings};
@@ -32,6 +33,9 @@ pub const LOOKUPS: usize = 1_000_000;
 /// Points per light at which a moving world is watched; fewer where there are many lights.
 const WATCHED: usize = 2048;
 
+/// The fewest seen points of each frame of a moving world.
+const LEAST_SEEN: usize = 256;
+
 /// Processors that are left for measuring while others compute the truth.
 const KEPT_PROCESSORS: usize = 2;
 
@@ -47,6 +51,8 @@ pub struct Effort {
     pub space_points: usize,
     /// Look-ups that are timed at once, an equal share per light; 0 times none.
     pub lookups: usize,
+    /// How many seen points are compared with the truth, of all frames together.
+    pub seen_points: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
     /// Whether pictures of consecutive frames are compared with the truth's.
@@ -84,6 +90,8 @@ pub struct Case<'a> {
     bounce: OnceCell<Bounce>,
     /// Means over areas, once asked for.
     pub(super) footprints: OnceCell<Footprints>,
+    /// Pictures without shadows, once they are drawn.
+    pub(super) unshadowed: Drawings,
     pub(super) clock: Arc<ClockMeter>,
     /// Per light, the points at which look-ups are timed.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
@@ -116,16 +124,18 @@ pub fn with_case<'a, R>(
     let watched = of_each_light(WATCHED, first.lights.len());
     let watch = |casters: &Casters| within(&|light, all| points_outside(casters, all, light, watched));
     let watched = Arc::new(if states.count() > 1 { watch(&Casters::new(first)) } else { Vec::new() });
-    let known = |bounds| {
+    let seen = effort.seen_points / states.count();
+    let known = |(frame, bounds): (usize, _)| {
         Arc::new(Known::new(Wanted {
             extent: effort.truth,
             points: of_each_light(effort.space_points, first.lights.len()),
+            seen: (seen.max(LEAST_SEEN.min(effort.seen_points)), frame as u64),
             picture: effort.picture,
             bounds,
             watched: watched.clone(),
         }))
     };
-    let known: Vec<_> = boxes.into_iter().map(known).collect();
+    let known: Vec<_> = boxes.into_iter().enumerate().map(known).collect();
     let truths: Vec<Truth> = match states {
         States::Held(states) => {
             states.iter().zip(&known).map(|(scene, known)| Truth::of(scene, known.clone())).collect()
@@ -147,6 +157,7 @@ pub fn with_case<'a, R>(
         references: OnceCell::new(),
         bounce: OnceCell::new(),
         footprints: OnceCell::new(),
+        unshadowed: Drawings::new(),
         clock: Arc::new(ClockMeter::of(context.features())),
         asked,
         alike: BTreeSet::new(),
@@ -171,13 +182,17 @@ fn prepare(truths: &[Truth], stop: &AtomicBool) {
     let moments = moments(truths.len());
     let stopped = || stop.load(Ordering::Relaxed);
     for (frame, truth) in truths.iter().enumerate() {
+        if !stopped() {
+            truth.seen();
+        }
         if truths.len() > 1 && !stopped() {
             truth.watched();
         }
-        if moments.contains(&frame) && !stopped() {
+        let has_reasons = truth.known().has_reasons() && moments.contains(&frame);
+        if has_reasons && !stopped() {
             truth.space();
         }
-        if moments.contains(&frame) && !stopped() {
+        if has_reasons && !stopped() {
             truth.surface();
         }
         if moments.last() == Some(&frame) && truth.known().has_picture() && !stopped() {
@@ -195,7 +210,7 @@ impl Case<'_> {
     }
 
     /// The last frame's picture, lit by the truth; none where none is wanted or it would take long.
-    fn lit(&self) -> Result<Option<&LitPicture>> {
+    pub(super) fn lit(&self) -> Result<Option<&LitPicture>> {
         let Some(last) = self.known.last().filter(|known| known.has_picture()) else { return Ok(None) };
         if !last.has_tried_picture() {
             self.with_truth(self.known.len() - 1, |truth| {
@@ -312,6 +327,8 @@ impl Case<'_> {
         let bakes = spec.entry.lifetime == Lifetime::Baked && self.frames.count() == 1;
         let build = if bakes { Some(0.0) } else { row.build_ns.map(|build| build.median) };
         row.frame_ns = build.zip(row.draw_ns).map(|(build, draw)| build + draw.median);
+        let unshadowed = self.unshadowed(shading, lighting)?;
+        add_cost(row, row.build_ns.filter(|_| !bakes), unshadowed);
         let picture = match shading {
             // With reservoir shading every frame is different. So the picture is drawn anew from the first frame on, with as many frames as
             // it needs to settle; the frames that were timed do not count.
@@ -336,7 +353,8 @@ impl Case<'_> {
                 beside_truth = Some(drawn);
             }
             let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
-            row.error = Some(RowError { map, space, surface, casters: asked.surface.caster_error(), image });
+            let seen = asked.seen.error();
+            row.error = Some(RowError { seen, map, space, surface, casters: asked.surface.caster_error(), image });
         }
         if self.effort.footprints && opened.technique.painter().is_none() {
             self.show(0)?;

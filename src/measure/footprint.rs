@@ -148,6 +148,7 @@ mod tests {
             picture: [8, 8],
             bounds: Some([DVec3::new(-1.0, 4.0, -2.0), DVec3::new(1.0, 12.0, 0.0)]),
             watched: Default::default(),
+            seen: (0, 0),
         };
         let truth = Truth::new(&scene, wanted);
         let areas = footprints(&truth, &scene);

@@ -7,6 +7,7 @@ mod change;
 mod color;
 mod compare;
 mod copy;
+mod cost;
 mod error_metrics;
 mod flicker;
 mod footprint;
@@ -21,6 +22,7 @@ mod prepare;
 mod rank;
 mod repeats;
 mod results;
+mod seen;
 mod shards;
 pub mod standard;
 mod standing;
@@ -37,6 +39,7 @@ pub use change::{Change, Figure, Margins, Verdict, change_of, changes, together}
 pub use color::{COLORS, ColorError};
 pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
 pub use copy::copy_bytes_per_second;
+pub use cost::Unshadowed;
 pub use error_metrics::{Answers, PartError, PointError, point_error};
 pub use footprint::{FOOTPRINTS, FootprintError};
 pub use frames::{Frames, States, Traced};
@@ -49,6 +52,7 @@ pub use rank::spearman;
 pub use results::{
     DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
 };
+pub use seen::SeenError;
 pub use shards::{Shard, join};
 pub use standing::Standing;
 pub use steadiness::Steadiness;

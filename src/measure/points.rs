@@ -5,7 +5,7 @@ use super::truth::Points;
 use crate::consume::Asked;
 
 /// So many lights get all points that are wanted each. More lights share that total.
-const FULLY_ASKED: usize = 8;
+pub(super) const FULLY_ASKED: usize = 8;
 
 /// The fewest points per light, however many lights there are.
 const LEAST_POINTS: usize = 32;
@@ -16,7 +16,7 @@ pub(super) fn of_each_light(points: usize, lights: usize) -> usize {
 }
 
 /// All points in their order, in lists of at most [`LOOKUPS`].
-pub(super) fn at_once(all: &[Points]) -> Vec<Vec<Asked<'_>>> {
+pub(super) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -> Vec<Vec<Asked<'a>>> {
     let (mut lists, mut room) = (vec![vec![]], LOOKUPS);
     for points in all {
         let (mut positions, mut normals) = (&points.positions[..], &points.normals[..]);
@@ -55,7 +55,7 @@ mod tests {
         assert!(asked.eq(all.iter().flat_map(|points| &points.positions)));
         let lights: Vec<_> = lists.iter().map(|list| list.iter().map(|part| part.light).collect::<Vec<_>>()).collect();
         assert_eq!(lights, [vec![0, 1], vec![1], vec![1, 3]]);
-        assert!(at_once(&[]).concat().is_empty());
+        assert!(at_once(&Vec::<Points>::new()).concat().is_empty());
     }
 
     #[test]

@@ -1,10 +1,12 @@
-//! The schema of `results.json`, version 3. Errors are over all points, and those within a technique's own resolution
+//! The schema of `results.json`, version 4. Errors are over all points, and those within a technique's own resolution
 //! are also given separately; in earlier versions, errors were over the other points alone. A value that a row does not
 //! have is absent, never zero. Fields may be added to a version, and are missing in older files; [`Results::read`]
-//! takes files of versions 1 and 2 too.
+//! takes files of versions 1 to 3 too.
 
 use crate::gpu::{Executable, Features, PassCounts};
-use crate::measure::{CasterError, ColorError, FootprintError, PointError, Shard, Steadiness, Timing};
+use crate::measure::{
+    CasterError, ColorError, FootprintError, PointError, SeenError, Shard, Steadiness, Timing, Unshadowed,
+};
 use crate::technique::settings::AUTO;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -12,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The version that is written.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// A whole comparison.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -133,6 +135,19 @@ pub struct Row {
     /// is `draw_ns` alone; in files of earlier programs it includes the bake there too. New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
+    /// What shadows add to a frame: `frame_ns` less the picture without shadows. Below 0 where the noise of times is larger. New in
+    /// version 4; for rows of older files it comes from their row `none`, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost_ns: Option<f64>,
+    /// Between which times the cost lies, by the 5th and 95th percentiles of the times that it is made of. New in version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost_band_ns: Option<[f64; 2]>,
+    /// The picture without shadows, drawn the same way. New in version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unshadowed: Option<Unshadowed>,
+    /// Reasons why its times decide no answer. Empty where they may. New in version 4.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<String>,
     /// The passes of a build, in order. A pass that is no part of the build may stand before them: `world.move` where the world moves, or
     /// `simulate.step`, all steps of a frame together, where the device simulates the scene.
     pub passes: Vec<PassTiming>,
@@ -208,6 +223,10 @@ pub struct PassCount {
 /// Errors of one row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RowError {
+    /// Where the light of the picture comes from: the error that rows are chosen by. Absent for a technique without a look-up. New in
+    /// version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen: Option<SeenError>,
     /// At the centres of covered texels: the representation's own error. Absent for a technique without maps.
     pub map: Option<PointError>,
     /// At low-discrepancy points in the casters' bounds. Absent for a technique without a look-up.
@@ -305,8 +324,22 @@ impl Results {
                 kinds.into_iter().flatten().for_each(PointError::over_all_points);
             }
         }
+        if schema < 4 {
+            cost_by_rows(&mut results.rows);
+        }
         results.schema = SCHEMA;
         Ok(results)
+    }
+}
+
+/// The cost of rows of older files, from the row of the same scene without shadows whose picture was drawn the same way.
+fn cost_by_rows(rows: &mut [Row]) {
+    const WAYS: [&str; 6] = ["shading", "lighting", "dither", "blur", "history", "shadows"];
+    let way = |row: &Row| (row.scene.clone(), WAYS.map(|key| row.variant.get(key).cloned()));
+    let bare: Vec<_> = rows.iter().filter(|row| row.technique == "none").map(|row| (way(row), row.draw_ns)).collect();
+    for row in rows {
+        let without = bare.iter().find(|(drawn, _)| *drawn == way(row)).and_then(|(_, draw)| *draw);
+        row.cost_ns = row.frame_ns.zip(without).map(|(frame, without)| frame - without.median);
     }
 }
 

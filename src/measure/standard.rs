@@ -19,6 +19,7 @@ pub const EFFORT: Effort = Effort {
     frames: 15,
     warm_up: 2,
     space_points: 8192,
+    seen_points: 16384,
     lookups: LOOKUPS,
     picture: [160, 90],
     turning: false,

@@ -144,7 +144,7 @@ mod tests {
     fn row(mean_abs: f64, band: f64) -> Row {
         let space = Some(PointError { mean_abs, ..PointError::default() });
         let build_ns = Some(Timing { median: 100.0, p05: 100.0 - band / 2.0, p95: 100.0 + band / 2.0, samples: 9 });
-        let error = Some(RowError { map: None, space, surface: None, casters: None, image: None });
+        let error = Some(RowError { seen: None, map: None, space, surface: None, casters: None, image: None });
         Row { error, build_ns, ..Row::default() }
     }
 

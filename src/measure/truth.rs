@@ -1,6 +1,7 @@
 //! The truth of a scene at one time, shared by all rows. Each part is computed once, when it is first needed: during
 //! the measuring, or by a thread of its own where that does not disturb times.
 
+use super::seen::SeenTruth;
 use crate::reference::truth::{
     Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tries, points_outside, sample_maps,
     surface_points,
@@ -15,11 +16,11 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 pub enum Extent {
     /// None: times alone.
     None,
-    /// At points in space and on surfaces, for a first look: no maps, no picture, no tests of a technique's resolution.
+    /// At seen points, for a first look: no picture.
     Glance,
-    /// Enough for a choice: as `Glance`, with a picture.
+    /// Enough for a choice: seen points and a picture.
     Choice,
-    /// A fixed sample of covered texels.
+    /// All kinds of points; in maps, a fixed sample of covered texels.
     Sample,
     /// All covered texels.
     Full,
@@ -37,8 +38,8 @@ impl Extent {
         }
     }
 
-    /// Whether maps, and tests of techniques' resolutions, are included.
-    pub(super) fn is_whole(self) -> bool {
+    /// Whether errors in maps, in space and on surfaces are included, which say why a picture is as it is.
+    pub(super) fn has_reasons(self) -> bool {
         matches!(self, Self::Sample | Self::Full)
     }
 }
@@ -65,6 +66,8 @@ pub(crate) struct Wanted {
     pub extent: Extent,
     /// Space points and surface points, for each light.
     pub points: usize,
+    /// Seen points, and which of them: each frame has others.
+    pub seen: (usize, u64),
     pub picture: [u32; 2],
     /// Corners of the box that space points lie in.
     pub bounds: Option<[DVec3; 2]>,
@@ -84,7 +87,7 @@ pub(crate) struct Points {
     /// Per point, the unit normal of the side on which light is asked for; empty for points in space.
     pub normals: Vec<[f32; 3]>,
     /// Per point, two distances along the way to the light, as [`Casters::caster_distances`] gives them: from the light to its nearest
-    /// mesh, and from the point to its nearest mesh; empty where rows are only compared for a choice.
+    /// mesh, and from the point to its nearest mesh; empty for other points than those on all meshes.
     pub casters: Vec<[f64; 2]>,
     /// Whether each point is nearer to an opaque shadow's edge than the resolution, for each set of resolutions that
     /// was asked about.
@@ -143,6 +146,7 @@ pub(crate) struct Known {
     space: OnceLock<Vec<Points>>,
     watched: OnceLock<Vec<Points>>,
     surface: OnceLock<Vec<Points>>,
+    seen: OnceLock<SeenTruth>,
     picture: OnceLock<Option<LitPicture>>,
     maps: Cached<Vec<View>, MapsTruth>,
 }
@@ -162,9 +166,15 @@ impl Known {
             space: OnceLock::new(),
             watched: OnceLock::new(),
             surface: OnceLock::new(),
+            seen: OnceLock::new(),
             picture: OnceLock::new(),
             maps: Cached::new(),
         }
+    }
+
+    /// Whether errors in maps, in space and on surfaces are wanted.
+    pub fn has_reasons(&self) -> bool {
+        self.wanted.extent.has_reasons()
     }
 
     /// Whether a picture is wanted.
@@ -255,12 +265,19 @@ impl<'a> Truth<'a> {
                 let visibility = surface.par_iter().map(visibility).collect();
                 let colors = self.colors(light, &surface, |p: &SurfacePoint| p.position);
                 let normals = surface.iter().map(|p| p.asked(&self.scene.lights[light])).collect();
-                let wanted = if self.known.wanted.extent.is_whole() { &surface[..] } else { &[] };
-                let distances = wanted.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
+                let distances = surface.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
                 let boundaries = Cached::new();
                 Points { light, positions, visibility, colors, surface, normals, casters: distances, boundaries }
             };
             if self.scene.has_triangles() { (0..self.scene.lights.len()).map(of).collect() } else { Vec::new() }
+        })
+    }
+
+    /// Points that the camera sees.
+    pub fn seen(&self) -> &SeenTruth {
+        self.known.seen.get_or_init(|| {
+            let (count, seed) = self.known.wanted.seen;
+            SeenTruth::new(self.casters(), self.scene, &self.camera(self.known.wanted.picture), count, seed)
         })
     }
 

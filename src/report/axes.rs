@@ -1,5 +1,6 @@
 //! The axes of each plot.
 
+use super::answer::{resolved_cost_ns, resolved_ns};
 use crate::measure::{Row, Status};
 
 /// A time and an error of a row.
@@ -25,7 +26,19 @@ pub(super) struct Axes {
 }
 
 /// A build may be short because look-ups do the work; only the time of a frame includes both.
-pub(super) const AXES: [Axes; 3] = [
+pub(super) const AXES: [Axes; 4] = [
+    Axes {
+        file: "cost-vs-seen.svg",
+        title: "What shadows cost against seen error",
+        aria_label: "What shadows add to a frame against seen error, one panel per scene",
+        names: "cost and seen error",
+        time_title: "what shadows add to a frame, ms (bars from p05 to p95)",
+        error_title: "seen error: the share of the picture's light that is wrong",
+        milliseconds: |row| Some(resolved_cost_ns(row)? / 1e6),
+        spread_milliseconds: |row| Some(row.cost_band_ns?.map(|ns| ns.max(resolved_ns(row)) / 1e6).into()),
+        error: |row| Some(row.error.as_ref()?.seen?.mean),
+        limit: |_| None,
+    },
     Axes {
         file: "time-vs-error.svg",
         title: "Build time against map error",

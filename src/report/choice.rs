@@ -1,7 +1,7 @@
 //! The head of the page: the answer in a sentence, and the plots that show it.
 
 use crate::measure::{Results, Row};
-use crate::report::answer::{FLIP, answer, measure, point};
+use crate::report::answer::{FLIP, Measure, answer, floor_ms, measure, point, undecided};
 use crate::report::colours::named;
 use crate::report::pareto::scenes;
 use crate::report::scatter::{Dot, SIZES, scatter, shape};
@@ -35,6 +35,8 @@ struct SceneChoice {
     fastest: Option<Said>,
     closest: Option<Said>,
     smallest: Option<Said>,
+    /// Why times decide nothing, where they do not.
+    marked: String,
     plots: Vec<Plot>,
 }
 
@@ -45,6 +47,8 @@ struct Said {
     spec: String,
     path: String,
     milliseconds: String,
+    /// The words behind the milliseconds.
+    unit: &'static str,
     error: String,
     bytes: String,
     /// Whether there is a reason not to trust its time.
@@ -102,6 +106,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
             spec: specs.compact(row),
             path: path(row),
             milliseconds: significant(milliseconds),
+            unit: measure.time.unit,
             error: significant(error),
             bytes: row.bytes_resident.map(bytes).unwrap_or_default(),
             unsteady: row.steadiness.is_some_and(|s| !s.warnings().is_empty()),
@@ -114,8 +119,8 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
             let is = |of: Option<usize>| of == Some(index);
             let answer = answer.as_ref();
             let said = match () {
-                () if is(answer.map(|a| a.best)) => Some("best balanced"),
-                () if is(answer.map(|a| a.fastest)) => Some("fastest"),
+                () if is(answer.and_then(|a| a.best)) => Some("best balanced"),
+                () if is(answer.and_then(|a| a.fastest)) => Some("fastest"),
                 () if is(answer.map(|a| a.closest)) => Some("closest"),
                 () => None,
             };
@@ -149,13 +154,18 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
     };
     let mut plots = Vec::new();
     let named = measure.name;
-    let time = "time of a frame, ms";
-    plots.extend(plot(
-        format!("Frame time against {named}"),
-        &|r| point(r, &measure),
-        ["ms", named],
-        [time, &error_title],
-    ));
+    let is_cost = measure.time.name == "cost";
+    let (what, time) = match is_cost {
+        true => ("What shadows cost", "what shadows add to a frame, ms"),
+        false => ("Frame time", "time of a frame, ms"),
+    };
+    let floor = floor_ms(&rows);
+    let timed = |row: &Row, measure: &Measure| {
+        let (ms, error) = point(row, measure)?;
+        // No shadow costs nothing, which no logarithmic axis has.
+        (!is_cost || row.technique != "none").then_some((if is_cost { ms.max(floor) } else { ms }, error))
+    };
+    plots.extend(plot(format!("{what} against {named}"), &|r| timed(r, &measure), ["ms", named], [time, &error_title]));
     plots.extend(plot(
         format!("Memory against {named}"),
         &of_bytes,
@@ -163,16 +173,17 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
         ["memory of the look-up, MiB", &error_title],
     ));
     if measure.name != FLIP.name {
-        let of = |row: &Row| point(row, &FLIP);
-        plots.extend(plot("Frame time against FLIP".into(), &of, ["ms", "FLIP"], [time, "mean FLIP of the picture"]));
+        let of = |row: &Row| timed(row, &Measure { time: measure.time, ..FLIP });
+        plots.extend(plot(format!("{what} against FLIP"), &of, ["ms", "FLIP"], [time, "mean FLIP of the picture"]));
     }
     SceneChoice {
         name: name.to_owned(),
         measure: measure.name,
-        best: answer.as_ref().and_then(|a| said(a.best)),
-        fastest: answer.as_ref().and_then(|a| said(a.fastest)),
+        best: answer.as_ref().and_then(|a| said(a.best?)),
+        fastest: answer.as_ref().and_then(|a| said(a.fastest?)),
         closest: answer.as_ref().and_then(|a| said(a.closest)),
         smallest: answer.as_ref().and_then(|a| said(a.smallest?)),
+        marked: answer.as_ref().map(|a| undecided(a, &rows)).unwrap_or_default(),
         plots,
     }
 }

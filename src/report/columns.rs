@@ -3,7 +3,7 @@
 use super::wording::{
     NOTHING, bytes, grouped, milliseconds, one_digit, percent, signed, significant, spread_milliseconds,
 };
-use crate::measure::{ColorError, PointError, Row, Status};
+use crate::measure::{ColorError, PointError, Row, SeenError, Status};
 
 /// One measured column.
 pub(super) struct Column {
@@ -15,8 +15,8 @@ pub(super) struct Column {
     pub(super) heading: &'static str,
     /// One sentence for a reader who points at it.
     pub(super) meaning: &'static str,
-    /// On a narrow terminal, columns with a larger number are left out first. The most valuable are frame, resident,
-    /// FLIP, error and build.
+    /// On a narrow terminal, columns with a larger number are left out first. The most valuable are cost, seen error,
+    /// resident, FLIP and build.
     pub(super) dispensable: u8,
     /// The number that it is sorted by.
     pub(super) value: fn(&Row) -> Option<f64>,
@@ -55,6 +55,16 @@ fn times(value: f64) -> String {
 
 fn bytes_text(value: f64) -> String {
     bytes(value as u64)
+}
+
+fn seen(row: &Row) -> Option<SeenError> {
+    row.error.as_ref()?.seen
+}
+
+/// The band of the cost, as text that comes behind it.
+fn cost_band(row: &Row) -> Option<String> {
+    let [low, high] = row.cost_band_ns.filter(|_| row.technique != "none")?.map(milliseconds);
+    Some(format!("[{low}–{high}]"))
 }
 
 fn map(row: &Row) -> Option<PointError> {
@@ -113,7 +123,7 @@ const LEAKS: &str = "Points that no light reaches but the answer is more than ha
                      light reaches but it is less than half";
 
 /// In the order in which they are shown.
-const COLUMNS: [Column; 34] = [
+const COLUMNS: [Column; 37] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -170,10 +180,22 @@ const COLUMNS: [Column; 34] = [
         "frame",
         "frame ms",
         "A build and the lit picture, as in a frame whose light has moved; for baked techniques in a still world, the picture alone",
-        0,
+        7,
         |row| row.frame_ns,
         milliseconds,
     ),
+    Column {
+        spread: cost_band,
+        ..column(
+            "Time, ms",
+            "cost",
+            "cost ms",
+            "What shadows add to a frame: the frame less the picture without shadows, drawn the same way [5th–95th percentile]",
+            0,
+            |row| row.cost_ns,
+            milliseconds,
+        )
+    },
     column(
         "Memory",
         "resident",
@@ -200,6 +222,27 @@ const COLUMNS: [Column; 34] = [
         20,
         |row| Some(row.bytes_on_disk? as f64),
         bytes_text,
+    ),
+    Column {
+        spread: |row| Some(format!("±{}", one_digit(seen(row)?.standard_error?))),
+        ..column(
+            "Seen",
+            "error",
+            "seen error",
+            "The share of the light in the picture that is wrong, at points from which light comes to the camera ± its standard error",
+            0,
+            |row| Some(seen(row)?.mean),
+            significant,
+        )
+    },
+    column(
+        "Seen",
+        "bias",
+        "seen bias",
+        "The same with its sign: positive is too bright",
+        9,
+        |row| Some(seen(row)?.bias),
+        signed,
     ),
     Column {
         spread: |row| Some(format!("±{}", one_digit(row.standard_error?))),

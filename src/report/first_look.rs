@@ -2,13 +2,13 @@
 
 use super::recommend::Limits;
 use crate::measure::Row;
-use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
+use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, dark, floor_ms, measure_of_any, point};
 
-/// The indices of four rows: the one whose product of time and error is least, the quickest, the one with the least
+/// The indices of up to four rows: the one whose product of time and error is least, the quickest, the one with the least
 /// error, and the one with the fewest bytes. Empty where nothing was measured.
 pub fn best_and_extremes(rows: &[Row], limits: &Limits) -> Vec<usize> {
     found(rows, limits).map_or_else(Vec::new, |(found, _)| {
-        [found.best, found.fastest, found.closest].into_iter().chain(found.smallest).collect()
+        [found.best, found.fastest, Some(found.closest), found.smallest].into_iter().flatten().collect()
     })
 }
 
@@ -18,7 +18,7 @@ pub fn best_and_extremes(rows: &[Row], limits: &Limits) -> Vec<usize> {
 pub fn to_be_sized(rows: &[Row], limits: &Limits) -> Vec<usize> {
     let Some((found, measure)) = found(rows, limits) else { return Vec::new() };
     let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);
-    let mut all = vec![found.best, found.fastest];
+    let mut all: Vec<usize> = found.best.into_iter().chain(found.fastest).collect();
     all.extend((!is_exact).then_some(found.closest));
     all.sort_unstable();
     all.dedup();
@@ -49,11 +49,13 @@ pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
         return false;
     }
     let worth = |error: f64| error.max(limits.error.map_or(CLOSE_ENOUGH, |asked| asked.min(CLOSE_ENOUGH)));
-    let Some((time, error)) = point(row, &measure).map(|(time, error)| (time, worth(error))) else { return true };
+    let floor = floor_ms(&rows.iter().enumerate().collect::<Vec<_>>());
+    let timed = |row: &Row| point(row, &measure).map(|(time, error)| (time.max(floor), worth(error)));
+    let Some((time, error)) = timed(row) else { return true };
     let no_more = |limited: bool, a: Option<f64>, b: Option<f64>| !limited || a.zip(b).is_some_and(|(a, b)| a <= b);
     let bytes = |row: &Row| row.bytes_resident.map(|bytes| bytes as f64);
     rows.iter().filter(|other| other.technique != "none").any(|other| {
-        let Some((t, e)) = point(other, &measure).map(|(time, error)| (time, worth(error))) else { return false };
+        let Some((t, e)) = timed(other) else { return false };
         let no_worse = t < ALIKE * time && e < ALIKE * error;
         no_worse
             && (SLOWER * t < time || FARTHER * e < error)
@@ -75,14 +77,12 @@ const LATER: f64 = 1.5;
 /// are not far.
 pub fn is_far(row: &Row, rows: &[Row]) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
-    let points = |shadows: bool| {
-        let rows = rows.iter().filter(move |row| (row.technique != "none") == shadows);
-        rows.filter_map(|row| point(row, &measure)).collect::<Vec<_>>()
-    };
-    let dark = points(false).iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
-    let worth = |(time, error): (f64, f64)| (time, error.max(CLOSE_ENOUGH));
+    let numbered: Vec<_> = rows.iter().enumerate().collect();
+    let (dark, floor) = (dark(&numbered, &measure), floor_ms(&numbered));
+    let shadowed = rows.iter().filter(|row| row.technique != "none").filter_map(|row| point(row, &measure));
+    let worth = |(time, error): (f64, f64)| (time.max(floor), error.max(CLOSE_ENOUGH));
     let Some((time, error)) = point(row, &measure).map(worth).filter(|_| row.technique != "none") else { return false };
-    let others: Vec<(f64, f64)> = points(true).into_iter().filter(|point| point.1 < dark).map(worth).collect();
+    let others: Vec<(f64, f64)> = shadowed.filter(|point| point.1 < dark).map(worth).collect();
     let beaten = |by: &dyn Fn((f64, f64)) -> bool| others.iter().any(|other| by(*other));
     beaten(&|(t, e)| WORSE * t * e < time * error)
         && beaten(&|(t, _)| LATER * t < time)
@@ -92,16 +92,16 @@ pub fn is_far(row: &Row, rows: &[Row]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::{ImageError, PointError, RowError, Status};
+    use crate::measure::{ImageError, RowError, SeenError, Status};
     use crate::report::answer::tests::row;
 
     #[test]
     fn what_is_beaten_by_far_is_hopeless() {
         let of = |technique: &str, ms: f64, error: f64, bytes: u64| {
-            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
-            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
-            let frame_ns = Some(ms * 1e6);
-            Row { technique: technique.into(), frame_ns, error, bytes_resident: Some(bytes), ..Row::default() }
+            let seen = Some(SeenError { mean: error, ..SeenError::default() });
+            let error = Some(RowError { seen, map: None, space: None, surface: None, casters: None, image: None });
+            let cost_ns = Some(ms * 1e6);
+            Row { technique: technique.into(), cost_ns, error, bytes_resident: Some(bytes), ..Row::default() }
         };
         let failed = Row { status: Status::Failed, ..of("avsm", 1.0, 0.0, 1) };
         let rows = [
@@ -167,12 +167,12 @@ mod tests {
     /// row that is better by FLIP stays.
     #[test]
     fn a_limit_of_flip_drops_nothing_by_points_alone() {
-        let of = |ms: f64, surface: f64, flip: Option<f64>| {
-            let surface = Some(PointError { mean_abs: surface, ..PointError::default() });
+        let of = |ms: f64, mean: f64, flip: Option<f64>| {
+            let seen = Some(SeenError { mean, ..SeenError::default() });
             let image =
                 flip.map(|flip_mean| ImageError { flip_mean, rmse: 0.0, bounce_rmse: None, bounce_noise: None });
-            let error = Some(RowError { map: None, space: None, surface, casters: None, image });
-            Row { technique: "avsm".into(), frame_ns: Some(ms * 1e6), error, ..Row::default() }
+            let error = Some(RowError { seen, map: None, space: None, surface: None, casters: None, image });
+            Row { technique: "avsm".into(), cost_ns: Some(ms * 1e6), error, ..Row::default() }
         };
         let flip = Limits { flip: Some(0.05), ..Limits::default() };
         for (flips, hopeless) in [

@@ -23,12 +23,12 @@ pub(super) fn warnings(row: &Row) -> Vec<String> {
     unsteady.into_iter().chain(wrong.into_iter().filter_map(|(name, points)| of(name, points))).collect()
 }
 
-/// Whether surface error puts the rows of each scene in the same order as FLIP, which models the eye: Spearman's rank correlation. None
+/// Whether seen error puts the rows of each scene in the same order as FLIP, which models the eye: Spearman's rank correlation. None
 /// where too few rows have both.
 pub(super) fn agreement(results: &Results) -> Option<String> {
     let both = |row: &Row| {
         let error = row.error.as_ref().filter(|_| row.status == Status::Ok)?;
-        Some((error.surface?.mean_abs, error.image?.flip_mean))
+        Some((error.seen?.mean, error.image?.flip_mean))
     };
     let of_scene = |scene: &&str| {
         let pairs: Vec<_> = results.rows.iter().filter(|row| row.scene == *scene).filter_map(both).collect();
@@ -36,6 +36,5 @@ pub(super) fn agreement(results: &Results) -> Option<String> {
         Some(format!("{scene} {rank:.2} ({} rows)", pairs.len()))
     };
     let scenes: Vec<_> = super::pareto::scenes(results).iter().filter_map(of_scene).collect();
-    (!scenes.is_empty())
-        .then(|| format!("rank correlation (Spearman) of surface error and FLIP: {}", scenes.join(", ")))
+    (!scenes.is_empty()).then(|| format!("rank correlation (Spearman) of seen error and FLIP: {}", scenes.join(", ")))
 }

@@ -3,7 +3,7 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
-use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
+use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, dark, is_closer, measure_of_any, point, undecided};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
 use crate::technique::{Lifetime, REGISTRY};
@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 /// Limits of an answer's time, memory and error; an absent one is no limit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
-    /// Milliseconds of a frame.
+    /// Milliseconds that shadows add to a frame.
     pub ms: Option<f64>,
     /// Error of the kind by which the scene's rows are compared.
     pub error: Option<f64>,
@@ -81,13 +81,12 @@ pub struct Recommendation {
     pub text: String,
     scene: String,
     device: String,
-    /// The kind of the rows' errors, such as `surface error`.
+    /// The kind of the rows' errors, such as `seen error`.
     error: &'static str,
-    best: Chosen,
+    /// Absent where times decide nothing.
+    best: Option<Chosen>,
     closer: Option<Chosen>,
-    /// A row that is about as quick as the best and far closer by FLIP.
-    by_flip: Option<Chosen>,
-    fastest: Chosen,
+    fastest: Option<Chosen>,
     closest: Chosen,
     smallest: Option<Chosen>,
 }
@@ -103,11 +102,6 @@ struct Chosen {
     /// The time of its bake, which is spent once and is not in the time of a frame.
     bake_ms: Option<f64>,
 }
-
-/// When a second row is named beside the best one: it takes at most `ABOUT_AS_QUICK` times as long, and its error by
-/// FLIP is smaller by a factor of at least `FAR_CLOSER`.
-const ABOUT_AS_QUICK: f64 = 1.25;
-const FAR_CLOSER: f64 = 3.0;
 
 /// For each scene, in the order in which scenes were measured, an answer, or in one line why there is none.
 pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<Recommendation, String>> {
@@ -135,29 +129,40 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     };
     let row = |index: usize| &results.rows[index];
     let at = |index: usize| point(row(index), &measure).unwrap_or_default();
-    let (time, error) = at(found.best);
-    let mut text = format!(
-        "{name}: {} is best balanced: {} {}, {} {}.\n",
-        to_paste(row(found.best)),
-        significant(time),
-        measure.time.unit,
-        measure.name,
-        significant(error)
-    );
-    text += &match next_closer(&within, &measure, found.best) {
-        Some(next) => {
-            let (longer, smaller) = (at(next).0 / time, at(next).1 / error);
-            format!(
-                "{} of its error: {} takes {} times as long.\n",
-                significant(smaller),
-                to_paste(row(next)),
-                significant(longer)
-            )
+    let next = found.best.and_then(|best| next_closer(&within, &measure, best));
+    let text = match found.best {
+        Some(best) => {
+            let (time, error) = at(best);
+            let figures =
+                format!("{} {}, {} {}", significant(time), measure.time.unit, measure.name, significant(error));
+            let dark = dark(&rows, &measure);
+            let without =
+                if dark.is_finite() { format!(" (without shadows {})", significant(dark)) } else { "".into() };
+            let mut text = format!("{name}: {} is best balanced: {figures}{without}.\n", to_paste(row(best)));
+            if !found.equal.is_empty() {
+                text += &format!("{}\n", equals(found.equal.iter().map(|index| to_paste(row(*index)))));
+            }
+            text += &match next {
+                Some(next) => {
+                    let (longer, smaller) = (at(next).0 / time, at(next).1 / error);
+                    let (smaller, spec) = (significant(smaller), to_paste(row(next)));
+                    match longer > 0.0 && longer.is_finite() {
+                        true => format!(
+                            "{smaller} of its error: {spec}, {} times the {}.\n",
+                            significant(longer),
+                            measure.time.name
+                        ),
+                        false => format!("{smaller} of its error: {spec}.\n"),
+                    }
+                }
+                None => "Nothing within the limits is closer by a tenth or more.\n".into(),
+            };
+            text
         }
-        None => "Nothing within the limits is closer by a tenth or more.\n".into(),
+        None => format!("{name}: no row is named by its time: {}.\n", undecided(&found, &rows)),
     };
     let beside = if measure.name == FLIP.name { measure_of_any(&rows) } else { FLIP };
-    let three = [("fastest", Some(found.fastest)), ("closest", Some(found.closest)), ("smallest", found.smallest)];
+    let three = [("fastest", found.fastest), ("closest", Some(found.closest)), ("smallest", found.smallest)];
     let head = ["", measure.time.unit, measure.name, beside.name, "memory", "spec"].map(str::to_owned);
     let second = |row: &Row| (beside.of)(row).map_or_else(|| NOTHING.into(), significant);
     let line = |(what, index): (&str, Option<usize>)| {
@@ -181,49 +186,50 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
             bake_ms,
         }
     };
-    let next = next_closer(&within, &measure, found.best);
-    let by_flip = closer_by_flip(&within, &measure, found.best);
     let mut notes = String::new();
-    if let (Some(other), Some(own)) = (by_flip, (FLIP.of)(row(found.best))) {
+    for &index in &found.left_out {
+        let flip = (FLIP.of)(row(index)).map(significant).unwrap_or_default();
         notes += &format!(
-            "\nBy FLIP {} is far closer: {} for {}, in {} times the time; --max-flip chooses by it.",
-            to_paste(row(other)),
-            second(row(other)),
-            significant(own),
-            significant(at(other).0 / time)
+            "\n{} is left out: it paints the picture and answers at no point (FLIP {flip}).",
+            to_paste(row(index))
         );
     }
-    let mut named: Vec<usize> = [found.best, found.fastest, found.closest].into();
-    named.extend(next.into_iter().chain(by_flip).chain(found.smallest));
+    let named = [found.best, found.fastest, Some(found.closest), next, found.smallest];
     let mut told = BTreeSet::new();
-    for (index, ms) in named.into_iter().filter_map(|index| Some((index, bake_ms(row(index), &measure)?))) {
+    for (index, ms) in named.into_iter().flatten().filter_map(|index| Some((index, bake_ms(row(index), &measure)?))) {
         if told.insert(index) {
             notes += &format!("\n{} is baked: {} ms, once, in no frame's time.", to_paste(row(index)), significant(ms));
         }
     }
-    let unsteady = row(found.best).steadiness.map(|s| s.warnings()).filter(|warnings| !warnings.is_empty());
-    let unsteady = unsteady.map(|warnings| {
-        format!("\nTimes of {} were not steady ({}): measure again.", to_paste(row(found.best)), warnings.join(", "))
+    let unsteady = found.best.and_then(|best| Some((best, row(best).steadiness?.warnings())));
+    let unsteady = unsteady.filter(|(_, warnings)| !warnings.is_empty()).map(|(best, warnings)| {
+        format!("\nTimes of {} were not steady ({}): measure again.", to_paste(row(best)), warnings.join(", "))
     });
     Ok(Recommendation {
         text: text + &aligned(&lines) + &notes + &unsteady.unwrap_or_default(),
         scene: scene.to_owned(),
         device: results.device.name.clone(),
         error: measure.name,
-        best: chosen(found.best),
+        best: found.best.map(chosen),
         closer: next.map(chosen),
-        by_flip: by_flip.map(chosen),
-        fastest: chosen(found.fastest),
+        fastest: found.fastest.map(chosen),
         closest: chosen(found.closest),
         smallest: found.smallest.map(chosen),
     })
 }
 
+/// That rows cannot be told from the best one.
+fn equals(specs: impl Iterator<Item = String>) -> String {
+    /// So many are named.
+    const NAMED: usize = 3;
+    let all: Vec<String> = specs.collect();
+    let more = if all.len() > NAMED { format!(" and {} more", all.len() - NAMED) } else { String::new() };
+    format!("Equal to it within the noise of times: {}{more}.", all[..all.len().min(NAMED)].join("; "))
+}
+
 /// The row whose worst break of a limit is the smallest, and the limits that it breaks.
 fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<Broken>)> {
-    let dark = rows.iter().filter(|(_, row)| row.technique == "none").filter_map(|(_, row)| point(row, measure));
-    let dark = dark.map(|point| point.1).fold(f64::INFINITY, f64::min);
-    let could = |row: &Row| row.technique != "none" && point(row, measure).is_some_and(|point| point.1 < dark);
+    let could = |row: &Row| point(row, measure).is_some() && is_closer(row, rows, measure);
     let worst = |broken: &[Broken]| broken.iter().map(|broken| broken.times).fold(0.0, f64::max);
     rows.iter()
         .filter(|(_, row)| could(row))
@@ -235,7 +241,8 @@ fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) ->
 /// time count as equal.
 fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?));
-    let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();
+    let is_timed = |(_, row): &&(usize, &Row)| row.marks.is_empty() && is_closer(row, rows, measure);
+    let all: Vec<_> = rows.iter().filter(is_timed).filter_map(points).collect();
     let error = all.iter().find(|(index, _)| *index == best)?.1.1;
     let worth = |error: f64| error.max(CLOSE_ENOUGH);
     let closer = all.iter().filter(|(_, point)| worth(point.1) <= 0.9 * worth(error));
@@ -249,24 +256,6 @@ fn bake_ms(row: &Row, measure: &Measure) -> Option<f64> {
     let is_baked = REGISTRY.iter().any(|entry| entry.name == row.technique && entry.lifetime == Lifetime::Baked);
     let is_left_out = (measure.time.of)(row)? < build + row.draw_ns.map_or(0.0, |draw| draw.median);
     (is_baked && is_left_out).then_some(build / 1e6)
-}
-
-/// The row with the least error by FLIP among those that take about as long as row `best`, or less. None where that
-/// error is not far less than that of `best`, and where `best` was itself chosen by FLIP.
-fn closer_by_flip(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
-    let (dark, lit): (Vec<_>, Vec<_>) = rows.iter().partition(|(_, row)| row.technique == "none");
-    let dark = dark.iter().filter_map(|(_, row)| Some(point(row, measure)?.1)).fold(f64::INFINITY, f64::min);
-    let points = |&(index, row): &(usize, &Row)| {
-        let (time, error) = point(row, measure)?;
-        // A row that is no closer than no shadow is no answer.
-        (error < dark).then_some((index, time, (FLIP.of)(row)?))
-    };
-    let all: Vec<_> = lit.iter().filter_map(points).collect();
-    let &(_, time, own) = all.iter().find(|(index, ..)| *index == best)?;
-    let near = all.iter().filter(|(_, other, flip)| {
-        measure.name != FLIP.name && *other <= ABOUT_AS_QUICK * time && FAR_CLOSER * flip.max(CLOSE_ENOUGH) <= own
-    });
-    near.min_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1))).map(|(index, ..)| *index)
 }
 
 /// The spec as it can be given again, without keys that have their default.
@@ -298,7 +287,7 @@ fn aligned(lines: &[[String; 6]]) -> String {
 mod tests {
     use super::*;
     use crate::consume::runs;
-    use crate::measure::{ImageError, PointError, RowError, Status};
+    use crate::measure::{ImageError, RowError, SeenError, Status};
 
     /// A spec of the device's default list is the same after its row is turned back into a spec.
     #[test]
@@ -334,7 +323,7 @@ mod tests {
     fn row(state: &mut u64, index: usize) -> Row {
         let mut number = |count: u64| random(state) % count;
         let technique = if number(6) == 0 { "none" } else { "avsm" };
-        let surface = (number(8) > 0).then(|| PointError { mean_abs: number(6) as f64 / 8.0, ..PointError::default() });
+        let seen = (number(8) > 0).then(|| SeenError { mean: number(6) as f64 / 8.0, ..SeenError::default() });
         let image = (number(4) > 0).then(|| ImageError {
             flip_mean: number(5) as f64 / 8.0,
             rmse: 0.0,
@@ -347,9 +336,9 @@ mod tests {
             // The technique has no such key; the test finds the row again by it.
             variant: [("row".to_owned(), index.to_string())].into(),
             status: if number(8) == 0 { Status::Failed } else { Status::Ok },
-            frame_ns: (number(8) > 0).then(|| (1 + number(6)) as f64 * 1e6),
+            cost_ns: (number(8) > 0).then(|| (1 + number(6)) as f64 * 1e6),
             bytes_resident: (number(8) > 0).then(|| number(6)),
-            error: Some(RowError { map: None, space: None, surface, casters: None, image }),
+            error: Some(RowError { seen, map: None, space: None, surface: None, casters: None, image }),
             ..Row::default()
         }
     }
@@ -358,7 +347,7 @@ mod tests {
     /// there is better.
     #[test]
     fn the_choice_is_that_of_brute_force() {
-        let (mut state, mut answered, mut refused, mut told) = (7, 0, 0, 0);
+        let (mut state, mut answered, mut refused) = (7, 0, 0);
         for _ in 0..4000 {
             let count = 1 + random(&mut state) as usize % 7;
             let rows: Vec<Row> = (0..count).map(|index| row(&mut state, index)).collect();
@@ -374,26 +363,27 @@ mod tests {
             };
             let results = Results { rows: rows.clone(), ..Results::default() };
             let said = recommend(&results, &limits).remove(0);
-            // Without surface errors, FLIP takes their place.
-            let measured = |row: &Row| row.status == Status::Ok && row.frame_ns.is_some();
+            // Without seen errors, FLIP takes their place.
+            let measured = |row: &Row| row.status == Status::Ok && row.cost_ns.is_some();
             let by_flip = limits.flip.is_some() && limits.error.is_none();
-            let is_surface = !by_flip
-                && rows.iter().any(|row| measured(row) && row.error.as_ref().is_some_and(|e| e.surface.is_some()));
+            let seen = |row: &Row| row.error.as_ref().and_then(|e| Some(e.seen?.mean));
+            let shadows = |row: &&Row| row.technique != "none" && row.status == Status::Ok;
+            let is_seen = !by_flip && rows.iter().filter(shadows).any(|row| seen(row).is_some());
             let flip = |row: &Row| row.error.as_ref().and_then(|e| Some(e.image?.flip_mean));
-            let error = |row: &Row| match is_surface {
-                true => row.error.as_ref().and_then(|e| Some(e.surface?.mean_abs)),
-                false => flip(row),
-            };
-            let dark = rows.iter().filter(|r| r.technique == "none" && measured(r)).filter_map(error).reduce(f64::min);
+            let error = |row: &Row| if is_seen { seen(row) } else { flip(row) };
+            let bare = || rows.iter().filter(|r| r.technique == "none" && r.status == Status::Ok);
+            let dark = bare().filter_map(error).reduce(f64::min);
+            let dark_flip = bare().filter_map(flip).fold(f64::INFINITY, f64::min);
             let over =
                 |value: Option<f64>, limit: Option<f64>| limit.is_some_and(|limit| value.is_none_or(|v| v > limit));
             let is_choice = |row: &&Row| {
                 row.technique != "none"
                     && measured(row)
                     && error(row).is_some_and(|error| dark.is_none_or(|dark| error < dark))
+                    && flip(row).is_none_or(|flip| flip < dark_flip)
             };
             let is_within = |row: &&Row| {
-                !over(row.frame_ns.map(|ns| ns / 1e6), limits.ms)
+                !over(row.cost_ns.map(|ns| ns / 1e6), limits.ms)
                     && !over(error(row), limits.error)
                     && !over(flip(row), limits.flip)
                     && !over(row.bytes_resident.map(|b| b as f64), limits.bytes.map(|b| b as f64))
@@ -420,27 +410,28 @@ mod tests {
                 }
             };
             answered += 1;
-            let time = |row: &Row| row.frame_ns.expect("measured");
+            let time = |row: &Row| row.cost_ns.expect("measured");
             let worth = |row: &Row| time(row) * error(row).expect("measured").max(1e-3);
+            // The best has no wrong picture: nothing about as dear has a far better one.
+            let is_right = |row: &&&Row| {
+                let as_dear = within.iter().filter(|other| time(other) <= 1.25 * time(row)).filter_map(|o| flip(o));
+                flip(row).is_none_or(|own| as_dear.fold(f64::INFINITY, f64::min) * 1.5 >= own)
+            };
             let best = named(&text);
-            assert!(within.contains(&best) && within.iter().all(|row| worth(best) <= worth(row)), "{text}");
+            assert!(within.iter().filter(is_right).any(|row| *row == best), "{text}");
+            assert!(within.iter().filter(is_right).all(|row| worth(best) <= worth(row)), "{text}");
+            let equal = within.iter().filter(is_right).any(|row| *row != best && worth(row) == worth(best));
+            assert_eq!(text.contains("Equal to it"), equal, "{text}");
             let closer: Vec<_> = within
                 .iter()
                 .filter(|row| error(row).expect("measured").max(1e-3) <= 0.9 * error(best).expect("measured").max(1e-3))
                 .collect();
-            let second = text.lines().nth(1).expect("what is closer");
+            let second = text.lines().skip(1).find(|line| !line.starts_with("Equal")).expect("what is closer");
             assert_eq!(closer.is_empty(), second.starts_with("Nothing"), "{text}");
             if !closer.is_empty() {
                 let next = named(second);
                 assert!(within.contains(&next) && error(next) < error(best), "{text}");
                 assert!(closer.iter().all(|row| time(next) <= time(row)), "{text}");
-            }
-            // The row that is named by FLIP is about as quick as the best, and far closer.
-            if let Some(line) = text.lines().find(|line| line.starts_with("By FLIP")) {
-                let other = named(line);
-                assert!(within.contains(&other) && time(other) <= 1.25 * time(best), "{text}");
-                assert!(3.0 * flip(other).expect("told") <= flip(best).expect("told"), "{text}");
-                told += 1;
             }
             let is_table = |line: &&str| ["fastest", "closest", "smallest"].iter().any(|word| line.starts_with(word));
             for line in text.lines().filter(is_table) {
@@ -454,6 +445,6 @@ mod tests {
                 assert!(within.iter().all(no_better), "{text}");
             }
         }
-        assert!(answered > 500 && refused > 500 && told > 50, "{answered}, {refused} and {told}");
+        assert!(answered > 500 && refused > 500, "{answered} and {refused}");
     }
 }

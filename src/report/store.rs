@@ -131,7 +131,10 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(
         ["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples", "draw_pass_median_ns"].map(String::from),
     );
-    names.extend(["frame_ns", "bytes_resident", "bytes_transient", "bytes_on_disk"].map(String::from));
+    names.extend(["frame_ns", "cost_ns", "cost_low_ns", "cost_high_ns", "marks"].map(String::from));
+    names.extend(["unshadowed_draw_median_ns", "unshadowed_seen_mean", "unshadowed_flip_mean"].map(String::from));
+    names.extend(["bytes_resident", "bytes_transient", "bytes_on_disk"].map(String::from));
+    names.extend(["seen_points", "seen_mean", "seen_bias", "seen_p99", "seen_standard_error"].map(String::from));
     for points in ["map", "space", "surface"] {
         names.extend(POINT_COLUMNS.map(|column| format!("{points}_{column}")));
     }
@@ -192,9 +195,17 @@ fn fields(row: &Row, footprints: bool, colored: bool, counters: &BTreeSet<&str>)
     fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
     fields.extend(timing(row.draw_ns));
     fields.push(passes(&row.draw_passes));
-    fields.push(number(row.frame_ns));
+    let [low, high] = row.cost_band_ns.map_or([None; 2], |band| band.map(Some));
+    fields.extend([row.frame_ns, row.cost_ns, low, high].map(number));
+    fields.push(row.marks.join("; "));
+    let bare = row.unshadowed.unwrap_or_default();
+    fields.extend([bare.draw_ns.map(|draw| draw.median), bare.seen, bare.flip_mean].map(number));
     fields.extend([row.bytes_resident, row.bytes_transient, row.bytes_on_disk].map(count));
     let error = row.error.as_ref();
+    let seen = error.and_then(|error| error.seen);
+    fields.push(count(seen.map(|seen| seen.points)));
+    fields.extend([seen.map(|s| s.mean), seen.map(|s| s.bias), seen.map(|s| s.p99)].map(number));
+    fields.push(number(seen.and_then(|seen| seen.standard_error)));
     for points in [error.and_then(|e| e.map), error.and_then(|e| e.space), error.and_then(|e| e.surface)] {
         fields.extend(point_fields(points));
     }

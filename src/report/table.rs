@@ -167,6 +167,7 @@ mod tests {
             bytes_resident: Some(2 << 20),
             bytes_transient: Some(0),
             error: measured.then_some(RowError {
+                seen: None,
                 map: Some(point),
                 space: Some(point),
                 surface: None,
@@ -222,8 +223,8 @@ mod tests {
     #[test]
     fn what_is_worth_most_stays_longest() {
         let mut rows = vec![row("4", Status::Ok, ""), row("8", Status::Ok, "")];
-        rows.iter_mut().for_each(|row| row.frame_ns = Some(5e6));
-        let headings = ["frame ms", "resident", "FLIP", "map |err|", "space |err|", "build ms"];
+        rows.iter_mut().for_each(|row| row.cost_ns = Some(5e6));
+        let headings = ["cost ms", "resident", "FLIP", "map |err|", "space |err|", "build ms"];
         let shown = |width| {
             let text = table_of_width(&results(rows.clone()), Some(width));
             let heading = text.lines().find(|line| line.contains("technique")).expect("a heading").to_owned();

@@ -58,6 +58,7 @@ impl<'a> Subject<'a> {
             points: POINTS,
             picture: PICTURE,
             bounds: Some(bounds),
+            seen: (0, 0),
             watched: Arc::default(),
         };
         Self {

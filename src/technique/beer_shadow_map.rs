@@ -61,6 +61,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[] }],
     promises: |_, _| Promises::OF_DEPTH,
     runs: Runs {
+        usual: &["path=binned"],
+        usual_on_cpu: &["size=128,path=binned"],
         compare: &["path=raster|binned"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,front=weighted,levels=3"],

@@ -89,6 +89,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: COMPUTE, requires: &[] }],
     promises: |spec, _| promises(spec),
     runs: Runs {
+        usual: &["size=128"],
+        usual_on_cpu: &["size=64"],
         compare: &["size=128"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=64,march=exact|steps|ratio", "size=64,direction=mean"],

@@ -53,6 +53,8 @@ pub const ENTRY: Entry = Entry {
     paths: PATHS,
     promises: |_, path| promises(path),
     runs: Runs {
+        usual: &["coefficients=15"],
+        usual_on_cpu: &["size=128,coefficients=15"],
         compare: &["coefficients=7|15"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f,levels=3"],

@@ -50,7 +50,7 @@ pub const ENTRY: Entry = Entry {
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
     promises: |_, _| Promises::EXACT,
-    runs: Runs { compare: &[""], stress_smoke: &[""], stress_meshes: &[""], ..Runs::NONE },
+    runs: Runs { usual: &[""], compare: &[""], stress_smoke: &[""], stress_meshes: &[""], ..Runs::NONE },
     limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(GridQuery::new(context, world, &spec.settings())?)),
 };

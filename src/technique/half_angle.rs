@@ -79,6 +79,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: SLICED, requires: &[] }],
     promises: |_, _| Promises::OF_NO_DEPTH,
     runs: Runs {
+        usual: &[""],
+        usual_on_cpu: &["size=128"],
         compare: &[""],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,slices=32,storage=r16f|r8|r32f"],

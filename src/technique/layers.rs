@@ -79,6 +79,8 @@ pub const ENTRY: Entry = Entry {
     paths: PATHS,
     promises: |_, path| promises(path),
     runs: Runs {
+        usual: &["layers=16"],
+        usual_on_cpu: &["size=128,layers=16"],
         compare: &["layers=16"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &[

@@ -70,6 +70,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: COMPUTE, requires: &[] }],
     promises: |_, _| PROMISES,
     runs: Runs {
+        usual: &["nodes=8"],
+        usual_on_cpu: &["size=128,grid=64,nodes=8"],
         compare: &["nodes=8"],
         on_cpu: &[(Name::SIZE, "64"), (Name::GRID, "64")],
         stress_smoke: &["size=32,grid=64", "size=32,grid=64,nodes=16,samples=32,levels=3"],

@@ -80,6 +80,8 @@ pub const ENTRY: Entry = Entry {
     paths: PATHS,
     promises: |spec, path| promises(&spec.settings(), path),
     runs: Runs {
+        usual: &["moments=6"],
+        usual_on_cpu: &["size=128,moments=6"],
         compare: &["moments=4|6|8", "basis=trigonometric"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &[

@@ -40,7 +40,7 @@ pub const ENTRY: Entry = Entry {
     keys: &[],
     paths: &[Path { name: LIT, requires: &[] }],
     promises: |_, _| Promises { rise: Some(0.0), order: Some(0.0), ..Promises::NONE },
-    runs: Runs { compare: &[""], many_lights: &["shading=tiled"], ..Runs::NONE },
+    runs: Runs { usual: &[""], usual_on_cpu: &[""], compare: &[""], many_lights: &["shading=tiled"], ..Runs::NONE },
     limits: |_, _| Vec::new(),
     open: |context, _, _| Ok(Box::new(Unshadowed::new(context, &Settings)?)),
 };

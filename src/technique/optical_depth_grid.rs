@@ -76,6 +76,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: COMPUTE, requires: &[] }],
     promises: |_, _| Promises { order: Some(0.0), ..Promises::NONE },
     runs: Runs {
+        usual: &["cells=64"],
+        usual_on_cpu: &["cells=64"],
         compare: &["cells=64"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["cells=32,bake=whole|round-robin"],

@@ -65,6 +65,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: TRACE, requires: &[Requirement::RayQuery] }],
     promises: |spec, _| promises(spec),
     runs: Runs {
+        usual: &[""],
+        usual_on_cpu: &[""],
         compare: &[""],
         many_lights: &["shading=tiled"],
         stress_smoke: &["", "hits=random"],

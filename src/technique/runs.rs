@@ -6,11 +6,15 @@ use crate::Result;
 
 /// A list for each command; a list may be empty.
 pub struct Runs {
-    /// Run by `compare`, for a scene with few lights or with translucent casters.
+    /// Run by `compare`: the technique at its best path, and what a device's features buy.
+    pub usual: &'static [&'static str],
+    /// The same on a software device: in sizes at which techniques differ, without what would take minutes.
+    pub usual_on_cpu: &'static [&'static str],
+    /// Run by `compare --all`, for a scene with few lights or with translucent casters.
     pub compare: &'static [&'static str],
-    /// Run by `compare`, for meshes under many lights.
+    /// Run by `compare --all`, for meshes under many lights.
     pub many_lights: &'static [&'static str],
-    /// Keys and values that replace those of the lists on a software device, where those would take minutes.
+    /// Keys and values that replace those of the other lists on a software device, where those would take minutes.
     pub on_cpu: &'static [(Name, &'static str)],
     /// Run by `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
     pub stress_smoke: &'static [&'static str],
@@ -21,7 +25,15 @@ pub struct Runs {
 
 impl Runs {
     /// Nothing.
-    pub const NONE: Self = Self { compare: &[], many_lights: &[], on_cpu: &[], stress_smoke: &[], stress_meshes: &[] };
+    pub const NONE: Self = Self {
+        usual: &[],
+        usual_on_cpu: &[],
+        compare: &[],
+        many_lights: &[],
+        on_cpu: &[],
+        stress_smoke: &[],
+        stress_meshes: &[],
+    };
 }
 
 /// One of the lists.

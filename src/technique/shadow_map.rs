@@ -41,6 +41,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: RASTER, requires: &[] }, Path { name: COMPUTE, requires: &[] }],
     promises: |_, _| Promises::OF_OPAQUE,
     runs: Runs {
+        usual: &[""],
+        usual_on_cpu: &[""],
         many_lights: &["shading=tiled,size=128|512"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_meshes: &["size=32"],

@@ -71,6 +71,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
     promises,
     runs: Runs {
+        usual: &["path=binned,sampling=stratified,samples=16"],
+        usual_on_cpu: &["size=128,path=binned,sampling=stratified,samples=8"],
         compare: &[
             "path=binned,sampling=plain|stratified,samples=4|8|16|64",
             "path=binned,sampling=hash,samples=1|16,filter=bilinear|gaussian",

@@ -58,6 +58,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: BINNED, requires: &[Requirement::ExtendedFormats] }, Path { name: RASTER, requires: &[] }],
     promises: |_, path| promises(path),
     runs: Runs {
+        usual: &["path=binned"],
+        usual_on_cpu: &["size=128,path=binned"],
         compare: &["path=raster|binned"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=raster|binned,levels=3", "size=32,path=binned,storage=r16f"],

@@ -43,6 +43,7 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: LIST, requires: &[Requirement::FragmentStores] }],
     promises: |_, _| PROMISES,
     runs: Runs {
+        usual: &[""],
         compare: &[""],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32"],

@@ -110,6 +110,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
     promises: |_, _| Promises::OF_OPAQUE,
     runs: Runs {
+        usual: &["march=exact", "cell=triangles"],
+        usual_on_cpu: &["march=exact,size=64"],
         // The sizes and numbers of steps of Pestana 2015.
         many_lights: &[
             "shading=tiled,march=exact,size=64|128|256",

@@ -56,6 +56,8 @@ pub const ENTRY: Entry = Entry {
     paths: PATHS,
     promises: |_, path| promises(path),
     runs: Runs {
+        usual: &["rank=3"],
+        usual_on_cpu: &["size=128,rank=3"],
         compare: &["rank=3"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f,levels=3"],

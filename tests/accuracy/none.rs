@@ -20,6 +20,7 @@ fn leaving_shadows_out_costs_what_shadows_take() {
             frames: 2,
             warm_up: 0,
             space_points: 512,
+            seen_points: 512,
             lookups: 0,
             picture: [32, 18],
             footprints: false,

@@ -16,6 +16,7 @@ fn what_is_prepared_is_not_made_again() {
             frames: 1,
             warm_up: 0,
             space_points: 512,
+            seen_points: 512,
             lookups: 0,
             picture: [32, 18],
             footprints: false,

@@ -400,6 +400,7 @@ pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
         frames: 1,
         warm_up: 0,
         space_points: 6000,
+        seen_points: 2048,
         lookups: 0,
         picture: [96, 64],
         turning: false,

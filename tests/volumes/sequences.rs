@@ -252,6 +252,7 @@ fn frames_that_are_read_are_compared_as_those_in_memory() {
             frames: COUNT,
             warm_up: 1,
             space_points: 300,
+            seen_points: 300,
             lookups: 0,
             picture: [32, 18],
             turning: false,

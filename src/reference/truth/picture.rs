@@ -230,7 +230,7 @@ fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64
 }
 
 /// A caster's albedo: splats and volumes have colours of their own.
-fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
+pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.gaussians.get(i));
     match splat {
         Some(splat) => DVec3::from(splat.color.map(f64::from)),

@@ -154,12 +154,12 @@ fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
     }
     // Technique → devices.
     let mut groups: Vec<(usize, Vec<String>)> = Vec::new();
-    let mut by = "";
+    let (mut by, mut time) = ("", "");
     for &column in &columns {
         let rows: Vec<_> = common.iter().filter_map(|&line| Some((line, measured(column, line)?))).collect();
         let measure = measure(&rows);
-        by = measure.name;
-        let best = answer(&rows, &measure)?.best;
+        (by, time) = (measure.name, measure.time.name);
+        let best = answer(&rows, &measure)?.best?;
         let name = beside.columns[column].name.clone();
         match groups.iter_mut().find(|(line, _)| *line == best) {
             Some((_, devices)) => devices.push(name),
@@ -177,7 +177,7 @@ fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
     let parts: Vec<String> = groups.iter().map(on).collect();
     let all = common.len();
     Some(one_line(&format!(
-        "On {scene} the best balanced by frame time and {by}, of {all} specs that all have, is {}",
+        "On {scene} the best balanced by {time} and {by}, of {all} specs that all have, is {}",
         listed(&parts)
     )))
 }

@@ -33,6 +33,8 @@ pub fn promises(settings: &Settings, path: &str) -> Promises {
 
 /// What is run.
 pub const RUNS: Runs = Runs {
+    usual: &["path=two-pass|interlock|raster-order|binned"],
+    usual_on_cpu: &["size=128,path=two-pass|interlock|raster-order|binned"],
     compare: &["nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock", "nodes=8,path=raster-order|binned"],
     on_cpu: &[(Name::SIZE, "64")],
     stress_smoke: &[

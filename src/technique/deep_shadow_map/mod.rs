@@ -53,6 +53,8 @@ pub const ENTRY: Entry = Entry {
     ],
     promises: |spec, _| promises(spec),
     runs: Runs {
+        usual: &["error=100"],
+        usual_on_cpu: &["size=128,error=100"],
         compare: &["error=100", "error=100,removal=area"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=two-pass|binned,removal=bound|area", "size=32,path=binned,storage=packed"],

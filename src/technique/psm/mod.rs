@@ -93,6 +93,8 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
     promises: |_, path| promises(path),
     runs: Runs {
+        usual: &["path=fused"],
+        usual_on_cpu: &["size=128,path=fused"],
         compare: &["path=raster|fused"],
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &[

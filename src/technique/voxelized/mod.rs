@@ -63,7 +63,7 @@ pub const ENTRY: Entry = Entry {
     keys: Settings::KEYS,
     paths: &[Path { name: TILES, requires: &[] }],
     promises: |_, _| Promises::OF_OPAQUE,
-    runs: Runs { stress_meshes: &["size=64"], ..Runs::NONE },
+    runs: Runs { usual: &[""], usual_on_cpu: &[""], stress_meshes: &["size=64"], ..Runs::NONE },
     limits: |_, _| Vec::new(),
     open,
 };
