@@ -22,6 +22,7 @@ mod rank;
 mod repeats;
 mod results;
 mod shards;
+mod stage_rates;
 pub mod standard;
 mod standing;
 mod steadiness;
@@ -50,6 +51,7 @@ pub use results::{
     DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
 };
 pub use shards::{Shard, join};
+pub use stage_rates::{StageArithmetic, StageRates, marks, stage_rates};
 pub use standing::Standing;
 pub use steadiness::Steadiness;
 pub use submission::{SUBMISSION, Submission, answers_hash, noise};

@@ -4,7 +4,7 @@
 //! takes files of versions 1 and 2 too.
 
 use crate::gpu::{Executable, Features, PassCounts};
-use crate::measure::{CasterError, ColorError, FootprintError, PointError, Shard, Steadiness, Timing};
+use crate::measure::{CasterError, ColorError, FootprintError, PointError, Shard, StageRates, Steadiness, Timing};
 use crate::technique::settings::AUTO;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -62,10 +62,13 @@ pub struct DeviceFacts {
     /// How fast it copies, where that was measured (`compare --passes`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub copy_bytes_per_second: Option<f64>,
+    /// How fast fragments compute, beside compute threads. Absent without timestamps. New in version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stages: Option<StageRates>,
 }
 
 impl DeviceFacts {
-    /// The facts of a device, without its measured copy rate.
+    /// The facts of a device, without what is measured.
     pub fn of(features: &Features) -> Self {
         Self {
             name: features.name.clone(),
@@ -74,6 +77,7 @@ impl DeviceFacts {
             kind: features.kind.to_string(),
             features: features.facts(),
             copy_bytes_per_second: None,
+            stages: None,
         }
     }
 }
@@ -139,6 +143,9 @@ pub struct Row {
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
+    /// Reasons why the row's times decide nothing ([`crate::measure::marks`]). New in version 4.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<String>,
     /// Counts of the passes of a build, and behind them of drawing the picture. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counts: Vec<PassCount>,
@@ -191,6 +198,9 @@ pub struct PassTiming {
     pub p05_ns: f64,
     /// Nanoseconds.
     pub p95_ns: f64,
+    /// Whether anything is drawn in it. New in version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub raster: Option<bool>,
 }
 
 /// Counts of all passes of one name in a build, or in drawing a picture.

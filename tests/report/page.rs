@@ -90,7 +90,8 @@ fn columns_without_any_value_are_not_there() {
 /// Class → colour in the style sheet, pass → classes of its bars.
 #[test]
 fn each_pass_has_a_colour_of_its_own_in_all_scenes() {
-    let pass = |i: usize| PassTiming { name: format!("pass {i};"), median_ns: 1e6, p05_ns: 1e6, p95_ns: 1e6 };
+    let pass =
+        |i: usize| PassTiming { name: format!("pass {i};"), median_ns: 1e6, p05_ns: 1e6, p95_ns: 1e6, raster: None };
     let mut rows = vec![row("a", "one", 8, 1.0, 0.1), row("a", "two", 8, 1.0, 0.1), row("b", "two", 8, 1.0, 0.1)];
     rows[0].passes = (0..25).map(pass).collect();
     rows[1].passes = (20..40).map(pass).collect();
@@ -172,7 +173,13 @@ fn page_and_table_of_an_interrupted_run() {
 #[test]
 fn passes_stand_in_columns_with_the_whole_build() {
     let mut rows = vec![row("a", "psm", 4, 3.5, 0.01), row("a", "psm", 8, 2.0, 0.01), refused("a", "no geometry")];
-    let pass = |name: &str, ms: f64| PassTiming { name: name.into(), median_ns: ms * 1e6, p05_ns: 0.0, p95_ns: 0.0 };
+    let pass = |name: &str, ms: f64| PassTiming {
+        name: name.into(),
+        median_ns: ms * 1e6,
+        p05_ns: 0.0,
+        p95_ns: 0.0,
+        raster: None,
+    };
     rows[0].passes = vec![pass("maps.opaque", 0.125), pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
     rows[1].passes = vec![pass("psm.fused", 1.5)];
     rows[0].draw_passes.clear();
