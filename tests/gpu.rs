@@ -20,6 +20,9 @@ mod limits;
 #[path = "gpu/profile.rs"]
 mod profile;
 
+#[path = "gpu/stages.rs"]
+mod stages;
+
 use gobo::Error;
 use gobo::gpu::{
     Bindings, Buffer, Constants, Format, Image, ImageUse, Kernel, Memory, Messages, ReadBack, Resource,

@@ -14,7 +14,7 @@ use crate::consume::runs;
 use crate::gpu::Features;
 use crate::measure::{
     DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, built_from,
-    copy_bytes_per_second, with_case,
+    copy_bytes_per_second, marks, stage_rates, with_case,
 };
 use crate::report::{
     Limits, Store, casters, counts, footprints, page, passes, plots, recommend, table, trace, write_whole,
@@ -321,6 +321,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.passes {
         results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
     }
+    results.device.stages = stage_rates(&context)?;
     let progress = Progress::new(left(&rows));
     let mut traced = Vec::new();
     let mut writer = Writer { store: &store, failed: None };
@@ -364,6 +365,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                         (row, drawn) = again;
                     }
                 }
+                row.marks = marks(&row, results.device.stages.as_ref());
                 if let Some(drawn) = drawn {
                     if arguments.trace.is_some() {
                         traced.push((row.clone(), drawn.builds.clone()));

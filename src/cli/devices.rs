@@ -2,7 +2,8 @@
 
 use super::say;
 use crate::Result;
-use crate::gpu::{Features, Requirement, devices};
+use crate::gpu::{Context, Features, Options, Requirement, devices};
+use crate::measure::{StageRates, stage_rates};
 use crate::technique::{Entry, REGISTRY};
 use clap::Args;
 use serde_json::json;
@@ -32,6 +33,11 @@ fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>
     .collect()
 }
 
+/// How fast fragments compute on the device of this index, beside compute threads. The device is opened for it.
+fn stages(index: usize) -> Result<Option<StageRates>> {
+    stage_rates(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let all = devices()?;
     if arguments.json {
@@ -45,7 +51,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                         json!({ "technique": technique, "path": path, "runs": missing.is_none(), "missing": missing })
                     })
                     .collect();
-                json!({ "index": index, "facts": features, "paths": paths })
+                // A device that cannot be opened is listed all the same.
+                let stages = stages(index).ok().flatten();
+                json!({ "index": index, "facts": features, "stages": stages, "paths": paths })
             })
             .collect();
         say(serde_json::Value::from(list))?;
@@ -53,6 +61,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     for (index, features) in all.iter().enumerate() {
         say(format!("{index}  {} ({}, {}, Vulkan {})", features.name, features.kind, features.driver, features.api))?;
+        match stages(index) {
+            Ok(Some(stages)) => say(format!("     {}", stages.sentence()))?,
+            Ok(None) => {}
+            Err(error) => say(format!("     fragments are not measured: {error}"))?,
+        }
         for (technique, path, missing) in paths(features) {
             let answer = missing.map_or("yes".to_owned(), |m| format!("needs {m}"));
             say(format!("     {:<24} {answer}", format!("{technique}:{path}")))?;

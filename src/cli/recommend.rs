@@ -8,7 +8,9 @@ use super::progress::Progress;
 use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
 use crate::gpu::{Context, Features};
-use crate::measure::{DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, built_from, with_case};
+use crate::measure::{
+    DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, StageRates, built_from, marks, stage_rates, with_case,
+};
 use crate::report::{Limits, Store, is_far, recommend};
 use crate::scene::Scene;
 use crate::technique::Spec;
@@ -156,7 +158,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let context = arguments.device.open()?;
     let usual = all_specs(&scene, context.features(), arguments.many_lights)?;
     let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
-    let sweep = Sweep { arguments, scene: &scene, context: &context };
+    let sweep = Sweep { arguments, scene: &scene, context: &context, stages: stage_rates(&context)? };
     let work = Work::of(arguments.quick, context.features());
     if arguments.thorough {
         let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
@@ -248,6 +250,7 @@ struct Sweep<'a> {
     arguments: &'a Arguments,
     scene: &'a Scene,
     context: &'a Context,
+    stages: Option<StageRates>,
 }
 
 impl Sweep<'_> {
@@ -273,7 +276,8 @@ impl Sweep<'_> {
                         continue;
                     }
                     progress.begins(case.scene_name(), spec);
-                    let (row, _) = case.measure(spec);
+                    let (mut row, _) = case.measure(spec);
+                    row.marks = marks(&row, self.stages.as_ref());
                     progress.ends(&row, spec);
                     if self.context.is_lost() {
                         return Err(lost(&row));
@@ -309,7 +313,7 @@ impl Sweep<'_> {
             command: command_line(),
             conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
             shard: None,
-            device: DeviceFacts::of(self.context.features()),
+            device: DeviceFacts { stages: self.stages, ..DeviceFacts::of(self.context.features()) },
             rows: Vec::new(),
             executables: Vec::new(),
         }

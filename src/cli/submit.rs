@@ -4,7 +4,8 @@ use super::progress::Progress;
 use super::{DeviceArguments, MESSAGES, complain, little, say, say_json};
 use crate::gpu::Context;
 use crate::measure::{
-    DeviceFacts, Effort, Results, SCHEMA, SUBMISSION, Submission, answers_hash, noise, standard, with_case,
+    DeviceFacts, Effort, Results, SCHEMA, SUBMISSION, Submission, answers_hash, marks, noise, stage_rates, standard,
+    with_case,
 };
 use crate::report::{submission_table, write_whole};
 use crate::{Error, Result};
@@ -78,11 +79,13 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     let mut rows = Vec::new();
     let little = Effort { frames: 2, warm_up: 0, lookups: little::LOOKUPS, ..standard::EFFORT };
     let effort = if little::is_asked() { little } else { standard::EFFORT };
+    let stages = stage_rates(context)?;
     for (scene, specs) in scenes.iter().zip(&specs) {
         with_case(context, std::slice::from_ref(scene), effort, |case| {
             for spec in specs {
                 progress.begins(&scene.name, spec);
-                let (row, _) = case.measure(spec);
+                let (mut row, _) = case.measure(spec);
+                row.marks = marks(&row, stages.as_ref());
                 progress.ends(&row, spec);
                 rows.push(row);
             }
@@ -114,7 +117,7 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
             command: "gobo submit".into(),
             conditions,
             shard: None,
-            device: DeviceFacts::of(context.features()),
+            device: DeviceFacts { stages, ..DeviceFacts::of(context.features()) },
             rows,
             executables: Vec::new(),
         },

@@ -2,7 +2,7 @@
 
 use super::kernel::PUSH_BYTES;
 use super::pending::Step;
-use super::times::MAX_PASSES;
+use super::times::{MAX_PASSES, TimedPasses};
 use super::{Bindings, Buffer, Context, Image, Kernel, Push, ReadBack};
 use crate::Result;
 use ash::vk;
@@ -40,8 +40,7 @@ pub struct Commands<'a> {
     /// Query pool for counts of passes' work; null unless asked for.
     pub(super) counts: vk::QueryPool,
     passes: u32,
-    /// Names of timed passes, one per line.
-    names: String,
+    timed: TimedPasses,
     /// Whether each pass is timed, instead of all passes together.
     times_passes: bool,
     /// Whatever a recorded command uses, kept alive until the device is done.
@@ -54,8 +53,7 @@ pub struct Commands<'a> {
 pub(super) struct Recorded {
     pub used: Vec<Kept>,
     pub passes: u32,
-    /// Names of timed passes, one per line.
-    pub names: String,
+    pub timed: TimedPasses,
 }
 
 /// Data on their way to a buffer.
@@ -83,9 +81,9 @@ impl<'a> Commands<'a> {
         used: Vec<Kept>,
     ) -> Self {
         let times_passes = context.shared().times_passes.load(Ordering::Relaxed);
-        let (names, read_backs) = (String::with_capacity(NAMES_BYTES), Vec::new());
+        let (timed, read_backs) = (TimedPasses::with_room(NAMES_BYTES), Vec::new());
         let counts = vk::QueryPool::null();
-        Self { context, buffer, whose, frame, queries, counts, passes: 0, names, times_passes, used, read_backs }
+        Self { context, buffer, whose, frame, queries, counts, passes: 0, timed, times_passes, used, read_backs }
     }
 
     /// The frame that is recorded: the number given to [`Commands::on`], or that of the submission.
@@ -104,8 +102,8 @@ impl<'a> Commands<'a> {
         let index = self.passes;
         self.passes += 1;
         if self.queries != vk::QueryPool::null() && (self.times_passes || index == 0) {
-            self.names.push_str(if self.times_passes { name } else { super::times::ALL_PASSES });
-            self.names.push('\n');
+            self.timed.names.push_str(if self.times_passes { name } else { super::times::ALL_PASSES });
+            self.timed.names.push('\n');
             self.timestamp(2 * index);
         }
         let label = self.begin_label(name);
@@ -148,8 +146,8 @@ impl<'a> Commands<'a> {
                 everybody | vk::AccessFlags2::HOST_READ,
             ),
         }
-        let (used, names) = (std::mem::take(&mut self.used), std::mem::take(&mut self.names));
-        Recorded { used, names, passes: self.passes }
+        let (used, timed) = (std::mem::take(&mut self.used), std::mem::take(&mut self.timed));
+        Recorded { used, timed, passes: self.passes }
     }
 
     /// Stages `data` for a pass that copies it to the start of `to`; none where `data` is empty.
@@ -201,6 +199,11 @@ impl<'a> Commands<'a> {
             super::pending::record(self.context.device(), self.buffer, &steps);
             self.used.extend(steps.iter().flat_map(Step::kept));
         }
+    }
+
+    /// Notes that the pass being recorded begins a render.
+    pub(super) fn note_render(&mut self) {
+        self.timed.renders(if self.times_passes { self.passes.saturating_sub(1) } else { 0 });
     }
 
     /// Keeps the resources of a recorded command alive.

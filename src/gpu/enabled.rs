@@ -3,7 +3,7 @@
 
 use super::features::RAY_QUERY_EXTENSIONS;
 use super::{Features, Requirement};
-use ash::{ext, khr, vk};
+use ash::{ext, khr, nv, vk};
 use std::ffi::CStr;
 
 /// A set of features, with the extensions that bring them. A caller names in such a set the features with which its device was opened
@@ -48,6 +48,8 @@ pub struct Enabled {
     pub pipeline_statistics_query: bool,
     /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo.
     pub pipeline_executable_info: bool,
+    /// VK_NV_shader_sm_builtins, shaderSMBuiltins.
+    pub shader_sm_builtins: bool,
     /// VK_EXT_debug_utils of the instance: passes are labelled and objects are named.
     pub debug_utils: bool,
     /// Passes are timed, where the queue has timestamps. Nothing has to be switched on for it.
@@ -78,6 +80,7 @@ impl Enabled {
         calibrated_timestamps: false,
         pipeline_statistics_query: false,
         pipeline_executable_info: false,
+        shader_sm_builtins: false,
         debug_utils: false,
         timestamps: false,
     };
@@ -100,6 +103,7 @@ impl Enabled {
             calibrated_timestamps: features.calibrated_timestamps,
             pipeline_statistics_query: features.pipeline_statistics_query,
             pipeline_executable_info: features.pipeline_executable_info,
+            shader_sm_builtins: features.shader_sm_builtins,
             timestamps: true,
             ..Self::FLOOR
         }
@@ -128,6 +132,7 @@ impl Enabled {
             calibrated_timestamps: self.calibrated_timestamps | other.calibrated_timestamps,
             pipeline_statistics_query: self.pipeline_statistics_query | other.pipeline_statistics_query,
             pipeline_executable_info: self.pipeline_executable_info | other.pipeline_executable_info,
+            shader_sm_builtins: self.shader_sm_builtins | other.shader_sm_builtins,
             debug_utils: self.debug_utils | other.debug_utils,
             timestamps: self.timestamps | other.timestamps,
         }
@@ -142,6 +147,7 @@ impl Enabled {
             (self.conservative_rasterization, ext::conservative_rasterization::NAME),
             (self.calibrated_timestamps, ext::calibrated_timestamps::NAME),
             (self.pipeline_executable_info, khr::pipeline_executable_properties::NAME),
+            (self.shader_sm_builtins, nv::shader_sm_builtins::NAME),
         ] {
             if wanted {
                 names.push(name);
@@ -158,6 +164,7 @@ impl Enabled {
         let interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
         let order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
         let executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        let processors = vk::PhysicalDeviceShaderSMBuiltinsFeaturesNV::default();
         EnabledStructures {
             core: vk::PhysicalDeviceFeatures::default()
                 .geometry_shader(self.geometry_shader)
@@ -182,6 +189,7 @@ impl Enabled {
                 .rasterization_order_color_attachment_access
                 .then(|| order.rasterization_order_color_attachment_access(true)),
             executables: self.pipeline_executable_info.then(|| executables.pipeline_executable_info(true)),
+            processors: self.shader_sm_builtins.then(|| processors.shader_sm_builtins(true)),
             rays: self.ray_query.then(|| {
                 (
                     vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true),
@@ -206,6 +214,8 @@ pub struct EnabledStructures {
     pub order: Option<vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT<'static>>,
     /// Features of VK_KHR_pipeline_executable_properties.
     pub executables: Option<vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR<'static>>,
+    /// Features of VK_NV_shader_sm_builtins.
+    pub processors: Option<vk::PhysicalDeviceShaderSMBuiltinsFeaturesNV<'static>>,
     /// Features of VK_KHR_acceleration_structure and VK_KHR_ray_query.
     pub rays: Option<(
         vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
@@ -228,6 +238,9 @@ impl EnabledStructures {
         }
         if let Some(executables) = &mut self.executables {
             all = all.push_next(executables);
+        }
+        if let Some(processors) = &mut self.processors {
+            all = all.push_next(processors);
         }
         if let Some((structures, query)) = &mut self.rays {
             all = all.push_next(structures).push_next(query);
@@ -289,6 +302,7 @@ impl Features {
             calibrated_timestamps: self.calibrated_timestamps && enabled.calibrated_timestamps,
             pipeline_statistics_query: self.pipeline_statistics_query && enabled.pipeline_statistics_query,
             pipeline_executable_info: self.pipeline_executable_info && enabled.pipeline_executable_info,
+            shader_sm_builtins: self.shader_sm_builtins && enabled.shader_sm_builtins,
             timestamp_valid_bits: if enabled.timestamps { self.timestamp_valid_bits } else { 0 },
             ..self
         }

@@ -2,7 +2,7 @@
 
 use super::Limit;
 use crate::{Error, Result};
-use ash::{ext, khr, vk};
+use ash::{ext, khr, nv, vk};
 
 /// The storage buffers per shader stage that a device must allow: more than the 4 that Vulkan guarantees. A building
 /// pass reads maps, casters, triangles and seven buffers of bins, and writes curves.
@@ -92,6 +92,8 @@ pub struct Features {
     pub pipeline_statistics_query: bool,
     /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver reports about compiled shaders.
     pub pipeline_executable_info: bool,
+    /// VK_NV_shader_sm_builtins, shaderSMBuiltins: a shader can read the number of the processor that it runs on.
+    pub shader_sm_builtins: bool,
     /// Threads per subgroup.
     pub subgroup_size: u32,
     /// Subgroup arithmetic in compute shaders.
@@ -293,6 +295,7 @@ impl Features {
         let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
         let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
         let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        let mut processors = vk::PhysicalDeviceShaderSMBuiltinsFeaturesNV::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features12);
         let is_13 = properties.api_version >= vk::API_VERSION_1_3;
         if is_13 {
@@ -312,6 +315,9 @@ impl Features {
         }
         if has(khr::pipeline_executable_properties::NAME) {
             features = features.push_next(&mut executables);
+        }
+        if has(nv::shader_sm_builtins::NAME) {
+            features = features.push_next(&mut processors);
         }
         // SAFETY: the chain holds only structures whose version or extension the device offers.
         unsafe { instance.get_physical_device_features2(physical, &mut features) };
@@ -377,6 +383,7 @@ impl Features {
             calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
             pipeline_statistics_query: core.pipeline_statistics_query != 0 && !dies_of_statistics(&driver_text),
             pipeline_executable_info: executables.pipeline_executable_info != 0,
+            shader_sm_builtins: processors.shader_sm_builtins != 0,
             subgroup_size: subgroup.subgroup_size,
             subgroup_arithmetic: in_subgroups(vk::SubgroupFeatureFlags::ARITHMETIC),
             subgroup_ballot: in_subgroups(vk::SubgroupFeatureFlags::BALLOT),

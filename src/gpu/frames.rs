@@ -1,7 +1,7 @@
 //! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
 
 use super::commands::{Kept, Recorded, Whose};
-use super::times::{PassTime, Queries};
+use super::times::{PassTime, Queries, TimedPasses};
 use super::{Commands, Context, vk_error};
 use crate::{Error, Result};
 use ash::vk;
@@ -26,15 +26,15 @@ struct State {
 struct Frame {
     number: u64,
     used: Vec<Kept>,
-    /// Queries of each recording, and the names of its passes.
-    timed: Vec<(Queries, String)>,
+    /// Queries of each recording, and its passes.
+    timed: Vec<(Queries, TimedPasses)>,
 }
 
 impl Frame {
     /// The times of its passes; none where the frame is not over.
     fn times(&self) -> Vec<PassTime> {
-        let read = |(queries, names): &(Queries, String)| {
-            queries.read(names, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()
+        let read = |(queries, passes): &(Queries, TimedPasses)| {
+            queries.read(passes, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()
         };
         self.timed.iter().flat_map(read).collect()
     }
@@ -81,7 +81,7 @@ impl Frames {
         Ok(kept)
     }
 
-    /// Queries for a recording of the newest frame. The names of its passes are set by [`Frames::keep`].
+    /// Queries for a recording of the newest frame. Its passes are set by [`Frames::keep`].
     fn time(&self, context: &Context) -> Result<vk::QueryPool> {
         let unused = self.state().queries.pop();
         let queries = match unused {
@@ -90,7 +90,7 @@ impl Frames {
         };
         let handle = queries.handle;
         if let Some(frame) = self.state().running.last_mut() {
-            frame.timed.push((queries, String::new()));
+            frame.timed.push((queries, TimedPasses::default()));
         }
         Ok(handle)
     }
@@ -104,8 +104,8 @@ impl Frames {
             } else {
                 frame.used.extend(recorded.used);
             }
-            if let Some((_, names)) = frame.timed.iter_mut().find(|(timed, _)| timed.handle == queries) {
-                *names = recorded.names;
+            if let Some((_, passes)) = frame.timed.iter_mut().find(|(timed, _)| timed.handle == queries) {
+                *passes = recorded.timed;
             }
         }
     }

@@ -74,7 +74,7 @@ fn texel_bytes(format: vk::Format) -> Option<u32> {
         vk::Format::R8_UNORM => 1,
         vk::Format::R16_SFLOAT | vk::Format::D16_UNORM => 2,
         vk::Format::R32_UINT | vk::Format::R32_SFLOAT | vk::Format::D32_SFLOAT | vk::Format::R8G8B8A8_UNORM => 4,
-        vk::Format::R32G32_SFLOAT | vk::Format::R16G16B16A16_SFLOAT => 8,
+        vk::Format::R32G32_UINT | vk::Format::R32G32_SFLOAT | vk::Format::R16G16B16A16_SFLOAT => 8,
         vk::Format::R32G32B32A32_SFLOAT => 16,
         _ => return None,
     })

@@ -57,6 +57,7 @@ impl Features {
             calibrated_timestamps: false,
             pipeline_statistics_query: false,
             pipeline_executable_info: false,
+            shader_sm_builtins: false,
             subgroup_arithmetic: false,
             subgroup_ballot: false,
             compute_full_subgroups: false,

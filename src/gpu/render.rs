@@ -56,6 +56,7 @@ impl<'a> Pass<'_, 'a> {
         if let Some(depth_info) = &depth_info {
             info = info.depth_attachment(depth_info);
         }
+        self.commands.note_render();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
         // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
@@ -86,6 +87,7 @@ impl<'a> Pass<'_, 'a> {
             .color_attachments(&colors);
         let scissors: Vec<_> = viewports.iter().map(|side| area([0, 0], [*side, *side])).collect();
         let viewports: Vec<_> = viewports.iter().flat_map(|side| viewport([0, 0], [*side, *side])).collect();
+        self.commands.note_render();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
         // SAFETY: the volume is kept alive, in GENERAL; the area and the layers are all of it.
@@ -120,6 +122,7 @@ impl<'a> Pass<'_, 'a> {
             .dst_access_mask(AFTER_CLEAR.dst_access_mask)];
         let (from, to, by_region) =
             (AFTER_CLEAR.src_stage_mask, AFTER_CLEAR.dst_stage_mask, AFTER_CLEAR.dependency_flags);
+        self.commands.note_render();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
         // SAFETY: the attachments are kept alive, in GENERAL; the barrier is the render pass's self-dependency.

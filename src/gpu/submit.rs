@@ -64,7 +64,7 @@ impl Context {
                 way_out: "report this as a bug".into(),
             });
         }
-        recorder.queries.read(&recorded.names, counts, vk::QueryResultFlags::WAIT).map_err(fail)
+        recorder.queries.read(&recorded.timed, counts, vk::QueryResultFlags::WAIT).map_err(fail)
     }
 
     /// Runs one submission at a time, so that none adds to another's time.

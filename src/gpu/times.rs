@@ -20,10 +20,39 @@ pub struct PassTime {
     pub start_ns: f64,
     /// Likewise.
     pub end_ns: f64,
+    /// Whether it drew anything: it began a render. Of passes that are timed together, whether any did.
+    pub raster: bool,
     /// The device's clock at its beginning, ticks ([`super::Calibration`]).
     pub began: u64,
     /// Its counts, where they were asked for ([`super::Context::count_passes`]).
     pub counts: Option<PassCounts>,
+}
+
+/// The timed passes of a recording.
+#[derive(Default)]
+pub(super) struct TimedPasses {
+    /// Their names, one per line.
+    pub names: String,
+    /// A bit per pass: whether it began a render.
+    renders: [u64; MAX_PASSES as usize / 64],
+}
+
+impl TimedPasses {
+    /// No pass, and room for this many bytes of names.
+    pub fn with_room(bytes: usize) -> Self {
+        Self { names: String::with_capacity(bytes), ..Self::default() }
+    }
+
+    /// Notes that a pass begins a render.
+    pub fn renders(&mut self, pass: u32) {
+        if let Some(word) = self.renders.get_mut(pass as usize / 64) {
+            *word |= 1 << (pass % 64);
+        }
+    }
+
+    fn is_raster(&self, pass: usize) -> bool {
+        self.renders.get(pass / 64).is_some_and(|word| word >> (pass % 64) & 1 == 1)
+    }
 }
 
 /// Puts the passes of a submission behind those before it, as if the device had gone on without a break.
@@ -89,9 +118,14 @@ impl Queries {
         Ok(pool)
     }
 
-    /// The times of passes that are over; `names` has one name per line. With `counts`, their counts too.
-    pub fn read(&self, names: &str, counts: vk::QueryPool, flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
-        let names: Vec<_> = names.lines().take(MAX_PASSES as usize).collect();
+    /// The times of passes that are over. With `counts`, their counts too.
+    pub fn read(
+        &self,
+        passes: &TimedPasses,
+        counts: vk::QueryPool,
+        flags: vk::QueryResultFlags,
+    ) -> VkResult<Vec<PassTime>> {
+        let names: Vec<_> = passes.names.lines().take(MAX_PASSES as usize).collect();
         if names.is_empty() || self.handle == vk::QueryPool::null() {
             return Ok(Vec::new());
         }
@@ -100,6 +134,7 @@ impl Queries {
         // SAFETY: all of these queries were recorded.
         unsafe { self.device.get_query_pool_results(self.handle, 0, &mut ticks, flags) }?;
         let mut times = times(self.device.features(), &names, &ticks);
+        times.iter_mut().enumerate().for_each(|(pass, time)| time.raster = passes.is_raster(pass));
         if counts != vk::QueryPool::null() {
             let counts = counts::read(&self.device, counts, names.len())?;
             times.iter_mut().zip(counts).for_each(|(time, counts)| time.counts = Some(counts));
@@ -118,6 +153,7 @@ fn times(features: &Features, names: &[&str], ticks: &[u64]) -> Vec<PassTime> {
         name: (*name).into(),
         start_ns: ns(t[0]),
         end_ns: ns(t[1]),
+        raster: false,
         began: t[0],
         counts: None,
     };

@@ -24,6 +24,7 @@ mod repeats;
 mod results;
 mod seen;
 mod shards;
+mod stage_rates;
 pub mod standard;
 mod standing;
 mod steadiness;
@@ -54,6 +55,7 @@ pub use results::{
 };
 pub use seen::SeenError;
 pub use shards::{Shard, join};
+pub use stage_rates::{StageArithmetic, StageRates, marks, stage_rates};
 pub use standing::Standing;
 pub use steadiness::Steadiness;
 pub use submission::{SUBMISSION, Submission, answers_hash, noise};

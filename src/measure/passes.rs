@@ -23,7 +23,9 @@ pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     let timing = |name: &str| {
         let frame_ns = |f: &Vec<PassTime>| f.iter().filter(|p| p.name == name).map(|p| p.end_ns - p.start_ns).sum();
         let timing = Timing::of(&frames.iter().map(frame_ns).collect::<Vec<f64>>())?;
-        Some(PassTiming { name: name.into(), median_ns: timing.median, p05_ns: timing.p05, p95_ns: timing.p95 })
+        let raster = frames.iter().flatten().any(|pass| pass.name == name && pass.raster);
+        let (median_ns, p05_ns, p95_ns) = (timing.median, timing.p05, timing.p95);
+        Some(PassTiming { name: name.into(), median_ns, p05_ns, p95_ns, raster: Some(raster) })
     };
     names.into_iter().filter_map(timing).collect()
 }
@@ -50,6 +52,7 @@ mod tests {
             name: name.into(),
             start_ns,
             end_ns,
+            raster: false,
             began: 0,
             counts: None,
         };

@@ -5,7 +5,7 @@
 
 use crate::gpu::{Executable, Features, PassCounts};
 use crate::measure::{
-    CasterError, ColorError, FootprintError, PointError, SeenError, Shard, Steadiness, Timing, Unshadowed,
+    CasterError, ColorError, FootprintError, PointError, SeenError, Shard, StageRates, Steadiness, Timing, Unshadowed,
 };
 use crate::technique::settings::AUTO;
 use crate::{Error, Result};
@@ -64,10 +64,13 @@ pub struct DeviceFacts {
     /// How fast it copies, where that was measured (`compare --passes`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub copy_bytes_per_second: Option<f64>,
+    /// How fast fragments compute, beside compute threads. Absent without timestamps. New in version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stages: Option<StageRates>,
 }
 
 impl DeviceFacts {
-    /// The facts of a device, without its measured copy rate.
+    /// The facts of a device, without what is measured.
     pub fn of(features: &Features) -> Self {
         Self {
             name: features.name.clone(),
@@ -76,6 +79,7 @@ impl DeviceFacts {
             kind: features.kind.to_string(),
             features: features.facts(),
             copy_bytes_per_second: None,
+            stages: None,
         }
     }
 }
@@ -206,6 +210,9 @@ pub struct PassTiming {
     pub p05_ns: f64,
     /// Nanoseconds.
     pub p95_ns: f64,
+    /// Whether anything is drawn in it. New in version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub raster: Option<bool>,
 }
 
 /// Counts of all passes of one name in a build, or in drawing a picture.

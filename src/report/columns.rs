@@ -1,9 +1,13 @@
 //! The measured columns that the table and the page share.
 
+use super::notes::MARK;
 use super::wording::{
     NOTHING, bytes, grouped, milliseconds, one_digit, percent, signed, significant, spread_milliseconds,
 };
 use crate::measure::{ColorError, PointError, Row, SeenError, Status};
+
+/// The group of the columns of times.
+const TIMES: &str = "Time, ms";
 
 /// One measured column.
 pub(super) struct Column {
@@ -27,13 +31,19 @@ pub(super) struct Column {
 }
 
 impl Column {
-    /// The number and its spread as one text.
+    /// The number, its mark and its spread as one text.
     pub(super) fn cell(&self, row: &Row) -> String {
         let Some(value) = (self.value)(row) else { return NOTHING.into() };
+        let number = (self.text)(value) + if self.is_marked(row) { MARK } else { "" };
         match (self.spread)(row) {
-            Some(spread) => format!("{} {spread}", (self.text)(value)),
-            None => (self.text)(value),
+            Some(spread) => format!("{number} {spread}"),
+            None => number,
         }
+    }
+
+    /// Whether the number is a time that decides nothing.
+    pub(super) fn is_marked(&self, row: &Row) -> bool {
+        self.group == TIMES && !row.marks.is_empty() && (self.value)(row).is_some()
     }
 }
 
@@ -127,7 +137,7 @@ const COLUMNS: [Column; 37] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
-            "Time, ms",
+            TIMES,
             "build",
             "build ms",
             "One build of the representation on the device: median [5th–95th percentile]",
@@ -139,7 +149,7 @@ const COLUMNS: [Column; 37] = [
     Column {
         spread: |row| Some(format!("(host {})", milliseconds(row.first_host_ns?))),
         ..column(
-            "Time, ms",
+            TIMES,
             "first",
             "first ms",
             "The first build of a baked technique, by the device and by the host, with all that was recorded again in it",
@@ -149,7 +159,7 @@ const COLUMNS: [Column; 37] = [
         )
     },
     column(
-        "Time, ms",
+        TIMES,
         "host",
         "host ms",
         "One build on the host: recording, submitting, waiting and settling, median",
@@ -158,7 +168,7 @@ const COLUMNS: [Column; 37] = [
         milliseconds,
     ),
     column(
-        "Time, ms",
+        TIMES,
         "10⁶ look-ups",
         "look-up ms/M",
         "A million look-ups at random points on the device, median",
@@ -167,7 +177,7 @@ const COLUMNS: [Column; 37] = [
         milliseconds,
     ),
     column(
-        "Time, ms",
+        TIMES,
         "draw",
         "draw ms",
         "The picture, drawn and lit once on the device: meshes and casters, median",
@@ -176,7 +186,7 @@ const COLUMNS: [Column; 37] = [
         milliseconds,
     ),
     column(
-        "Time, ms",
+        TIMES,
         "frame",
         "frame ms",
         "A build and the lit picture, as in a frame whose light has moved; for baked techniques in a still world, the picture alone",

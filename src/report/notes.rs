@@ -1,7 +1,7 @@
 //! Notes that a reader needs besides the figures.
 
 use super::wording::grouped;
-use crate::measure::{PointError, Results, Row, Status, spearman};
+use crate::measure::{PointError, Results, Row, StageRates, Status, spearman};
 
 /// With fewer rows of a scene, the orders of two figures say nothing.
 const ENOUGH_ROWS: usize = 5;
@@ -21,6 +21,24 @@ pub(super) fn warnings(row: &Row) -> Vec<String> {
     let error = row.error.as_ref();
     let wrong = [("in space", error.and_then(|e| e.space)), ("on surfaces", error.and_then(|e| e.surface))];
     unsteady.into_iter().chain(wrong.into_iter().filter_map(|(name, points)| of(name, points))).collect()
+}
+
+/// Behind the times of a row whose times decide nothing.
+pub(super) const MARK: &str = "†";
+
+/// `17 rows are marked …`, with the reason, in one sentence without a full stop; none where no row is marked. `stages` is told too where
+/// it does not stand nearby.
+pub(super) fn marked(rows: &[Row], stages: Option<StageRates>) -> Option<String> {
+    let count = rows.iter().filter(|row| !row.marks.is_empty()).count();
+    let (rows, their) = match count {
+        0 => return None,
+        1 => ("1 row is".to_owned(), "its"),
+        count => (format!("{} rows are", grouped(count as u64)), "their"),
+    };
+    let device = stages.map(|stages| format!(", and {}", stages.sentence())).unwrap_or_default();
+    Some(format!(
+        "{rows} marked {MARK}: more than a quarter of {their} time is raster work{device}; {their} times decide no answer"
+    ))
 }
 
 /// Whether seen error puts the rows of each scene in the same order as FLIP, which models the eye: Spearman's rank correlation. None

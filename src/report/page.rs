@@ -6,7 +6,7 @@ use crate::report::casters::{ENDS, cell, heading};
 use crate::report::choice::{Choice, choice};
 use crate::report::colours::distinct;
 use crate::report::columns::{Column, shown};
-use crate::report::notes::{agreement, warnings};
+use crate::report::notes::{MARK, agreement, marked, warnings};
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
 use crate::report::plot::plots;
@@ -33,6 +33,12 @@ struct Page<'a> {
     device: &'a DeviceFacts,
     features: Vec<(&'a str, String)>,
     tally: String,
+    /// How fast fragments are on the device, where that was measured.
+    stages: Option<String>,
+    /// How many rows are marked, and why.
+    marked: Option<String>,
+    /// The mark of a time that decides nothing.
+    mark: &'static str,
     choice: Choice,
     shared: Option<String>,
     /// How far surface error and FLIP agree.
@@ -88,6 +94,8 @@ struct PageRow<'a> {
     path: String,
     /// Reasons not to trust its times, or the method.
     warnings: Vec<String>,
+    /// Reasons why its times decide nothing.
+    marks: &'a [String],
     /// Milliseconds of the passes that techniques share; none where there are none.
     shared: Option<String>,
     status: &'static str,
@@ -107,6 +115,7 @@ struct PageRow<'a> {
 #[derive(Serialize)]
 struct PageCell {
     text: String,
+    marked: bool,
     spread: String,
     value: Option<f64>,
 }
@@ -156,6 +165,9 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         device: &results.device,
         features: results.device.features.iter().map(|(name, value)| (name.as_str(), plain(value))).collect(),
         tally: tally(results),
+        stages: results.device.stages.map(|stages| stages.sentence()),
+        marked: marked(&results.rows, results.device.stages),
+        mark: MARK,
         choice: choice(results, &specs),
         shared: specs.shared_line(),
         agreement: agreement(results),
@@ -222,6 +234,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
         bars.sort_by_key(|bar| !bar.shared);
         let cells = columns.iter().map(|column| PageCell {
             text: (column.value)(row).map(column.text).unwrap_or_else(|| NOTHING.into()),
+            marked: column.is_marked(row),
             spread: (column.spread)(row).unwrap_or_default(),
             value: (column.value)(row).filter(|value| value.is_finite()),
         });
@@ -237,6 +250,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
             full_spec: row.spec(),
             path: path(row),
             warnings: warnings(row),
+            marks: &row.marks,
             shared: row.shared_ns().filter(|ns| *ns > 0.0).map(milliseconds),
             status: status_word(row.status),
             outcome: outcome(row),

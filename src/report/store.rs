@@ -121,7 +121,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     let counters: BTreeSet<&str> =
         results.rows.iter().flat_map(|row| row.counters.keys()).map(String::as_str).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let naming = ["scene", "technique", "variant", "path", "status", "reason", "unseen"];
+    let naming = ["scene", "technique", "variant", "path", "status", "reason", "unseen", "marks"];
     let mut names: Vec<String> = naming.map(String::from).into();
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
@@ -131,7 +131,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(
         ["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples", "draw_pass_median_ns"].map(String::from),
     );
-    names.extend(["frame_ns", "cost_ns", "cost_low_ns", "cost_high_ns", "marks"].map(String::from));
+    names.extend(["frame_ns", "cost_ns", "cost_low_ns", "cost_high_ns"].map(String::from));
     names.extend(["unshadowed_draw_median_ns", "unshadowed_seen_mean", "unshadowed_flip_mean"].map(String::from));
     names.extend(["bytes_resident", "bytes_transient", "bytes_on_disk"].map(String::from));
     names.extend(["seen_points", "seen_mean", "seen_bias", "seen_p99", "seen_standard_error"].map(String::from));
@@ -175,6 +175,7 @@ fn fields(row: &Row, footprints: bool, colored: bool, counters: &BTreeSet<&str>)
         status_word(row.status).into(),
         row.reason.clone(),
         row.unseen.join(" "),
+        row.marks.join("; "),
     ];
     let timing = |timing: Option<Timing>| {
         let [median, p05, p95] =
@@ -197,7 +198,6 @@ fn fields(row: &Row, footprints: bool, colored: bool, counters: &BTreeSet<&str>)
     fields.push(passes(&row.draw_passes));
     let [low, high] = row.cost_band_ns.map_or([None; 2], |band| band.map(Some));
     fields.extend([row.frame_ns, row.cost_ns, low, high].map(number));
-    fields.push(row.marks.join("; "));
     let bare = row.unshadowed.unwrap_or_default();
     fields.extend([bare.draw_ns.map(|draw| draw.median), bare.seen, bare.flip_mean].map(number));
     fields.extend([row.bytes_resident, row.bytes_transient, row.bytes_on_disk].map(count));

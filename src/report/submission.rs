@@ -1,5 +1,6 @@
 //! `gobo submit`: a table in Markdown, for the text of a pull request.
 
+use super::notes::{MARK, marked};
 use super::wording::{
     NOTHING, Specs, bytes, milliseconds, one_line, outcome, path, percent, significant, spread_milliseconds,
 };
@@ -17,6 +18,9 @@ pub fn submission_table(submission: &Submission) -> String {
     if let Some(noise) = submission.noise {
         text += &format!("; times vary by {} (median over the rows)", percent(noise));
     }
+    if let Some(stages) = device.stages {
+        text += &format!("; {}", stages.sentence());
+    }
     let layers: Vec<&str> = submission.layers.iter().map(|tool| tool.name.as_str()).collect();
     if !layers.is_empty() {
         text += &format!("; layers: {}", layers.join(", "));
@@ -28,6 +32,7 @@ pub fn submission_table(submission: &Submission) -> String {
         let spec = specs.compact(row).replace('|', "\\|");
         text += &format!("| {} | {spec} | {} | {} |\n", row.scene, path(row), cells(row).join(" | "));
     }
+    text.extend(marked(&results.rows, device.stages).map(|note| format!("\n{note}.\n")));
     text
 }
 
@@ -35,8 +40,10 @@ fn cells(row: &Row) -> [String; 5] {
     if row.status != Status::Ok {
         return [one_line(&outcome(row)), String::new(), String::new(), String::new(), String::new()];
     }
-    let median = |ns: Option<f64>| ns.map_or(NOTHING.into(), milliseconds);
-    let build = row.build_ns.map(|time| format!("{} {}", milliseconds(time.median), spread_milliseconds(&time)));
+    let mark = if row.marks.is_empty() { "" } else { MARK };
+    let time = |ns: f64| milliseconds(ns) + mark;
+    let median = |ns: Option<f64>| ns.map_or(NOTHING.into(), time);
+    let build = row.build_ns.map(|build| format!("{} {}", time(build.median), spread_milliseconds(&build)));
     let error = row.error.as_ref().and_then(|error| error.surface.or(error.space));
     [
         build.unwrap_or(NOTHING.into()),

@@ -2,7 +2,7 @@
 
 use crate::measure::{Results, Row, Status};
 use crate::report::columns::{Column, shown};
-use crate::report::notes::{agreement, warnings};
+use crate::report::notes::{agreement, marked, warnings};
 use crate::report::pareto::scenes;
 use crate::report::wording::{Specs, one_line, outcome, path, shortened};
 use comfy_table::presets::NOTHING;
@@ -27,6 +27,9 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
     let specs = Specs::of(&results.rows);
     let device = &results.device;
     let mut text = one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api));
+    if let Some(stages) = device.stages.filter(|stages| stages.is_lopsided()) {
+        text += &format!("; {}", stages.sentence());
+    }
     text.push('\n');
     if let Some(shared) = specs.shared_line() {
         text += &format!("the same in every row that has it: {shared}\n");
@@ -68,6 +71,7 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
             text += &format!("note: {} on {}: {warning}\n", specs.compact(row), one_line(&row.scene));
         }
     }
+    text.extend(marked(&results.rows, device.stages).map(|note| format!("note: {note}\n")));
     text.extend(agreement(results).map(|line| line + "\n"));
     text
 }
@@ -143,7 +147,7 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::{DeviceFacts, ImageError, PartError, PointError, RowError, SCHEMA, Timing};
+    use crate::measure::{DeviceFacts, ImageError, PartError, PointError, RowError, SCHEMA, StageRates, Timing};
 
     fn row(nodes: &str, status: Status, reason: &str) -> Row {
         let measured = status == Status::Ok;
@@ -263,6 +267,27 @@ mod tests {
             assert!(text.contains(part), "{part} is not in {text}");
         }
         assert_eq!(text.matches("note:").count(), 2, "{text}");
+    }
+
+    /// Times of a marked row have the mark, and one line says why; errors have none.
+    #[test]
+    fn a_marked_row_says_so_once() {
+        let mut marked = row("8", Status::Ok, "");
+        marked.marks = vec!["81 % raster work, on 4 of 132 processors".into()];
+        let mut results = results(vec![row("4", Status::Ok, ""), marked.clone(), marked]);
+        results.device.stages =
+            Some(StageRates { fragment_slowdown: 32.9, fragment_processors: Some(4), processors: Some(132) });
+        let text = table_of_width(&results, None);
+        assert!(
+            text.lines().next().is_some_and(|line| line.contains("; fragments run on 4 of 132 processors")),
+            "{text}"
+        );
+        let note = "note: 2 rows are marked †: more than a quarter of their time is raster work, and fragments run on 4 of 132 \
+                    processors, 33 times slower; their times decide no answer";
+        assert_eq!(text.matches(note).count(), 1, "{text}");
+        assert_eq!((text.matches("2.00† [1.90–2.50]").count(), text.matches('†').count()), (2, 3), "{text}");
+        results.rows.iter_mut().for_each(|row| row.marks.clear());
+        assert!(!table_of_width(&results, None).contains('†'));
     }
 
     #[test]

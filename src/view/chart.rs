@@ -84,6 +84,7 @@ mod tests {
             name: name.into(),
             start_ns: 10.0,
             end_ns: 10.0 + ns,
+            raster: false,
             began: 0,
             counts: None,
         };

@@ -81,8 +81,14 @@ mod tests {
     /// All three medians are over the same frames: a short frame that drew nothing lowers none of them.
     #[test]
     fn medians_are_of_frames_that_drew() {
-        let pass =
-            |ms: f64| PassTime { name: String::new(), start_ns: 1e6, end_ns: 1e6 + ms * 1e6, began: 0, counts: None };
+        let pass = |ms: f64| PassTime {
+            name: String::new(),
+            start_ns: 1e6,
+            end_ns: 1e6 + ms * 1e6,
+            raster: false,
+            began: 0,
+            counts: None,
+        };
         let mut pace = Pace::default();
         assert_eq!(pace.text(), "", "what was not measured is absent");
         for (number, (host, next)) in

@@ -253,6 +253,78 @@ fn interlock_is_held_against_what_does_without() {
     assert!(line("c").contains("| refused: needs fragmentShaderPixelInterlock | 6.00 |"), "{markdown}");
 }
 
+/// A row whose times decide nothing.
+fn marked(mut row: Value) -> Value {
+    row["marks"] = json!(["81 % raster work, on 4 of 132 processors"]);
+    row
+}
+
+/// Results of a device that draws on few of its processors.
+fn lopsided(device: &str, rows: &[Value]) -> Value {
+    let mut results = results(device, rows);
+    results["device"]["stages"] = json!({ "fragment_slowdown": 32.9, "fragment_processors": 4, "processors": 132 });
+    results
+}
+
+/// Marked rows are shown, and neither the answer nor what interlock buys is of them.
+#[test]
+fn what_is_marked_decides_nothing() {
+    let (files, out) = (folder(), folder());
+    let paths = |nodes: &str, times: [f64; 4]| {
+        let named = ["interlock", "two-pass", "raster-order", "binned"];
+        std::array::from_fn::<_, 4, _>(|path| row(nodes, named[path], times[path], 1.0, 0.1, 0.01))
+    };
+    let (few, many) = (paths("8", [29.0, 20.0, 30.0, 40.0]), paths("16", [2.0, 6.0, 3.0, 4.5]));
+    // Of all rows, raster-order would take √(30/29 · 1.5) = 1.25 times as long as interlock.
+    let [interlock, others @ ..] = few.clone();
+    let some = [&[marked(interlock)][..], &others, &many].concat();
+    let a = write(files.path(), "a.json", &lopsided("a", &some));
+    let b = write(files.path(), "b.json", &lopsided("b", &[few.map(marked), many.map(marked)].concat()));
+    // Frames take a quarter of the time with nodes=8, half of it with nodes=16; and a tenth in the row that is marked on a. Of all rows, the
+    // median would be √(2 · 4).
+    let c = [paths("8", [2.0, 4.25, 6.75, 9.25]), paths("16", [0.5, 2.5, 1.0, 1.75])].concat();
+    let c = write(files.path(), "c.json", &results("c", &c));
+    let said = report(out.path(), &[&a, &b, &c]);
+    assert!(
+        said.starts_with(
+            "c is the fastest: a frame takes 2.00 times as long on a (median of the 7 rows that both have);"
+        ),
+        "{said}"
+    );
+    let [markdown, page] =
+        ["devices.md", "devices.html"].map(|name| std::fs::read_to_string(out.path().join(name)).expect(name));
+    for text in [&markdown, &page] {
+        let sentence = |rows: &str| {
+            format!("fragments run on 4 of 132 processors, 33 times slower; {rows} marked †: more than a quarter of")
+        };
+        assert!(text.contains(&format!("a: {} its time is raster work", sentence("1 row is"))), "{text}");
+        assert!(text.contains(&format!("b: {} their time is raster work", sentence("8 rows are"))), "{text}");
+        assert!(!text.contains("c: fragments"), "{text}");
+    }
+    assert!(
+        page.contains(
+            "What interlock buys: ×1.50 over raster-order, the next, on a; not known on b, where rows are marked;"
+        ),
+        "{page}"
+    );
+    let long = "a: ×1.50 over raster-order, the next,; of interlock's build time two-pass takes ×3.00, raster-order takes ×1.50 and binned takes ×2.25; 1 of 8 rows is marked and left out";
+    assert!(
+        markdown.contains(long) && markdown.contains("- b: not known; 8 of 8 rows are marked and left out"),
+        "{markdown}"
+    );
+    // Shown they are, with their marks.
+    assert!(markdown.contains("| 29.0† | 20.0 ×0.690 | 30.0 ×1.03 | 40.0 ×1.38 |"), "{markdown}");
+    let marks: Vec<bool> = csv(&out.path().join("devices.csv")).iter().map(|line| !line["marks"].is_empty()).collect();
+    assert_eq!(marks.iter().filter(|marked| **marked).count(), 1 + 8);
+    let alone = folder();
+    assert_eq!(
+        report(alone.path(), &[&b, &c]),
+        "No two devices have a time of the same rows that is not marked; all 8 errors that two or more have agree to rounding."
+    );
+    report(alone.path(), &[&c]);
+    assert!(csv(&alone.path().join("devices.csv")).iter().all(|line| !line.contains_key("marks")));
+}
+
 /// Parts of one run are one column; older files are read, and editions of one device told apart by their files.
 #[test]
 fn parts_are_one_and_editions_two() {

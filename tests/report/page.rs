@@ -1,8 +1,8 @@
 //! Tables and the page of made-up results.
 
 use crate::{opaque, records, refused, results, row};
-use gobo::measure::{PassTiming, Results};
-use gobo::report::{Store, page, passes, plots, table};
+use gobo::measure::{PassTiming, Results, StageRates, Submission};
+use gobo::report::{Store, page, passes, plots, submission_table, table};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A technique that paints its picture has no points: no dot, no place on the front, dashes.
@@ -41,6 +41,35 @@ fn what_a_row_does_not_have_is_absent() {
     for name in ["host_median_ns", "bytes_resident", "map_points", "map_mean_abs", "space_max", "limit_mean_abs"] {
         assert_eq!(records(&both)[1][name], "", "{name}");
     }
+}
+
+/// The times of a marked row have a mark with its reason, and no other cell has; the CSV has the reason, the table of a submission the mark.
+#[test]
+fn marked_times_are_shown_with_their_reason() {
+    let mut rows = vec![row("plume", "avsm", 8, 2.0, 0.01), row("plume", "psm", 8, 2.0, 0.02)];
+    rows[1].marks = vec!["81 % raster work, on 4 of 132 processors".into()];
+    let mut made = results(rows);
+    made.device.stages =
+        Some(StageRates { fragment_slowdown: 32.9, fragment_processors: Some(4), processors: Some(132) });
+    let dir = tempfile::tempdir().expect("a folder");
+    let html = page(&made, dir.path()).expect("a page");
+    let sentence = "fragments run on 4 of 132 processors, 33 times slower";
+    assert_eq!(html.matches(&format!(" · {sentence} · gobo ")).count(), 1, "beside the device");
+    assert!(html.contains("1 row is marked †: more than a quarter of its time is raster work"), "{html}");
+    let mark = "<span class=\"warning\" title=\"81 % raster work, on 4 of 132 processors\">†</span>";
+    let lines: Vec<&str> = html.lines().filter(|line| line.contains(mark)).collect();
+    // Build, host, look-ups, draw, frame.
+    assert!(lines.len() == 1 && lines[0].matches(mark).count() == 5, "{lines:#?}");
+    let records = records(&made);
+    assert_eq!([&records[0]["marks"], &records[1]["marks"]], ["", "81 % raster work, on 4 of 132 processors"]);
+    let submission = submission_table(&Submission { results: made, ..Submission::default() });
+    assert!(submission.lines().next().is_some_and(|line| line.ends_with(sentence)), "{submission}");
+    let marked = |technique: &str| {
+        let line = submission.lines().find(|line| line.contains(technique)).expect("the row");
+        line.matches('†').count()
+    };
+    // Build, look-ups, draw; and the note.
+    assert_eq!((marked("| avsm"), marked("| psm"), submission.matches('†').count()), (0, 3, 4), "{submission}");
 }
 
 #[test]
@@ -90,7 +119,8 @@ fn columns_without_any_value_are_not_there() {
 /// Class → colour in the style sheet, pass → classes of its bars.
 #[test]
 fn each_pass_has_a_colour_of_its_own_in_all_scenes() {
-    let pass = |i: usize| PassTiming { name: format!("pass {i};"), median_ns: 1e6, p05_ns: 1e6, p95_ns: 1e6 };
+    let pass =
+        |i: usize| PassTiming { name: format!("pass {i};"), median_ns: 1e6, p05_ns: 1e6, p95_ns: 1e6, raster: None };
     let mut rows = vec![row("a", "one", 8, 1.0, 0.1), row("a", "two", 8, 1.0, 0.1), row("b", "two", 8, 1.0, 0.1)];
     rows[0].passes = (0..25).map(pass).collect();
     rows[1].passes = (20..40).map(pass).collect();
@@ -172,7 +202,13 @@ fn page_and_table_of_an_interrupted_run() {
 #[test]
 fn passes_stand_in_columns_with_the_whole_build() {
     let mut rows = vec![row("a", "psm", 4, 3.5, 0.01), row("a", "psm", 8, 2.0, 0.01), refused("a", "no geometry")];
-    let pass = |name: &str, ms: f64| PassTiming { name: name.into(), median_ns: ms * 1e6, p05_ns: 0.0, p95_ns: 0.0 };
+    let pass = |name: &str, ms: f64| PassTiming {
+        name: name.into(),
+        median_ns: ms * 1e6,
+        p05_ns: 0.0,
+        p95_ns: 0.0,
+        raster: None,
+    };
     rows[0].passes = vec![pass("maps.opaque", 0.125), pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
     rows[1].passes = vec![pass("psm.fused", 1.5)];
     rows[0].draw_passes.clear();

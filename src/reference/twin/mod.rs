@@ -2,6 +2,7 @@
 //! light from the truth, and the patches of [`indirect`].
 
 pub mod area;
+pub mod arithmetic;
 pub mod avsm;
 pub mod beer_shadow_map;
 mod bell;

@@ -1,8 +1,9 @@
 //! The head of the report: which device is fastest and by how much, which technique is best there, what interlock buys.
 
 use super::Names;
-use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Status, Times, Verdict};
+use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Column, Line, Row, Status, Times, Verdict};
 use crate::report::answer::{answer, measure};
+use crate::report::notes::marked;
 use crate::report::wording::{one_line, outcome, significant, status_word};
 
 /// The answer in one sentence.
@@ -22,7 +23,22 @@ fn rows(count: usize) -> String {
     if count == 1 { "1 row".into() } else { format!("{count} rows") }
 }
 
-/// Two devices over all rows that both have.
+/// How fast fragments are on each device where that was measured, and how many of its rows are marked for it.
+pub(super) fn stages(beside: &Beside) -> Vec<String> {
+    let of = |column: &Column| {
+        let stages = column.results.device.stages.map(|stages| stages.sentence());
+        let told = [stages, marked(&column.results.rows, None)];
+        let told: Vec<String> = told.into_iter().flatten().collect();
+        (!told.is_empty()).then(|| one_line(&format!("{}: {}", column.name, told.join("; "))))
+    };
+    beside.columns.iter().filter_map(of).collect()
+}
+
+fn is_marked(row: Option<&Row>) -> bool {
+    row.is_some_and(|row| !row.marks.is_empty())
+}
+
+/// Two devices over all rows that both have, and that are marked on neither.
 struct Pair {
     rows: usize,
     /// How many times as long one device takes as the other: the median over the rows.
@@ -32,7 +48,8 @@ struct Pair {
 }
 
 fn pair(beside: &Beside, of: usize, to: usize) -> Option<Pair> {
-    let all: Vec<_> = beside.lines.iter().filter_map(|line| beside.ratio(line, of, to)).collect();
+    let counts = |line: &&Line| [of, to].iter().all(|&column| !is_marked(beside.row(line, column)));
+    let all: Vec<_> = beside.lines.iter().filter(counts).filter_map(|line| beside.ratio(line, of, to)).collect();
     let same = all.iter().filter(|(_, verdict)| matches!(verdict, Verdict::Same | Verdict::Unknown)).count();
     Some(Pair { rows: all.len(), median: median(all.into_iter().map(|(ratio, _)| ratio).collect())?, same })
 }
@@ -61,7 +78,9 @@ fn fastest(beside: &Beside) -> String {
     };
     let scores = (0..count).filter_map(|of| Some((of, score(of)?)));
     let Some((best, _)) = scores.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))) else {
-        return "No two devices have a time of the same rows".into();
+        let marked = beside.columns.iter().flat_map(|column| &column.results.rows).any(|row| is_marked(Some(row)));
+        let that = if marked { " that is not marked" } else { "" };
+        return format!("No two devices have a time of the same rows{that}");
     };
     let others = pairs(best);
     let what = what(beside);
@@ -142,7 +161,8 @@ fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
     let of_scene: Vec<usize> =
         (0..beside.lines.len()).filter(|&line| beside.any(&beside.lines[line]).scene == scene).collect();
     let measured = |column: usize, line: usize| {
-        beside.row(&beside.lines[line], column).filter(|row| row.status == Status::Ok && row.frame_ns.is_some())
+        let counts = |row: &&Row| row.status == Status::Ok && row.frame_ns.is_some() && row.marks.is_empty();
+        beside.row(&beside.lines[line], column).filter(counts)
     };
     let columns: Vec<usize> = (0..beside.columns.len())
         .filter(|&column| of_scene.iter().any(|&line| measured(column, line).is_some()))
@@ -205,13 +225,27 @@ pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
             return bought((short, String::new()), format!("{device}: {}", outcome(refused)));
         }
         let over = |path: usize| {
-            let found: Vec<_> = built.iter().filter_map(|built| beside.over_interlock(built, path)).collect();
+            let counts = |built: &&&Built| [0, path].iter().all(|&path| !is_marked(beside.built_row(built, path)));
+            let counted = built.iter().filter(counts);
+            let found: Vec<_> = counted.filter_map(|built| beside.over_interlock(built, path)).collect();
             let same = found.iter().filter(|(_, verdict)| *verdict == Verdict::Same).count();
             let count = found.len();
             let ratio = median(found.into_iter().map(|(ratio, _)| ratio).collect())?;
             Some((BUILD_PATHS[path], ratio, count, same))
         };
         let found: Vec<_> = (1..BUILD_PATHS.len()).filter_map(over).collect();
+        let all =
+            built.iter().flat_map(|built| (0..BUILD_PATHS.len()).filter_map(|path| beside.built_row(built, path)));
+        let (count, marked) = (all.clone().count(), all.filter(|row| is_marked(Some(row))).count());
+        let left_out = match marked {
+            0 => String::new(),
+            1 => format!("; 1 of {} is marked and left out", rows(count)),
+            _ => format!("; {marked} of {} are marked and left out", rows(count)),
+        };
+        if found.is_empty() && marked > 0 {
+            let short = ("not known".to_owned(), ", where rows are marked".to_owned());
+            return bought(short, format!("{device}: not known{left_out}"));
+        }
         let (quickest, ratio, count, same) = *found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let part = |(path, ratio, count, same): &(&str, f64, usize, usize)| {
             let same =
@@ -224,7 +258,7 @@ pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
             r if r < 1.0 => ("nothing".into(), format!(", where {quickest} is faster")),
             _ => (format!("×{} over {quickest}, the next,", significant(ratio)), String::new()),
         };
-        let long = format!("{device}: {}{}; of interlock's build time {}", short.0, short.1, listed(&parts));
+        let long = format!("{device}: {}{}; of interlock's build time {}{left_out}", short.0, short.1, listed(&parts));
         bought(short, long)
     };
     (0..beside.columns.len()).filter_map(of).collect()

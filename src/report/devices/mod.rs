@@ -9,7 +9,7 @@ pub use table::{devices_csv, devices_json, devices_markdown};
 
 use crate::measure::{BUILD_PATHS, Beside, Built, Line, ROUNDING, Row, Status, Timing, Verdict};
 use crate::report::colours::named;
-use crate::report::notes::warnings;
+use crate::report::notes::{MARK, warnings};
 use crate::report::scatter::shape;
 use crate::report::wording::{
     NOTHING, Specs, milliseconds, one_line, outcome, percent, significant, spread_milliseconds,
@@ -69,6 +69,8 @@ struct Cell {
     why: bool,
     /// The path that ran, where the spec leaves it open, and reasons not to trust the time.
     notes: Vec<String>,
+    /// Whether the time decides nothing.
+    marked: bool,
 }
 
 fn cell(beside: &Beside, line: &Line, column: usize) -> Cell {
@@ -104,7 +106,8 @@ fn timed(row: &Row, time: Option<Timing>) -> Cell {
     Cell {
         text,
         band: time.map(|t| spread_milliseconds(&t)).unwrap_or_default(),
-        notes: warnings(row),
+        notes: warnings(row).into_iter().chain(row.marks.iter().cloned()).collect(),
+        marked: !row.marks.is_empty(),
         ..Cell::default()
     }
 }
@@ -126,6 +129,9 @@ struct Page {
     gobo: &'static str,
     answer: String,
     best: Vec<String>,
+    /// How fast fragments are on each device, and how many of its rows are marked.
+    stages: Vec<String>,
+    mark: &'static str,
     what: &'static str,
     columns: Vec<PageColumn>,
     /// The devices, in the place of the techniques for which report.html has its style sheet.
@@ -295,6 +301,8 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
         gobo: env!("CARGO_PKG_VERSION"),
         answer: devices_answer(beside),
         best: answer::best(beside, &names),
+        stages: answer::stages(beside),
+        mark: MARK,
         what: answer::what(beside),
         columns: columns.collect(),
         choice: Choice {

@@ -1,7 +1,8 @@
 //! Devices side by side, as Markdown to paste and as CSV to work with.
 
-use super::{Names, answer, cell, interlock_cell};
+use super::{Cell, Names, answer, cell, interlock_cell};
 use crate::measure::{BUILD_PATHS, Beside, Timing, Verdict};
+use crate::report::notes::MARK;
 use crate::report::wording::{NOTHING, one_line, significant, status_word};
 use crate::{Error, Result};
 use serde_json::{Number, Value, json};
@@ -21,6 +22,11 @@ fn row(cells: impl IntoIterator<Item = String>) -> String {
     format!("| {} |\n", cells.into_iter().map(safe).collect::<Vec<_>>().join(" | "))
 }
 
+/// A cell's time, with its mark.
+fn timed(cell: &Cell) -> String {
+    cell.text.clone() + if cell.marked { MARK } else { "" }
+}
+
 fn header(cells: Vec<String>) -> String {
     let rule = cells.iter().map(|_| "---".to_owned()).collect::<Vec<_>>();
     row(cells) + &row(rule)
@@ -32,6 +38,9 @@ pub fn devices_markdown(beside: &Beside) -> String {
     let names = Names::of(beside);
     let mut text = format!("{}\n", answer::devices_answer(beside));
     for sentence in answer::best(beside, &names) {
+        text += &format!("\n{sentence}.\n");
+    }
+    for sentence in answer::stages(beside) {
         text += &format!("\n{sentence}.\n");
     }
     let what = answer::what(beside);
@@ -50,7 +59,11 @@ pub fn devices_markdown(beside: &Beside) -> String {
         }
         let cells = (0..beside.columns.len()).map(|column| {
             let cell = cell(beside, line, column);
-            [cell.text, cell.band, cell.ratio].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+            [timed(&cell), cell.band, cell.ratio]
+                .into_iter()
+                .filter(|part| !part.is_empty())
+                .collect::<Vec<_>>()
+                .join(" ")
         });
         text += &row([format!("`{}`", names.with_path(place))].into_iter().chain(cells));
     }
@@ -67,7 +80,7 @@ pub fn devices_markdown(beside: &Beside) -> String {
             let scene = &beside.any(&beside.lines[first]).scene;
             let cells = (0..BUILD_PATHS.len()).map(|path| {
                 let cell = interlock_cell(beside, of, path);
-                format!("{} {}", cell.text, cell.ratio)
+                format!("{} {}", timed(&cell), cell.ratio)
             });
             let naming = [format!("{scene} `{}`", names.compact(first)), beside.columns[of.column].name.clone()];
             text += &row(naming.into_iter().chain(cells));
@@ -104,6 +117,7 @@ pub fn devices_markdown(beside: &Beside) -> String {
 pub fn devices_csv(beside: &Beside) -> Result<String> {
     let fail = |cause: &dyn std::fmt::Display| Error::output("devices.csv".as_ref(), cause);
     let mut writer = csv::Writer::from_writer(Vec::new());
+    let is_marked = beside.columns.iter().flat_map(|column| &column.results.rows).any(|row| !row.marks.is_empty());
     let columns = [
         "scene",
         "technique",
@@ -136,6 +150,8 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
         "image_flip_mean",
         "differs",
     ];
+    // Where no row is marked there is no such column.
+    let columns = columns.into_iter().chain(is_marked.then_some("marks"));
     writer.write_record(columns).map_err(|cause| fail(&cause))?;
     let agreement = beside.agreement();
     let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
@@ -166,6 +182,7 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
             fields.push(number(error.and_then(|e| e.image).map(|image| image.flip_mean)));
             let differs = agreement.disagreements.iter().filter(|d| d.line == place && d.values[index].is_some());
             fields.push(differs.map(|d| d.name).collect::<Vec<_>>().join(", "));
+            fields.extend(is_marked.then(|| row.marks.join("; ")));
             writer.write_record(fields).map_err(|cause| fail(&cause))?;
         }
     }
@@ -195,7 +212,8 @@ pub fn devices_json(beside: &Beside) -> Result<Value> {
     }
     let best = answer::best(beside, &Names::of(beside));
     let bought: Vec<_> = answer::interlock(beside, &beside.built()).into_iter().map(|bought| bought.long).collect();
-    Ok(json!({ "answer": answer::devices_answer(beside), "best": best, "interlock": bought, "rows": rows }))
+    let (answer, stages) = (answer::devices_answer(beside), answer::stages(beside));
+    Ok(json!({ "answer": answer, "best": best, "stages": stages, "interlock": bought, "rows": rows }))
 }
 
 /// Whether a column of [`devices_csv`] has numbers.
