@@ -16,6 +16,17 @@ pub enum Error {
         /// What may help.
         way_out: WayOut,
     },
+    /// What was named or given in a call or in a command line is wrong whatever files and devices there are: a technique, a
+    /// key or a scene that does not exist, a number that is never allowed.
+    #[error("{name}: {cause}; {way_out}")]
+    Usage {
+        /// The word or the option.
+        name: String,
+        /// The fault that was found.
+        cause: String,
+        /// What may help.
+        way_out: WayOut,
+    },
     /// A Vulkan operation failed.
     #[error("cannot {operation} {name}: {cause}; {way_out}")]
     Gpu {
@@ -147,6 +158,20 @@ impl Error {
         Self::Input { name: name.into(), cause: cause.to_string(), way_out: way_out.into() }
     }
 
+    /// An [`Error::Usage`].
+    pub fn usage(name: impl Into<String>, cause: impl ToString, way_out: impl Into<WayOut>) -> Self {
+        Self::Usage { name: name.into(), cause: cause.to_string(), way_out: way_out.into() }
+    }
+
+    /// An [`Error::Input`] as the fault of what was typed; others stay as they are.
+    #[must_use]
+    pub fn as_usage(self) -> Self {
+        match self {
+            Self::Input { name, cause, way_out } => Self::Usage { name, cause, way_out },
+            other => other,
+        }
+    }
+
     /// An [`Error::Output`] with the way out that fits most causes.
     pub fn output(path: &Path, cause: impl ToString) -> Self {
         Self::Output { path: path.to_path_buf(), cause: cause.to_string(), way_out: WayOut::OtherPlace }
@@ -155,7 +180,10 @@ impl Error {
     /// The way out; a refusal only says what is needed.
     pub fn way_out(&self) -> Option<&WayOut> {
         match self {
-            Self::Input { way_out, .. } | Self::Gpu { way_out, .. } | Self::Output { way_out, .. } => Some(way_out),
+            Self::Input { way_out, .. }
+            | Self::Usage { way_out, .. }
+            | Self::Gpu { way_out, .. }
+            | Self::Output { way_out, .. } => Some(way_out),
             Self::Refused { .. } => None,
         }
     }
@@ -164,7 +192,10 @@ impl Error {
     #[must_use]
     pub fn with_way_out(mut self, other: impl Into<WayOut>) -> Self {
         match &mut self {
-            Self::Input { way_out, .. } | Self::Gpu { way_out, .. } | Self::Output { way_out, .. } => {
+            Self::Input { way_out, .. }
+            | Self::Usage { way_out, .. }
+            | Self::Gpu { way_out, .. }
+            | Self::Output { way_out, .. } => {
                 *way_out = other.into();
             }
             Self::Refused { .. } => {}
@@ -172,10 +203,10 @@ impl Error {
         self
     }
 
-    /// The same error with another name of the input; only an [`Error::Input`] has one.
+    /// The same error with another name of the input; only an [`Error::Input`] and an [`Error::Usage`] have one.
     #[must_use]
     pub fn with_name(mut self, other: impl FnOnce(&str) -> String) -> Self {
-        if let Self::Input { name, .. } = &mut self {
+        if let Self::Input { name, .. } | Self::Usage { name, .. } = &mut self {
             *name = other(name);
         }
         self

@@ -75,7 +75,7 @@ include!(concat!(env!("OUT_DIR"), "/glsl.rs"));
 /// The file of a technique: `avsm`, `beer-shadow-map`.
 ///
 /// # Errors
-/// [`Error::Input`] where no technique has that name, with the names that there are.
+/// [`Error::Usage`] where no technique has that name, with the names that there are.
 pub fn file(technique: &str) -> Result<&'static File> {
     let line = |text: &str| text.replace(char::is_control, "?");
     FILES.iter().find(|file| file.technique == technique).ok_or_else(|| {
@@ -83,10 +83,10 @@ pub fn file(technique: &str) -> Result<&'static File> {
         let (name, _) = technique.split_once(':').unwrap_or((technique, ""));
         if known.contains(&name) {
             let cause = "all settings of a technique share one file";
-            return Error::input(line(technique), cause, format!("write {name}"));
+            return Error::usage(line(technique), cause, format!("write {name}"));
         }
         let cause = format!("no technique has such a look-up{}", did_you_mean(technique, known.iter().copied()));
-        Error::input(line(&format!("\"{technique}\"")), cause, format!("choose from: {}", known.join(", ")))
+        Error::usage(line(&format!("\"{technique}\"")), cause, format!("choose from: {}", known.join(", ")))
     })
 }
 

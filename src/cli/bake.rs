@@ -28,7 +28,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let spec = one_spec(&arguments.technique)?;
     let wrong = |cause: &str, way_out: String| {
-        Err(Error::input(format!("--technique {}", arguments.technique), cause, way_out))
+        Err(Error::usage(format!("--technique {}", arguments.technique), cause, way_out))
     };
     if spec.entry.lifetime != Lifetime::Baked {
         let is_baked = |entry: &&&Entry| entry.lifetime == Lifetime::Baked;

@@ -3,10 +3,11 @@
 use super::{complain, say, say_json};
 use crate::measure::{Change, Margins, Results, Row, change_of, changes, together};
 use crate::report::{Fails, bencher, changes_json, changes_table, junit, write_whole};
+use crate::technique::Spec;
 use crate::{Error, Result};
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// An earlier run to compare with, and files for other tools.
 #[derive(Args)]
@@ -21,6 +22,9 @@ pub struct BaselineArguments {
     /// Fail where an error is larger than in the baseline by more than this [1% where none is given]
     #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "1%", value_parser = share)]
     fail_worse: Option<f64>,
+    /// Fail where a row of the baseline is not in this run
+    #[arg(long, requires = "baseline")]
+    fail_gone: bool,
     /// Write the rows as test cases, for CI: JUnit's XML
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -65,7 +69,8 @@ impl BaselineArguments {
         let usual = Margins::default();
         let margins =
             Margins { time: self.fail_slower.unwrap_or(usual.time), error: self.fail_worse.unwrap_or(usual.error) };
-        let fails = Fails { slower: self.fail_slower.is_some(), worse: self.fail_worse.is_some() };
+        let fails =
+            Fails { slower: self.fail_slower.is_some(), worse: self.fail_worse.is_some(), gone: self.fail_gone };
         Ok(Baseline { arguments: self, before: together(&runs), runs, margins, fails })
     }
 }
@@ -96,6 +101,22 @@ impl Baseline<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Checks, before anything is measured, that each baseline has one at least of the rows that are asked for: were there
+    /// none, no change could be found, and every run would pass.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that names the baseline, and a row of either side.
+    pub fn check_rows(&self, asked: &[(&str, &Spec)]) -> Result<()> {
+        let row = |(scene, spec): &(&str, &Spec)| Row {
+            scene: (*scene).to_owned(),
+            technique: spec.entry.name.to_owned(),
+            variant: spec.variant(),
+            ..Row::default()
+        };
+        let asked: Vec<Row> = asked.iter().map(row).collect();
+        self.arguments.baseline.iter().zip(&self.runs).try_for_each(|(path, before)| in_common(path, before, &asked))
     }
 
     /// Whether a row that was just measured is slower: then it is measured again, since something else may have run.
@@ -146,8 +167,27 @@ impl Baseline<'_> {
         let failed: Vec<_> = all.iter().filter_map(|change| Some((change, self.fails.why(change)?))).collect();
         for (change, why) in &failed {
             let row = change.row();
-            complain(format!("gobo: {} on {}: {why} than the baseline", row.spec(), row.scene));
+            complain(format!("gobo: {} on {}: {why}", row.spec(), row.scene));
         }
         Ok(failed.is_empty())
     }
+}
+
+/// Fails where no row of the baseline is among `rows`.
+fn in_common(path: &Path, before: &Results, rows: &[Row]) -> Result<()> {
+    if rows.iter().any(|row| change_of(before, row, Margins::default()).is_some()) {
+        return Ok(());
+    }
+    let of = |rows: &[Row]| match rows.first() {
+        Some(row) => {
+            format!("{} ({} on {}{})", rows.len(), row.spec(), row.scene, if rows.len() > 1 { ", …" } else { "" })
+        }
+        None => "none".into(),
+    };
+    let cause = format!("of its rows, {}, none is in this run, {}", of(&before.rows), of(rows));
+    Err(Error::input(
+        format!("--baseline {}", path.display()),
+        cause,
+        "repeat its command, or measure a baseline with this one",
+    ))
 }

@@ -208,7 +208,7 @@ fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
         return Ok(Compared::held(vec![scene], times_s));
     }
     if arguments.turn.is_some() && frames < 2 {
-        return Err(Error::input("--frames", "a camera turns from one frame to another", "give 2 or more"));
+        return Err(Error::usage("--frames", "a camera turns from one frame to another", "give 2 or more"));
     }
     let step_degrees = arguments.turn.map(|degrees| degrees / f64::from(frames - 1));
     if matches!(scene.motion, Motion::Animation(_)) && arguments.moving.is_given() && !arguments.vpls.is_given() {
@@ -303,6 +303,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         specs.iter().map(move |spec| (name, spec))
     });
     let asked: Vec<(&str, &Spec)> = asked.collect();
+    baseline.check_rows(&asked)?;
     if let Some([number, of]) = arguments.shard {
         let list: Vec<_> = asked.iter().map(|(scene, spec)| (*scene, spec.to_string())).collect();
         results.shard = Some(Shard::of_list(number, of, &list));
@@ -519,11 +520,26 @@ pub(super) fn all_specs(scene: &Scene, features: &Features, many_lights: bool) -
     Ok(specs)
 }
 
-/// Success where every row is ok or refused.
+/// Success where every row is ok or refused, and not all are refused.
 pub(super) fn exit_code(results: &Results) -> ExitCode {
     let failed: Vec<_> = results.rows.iter().filter(|r| r.status == Status::Failed).collect();
     for row in &failed {
         complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, results.device.name, row.reason));
     }
-    if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    let nothing = nothing_measured(results);
+    nothing.iter().for_each(|why| complain(format!("gobo: {why}")));
+    if failed.is_empty() && nothing.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Why there is nothing to compare, where every row is refused. A shard, which is a part of a run, may have refused rows alone.
+fn nothing_measured(results: &Results) -> Option<String> {
+    let first = results.rows.first().filter(|_| results.shard.is_none())?;
+    results.rows.iter().all(|row| row.status == Status::Refused).then(|| {
+        let (spec, scene, reason) = (first.spec(), &first.scene, &first.reason);
+        let which = match results.rows.len() {
+            1 => format!("{spec} on {scene} is"),
+            rows => format!("all {rows} rows ({spec} on {scene}, …) are"),
+        };
+        format!("nothing is measured: {which} {reason}; name what `gobo devices` lists with yes, or another scene")
+    })
 }

@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         specs.extend(super::specs(text)?);
     }
     if specs.iter().any(|s| s.text(Name::SIZE) != specs[0].text(Name::SIZE)) {
-        return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));
+        return Err(Error::usage("--technique", "maps of different sizes", "give all the same size="));
     }
     let context = arguments.device.open()?;
     let standing = Standing::new(&context, &scene, &specs)?;

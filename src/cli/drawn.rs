@@ -173,7 +173,7 @@ fn frame_ms(
 /// Checks that `--wireframe` has triangles to draw.
 pub(super) fn lines_spacing(arguments: &Arguments, technique: &str, lighting: Lighting) -> Result<()> {
     match lighting {
-        Lighting::Fragment if arguments.wireframe => Err(Error::input(
+        Lighting::Fragment if arguments.wireframe => Err(Error::usage(
             "--wireframe",
             format!("--technique {technique} tessellates nothing"),
             "set lighting=vertex of a technique that has that key",

@@ -22,7 +22,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut files: Vec<&File> = arguments.techniques.split(',').map(file).collect::<Result<_>>()?;
     files.sort_by_key(|file| file.technique);
     if let Some(twice) = files.windows(2).find(|pair| pair[0].technique == pair[1].technique) {
-        return Err(Error::input(
+        return Err(Error::usage(
             arguments.techniques.clone(),
             format!("{} is there twice", twice[0].technique),
             "name it once",

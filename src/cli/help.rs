@@ -13,8 +13,9 @@ use crate::{Error, Result};
 pub const WIDTH: usize = 100;
 
 /// What the exit status means.
-const EXIT: &str = "Exit status: 0 where all that was asked for was done (a row that the device refuses is done); 1 where something \
-    failed, of which a line on standard error says what and the way out; 2 where the command line is wrong.";
+const EXIT: &str = "Exit status: 0 where all that was asked for was done (a row that the device refuses is done, unless all are); 1 where \
+    something failed, of which a line on standard error says what and the way out; 2 where the command line is wrong, whatever files and \
+    devices there are: an option, a technique, its key or value, a scene that is neither built in nor a file. A file that is missing is 1.";
 
 /// Technique specs, keys and scenes.
 pub fn techniques() -> String {
@@ -40,7 +41,7 @@ pub fn techniques() -> String {
 /// the names of the program's commands, which have help pages too.
 ///
 /// # Errors
-/// [`Error::Input`] where the word is neither a technique nor a command, but similar to one.
+/// [`Error::Usage`] where the word is neither a technique nor a command, but similar to one.
 pub fn asked<'a>(commands: impl Iterator<Item = &'a str>) -> Result<Option<String>> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != OPTION).collect();
     let [_, name] = &arguments[..] else { return Ok(None) };
@@ -56,7 +57,7 @@ pub fn asked<'a>(commands: impl Iterator<Item = &'a str>) -> Result<Option<Strin
         true => Ok(None),
         false => {
             let cause = format!("neither a command nor a technique{meant}");
-            Err(Error::input(format!("help {name}"), cause, "gobo --help lists both"))
+            Err(Error::usage(format!("help {name}"), cause, "gobo --help lists both"))
         }
     }
 }

@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     check_messages()?;
     if distances.is_empty() {
         let cause = "its maps have no distances";
-        return Err(Error::input(format!("--technique {}", arguments.technique), cause, "name ism"));
+        return Err(Error::usage(format!("--technique {}", arguments.technique), cause, "name ism"));
     }
     let side = distances.len().isqrt() as u32;
     let pixels = side * arguments.scale;

@@ -232,7 +232,7 @@ impl MovingArgument {
             return Err(Error::input(scene.name.clone(), "nothing moves in it", way_out));
         }
         if frames < 2 {
-            return Err(Error::input("--frames", "a world moves from one frame to another", "give 2 or more"));
+            return Err(Error::usage("--frames", "a world moves from one frame to another", "give 2 or more"));
         }
         let time = |frame: u32| match span.to {
             Some(to) => span.from + (to - span.from) * f64::from(frame) / f64::from(frames - 1),
@@ -284,7 +284,7 @@ impl MapArguments {
                 return Err(Error::input(format!("--face {face}"), cause, "leave it out or choose another --light"));
             }
             (Some(face), _) => FACES.iter().position(|(name, _)| name == face).ok_or_else(|| {
-                Error::input(format!("--face {face}"), "no such face", format!("choose one of: {names}"))
+                Error::usage(format!("--face {face}"), "no such face", format!("choose one of: {names}"))
             })?,
         };
         Ok(scene.first_map(self.light) + face)
@@ -301,7 +301,7 @@ fn one_spec(text: &str) -> Result<Spec> {
     let mut specs = little::specs(specs(text)?);
     match (specs.pop(), specs.is_empty()) {
         (Some(spec), true) => Ok(spec),
-        _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value per key, or use compare")),
+        _ => Err(Error::usage(format!("--technique {text}"), "a sweep", "name one value per key, or use compare")),
     }
 }
 
@@ -371,6 +371,9 @@ fn complain(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
+/// The exit status where the command line is wrong: clap's own.
+const WRONG_COMMAND: u8 = 2;
+
 /// Runs the program.
 pub fn main() -> ExitCode {
     let commands = Cli::command();
@@ -379,7 +382,7 @@ pub fn main() -> ExitCode {
         Ok(Some(page)) => return say(page).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS),
         Err(error) => {
             complain(format!("gobo: {error}"));
-            return ExitCode::from(2);
+            return exit_code(&error);
         }
     }
     let cli = Cli::parse();
@@ -415,5 +418,17 @@ pub fn main() -> ExitCode {
     errors.dedup();
     errors.iter().for_each(|error| complain(format!("gobo: {error}")));
     fault::counted().into_iter().for_each(|calls| complain(format!("GOBO_TEST_FAULT: {calls}")));
-    result.ok().filter(|_| errors.is_empty()).unwrap_or(ExitCode::FAILURE)
+    match result {
+        Ok(code) if errors.is_empty() => code,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => exit_code(&error),
+    }
+}
+
+/// The status of a command that failed: what was typed wrong ends as what clap finds wrong does.
+fn exit_code(error: &Error) -> ExitCode {
+    match error {
+        Error::Usage { .. } => ExitCode::from(WRONG_COMMAND),
+        _ => ExitCode::FAILURE,
+    }
 }

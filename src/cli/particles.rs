@@ -21,7 +21,7 @@ const MOST: f32 = 3.0;
 pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: ColoursArgument) -> Result<ExitCode> {
     if arguments.alone("--particles")? == "reference" {
         let way_out = "name a technique, or leave --particles out";
-        return Err(Error::input("--technique reference", "it knows of no speeds", way_out));
+        return Err(Error::usage("--technique reference", "it knows of no speeds", way_out));
     }
     let spec = spec_alone(arguments, "--particles")?;
     let context = arguments.device.open()?;

@@ -6,12 +6,12 @@ use std::path::Path;
 /// Checks that the name of a file of this `format` has the right ending, and that its folder exists.
 ///
 /// # Errors
-/// [`Error::Input`] for another ending, [`Error::Output`] where the folder is missing.
+/// [`Error::Usage`] for another ending, [`Error::Output`] where the folder is missing.
 pub fn check(out: &Path, format: &str) -> Result<()> {
     if let Some(ending) = out.extension().filter(|ending| !ending.eq_ignore_ascii_case(format)) {
         let cause = format!("it would become a {}, not a {}", format.to_uppercase(), ending.display());
         let way_out = format!("name {}", out.with_extension(format).display());
-        return Err(Error::input(out.display().to_string(), cause, way_out));
+        return Err(Error::usage(out.display().to_string(), cause, way_out));
     }
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {

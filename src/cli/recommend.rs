@@ -116,7 +116,7 @@ fn limit(option: &str, text: Option<&str>, unit: f64) -> Result<Option<f64>> {
         _ => {
             let name = if option.contains(' ') { option.to_owned() } else { format!("{option} {text}") };
             let units = if option.contains("bytes") { ", maybe with KiB, MiB, GiB, KB, MB or GB" } else { "" };
-            Err(Error::input(name, "no limit", format!("give a number above 0{units}")))
+            Err(Error::usage(name, "no limit", format!("give a number above 0{units}")))
         }
     }
 }
@@ -126,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let (results, name) = match (&arguments.from, &arguments.scene) {
         (Some(path), _) => (Results::read(path)?, path.display().to_string()),
         (None, Some(scene)) => (measured(arguments, &limits, scene)?, scene.clone()),
-        (None, None) => return Err(Error::input("recommend", "no scene", "name one, or give --from")),
+        (None, None) => return Err(Error::usage("recommend", "no scene", "name one, or give --from")),
     };
     let answers = recommend(&results, &limits);
     if answers.is_empty() {

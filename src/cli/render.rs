@@ -132,7 +132,7 @@ impl Arguments {
         if self.plain {
             Ok(None)
         } else {
-            show.map(Some).map_err(|error| error.with_name(|what| format!("render: {what}")))
+            show.map(Some).map_err(|error| error.as_usage().with_name(|what| format!("render: {what}")))
         }
     }
 
@@ -154,14 +154,14 @@ impl Arguments {
     /// The fog that fills the scene.
     pub(super) fn air(&self) -> Result<Option<Fog>> {
         let air = self.fog.map(|extinction| Fog::new(extinction, self.fog_steps)).transpose();
-        air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))
+        air.map_err(|error| error.as_usage().with_name(|fog| format!("--fog: {fog}")))
     }
 
     /// The one technique of a command that draws no panels.
     pub(super) fn alone(&self, what: &str) -> Result<&str> {
         match &self.techniques[..] {
             [technique] => Ok(technique),
-            _ => Err(Error::input("--technique", format!("{what} is of one technique"), "name one alone")),
+            _ => Err(Error::usage("--technique", format!("{what} is of one technique"), "name one alone")),
         }
     }
 }
@@ -195,7 +195,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         let technique = arguments.alone("--steps")?;
         if technique == REFERENCE {
             let way_out = "name a technique, or leave --steps out";
-            return Err(Error::input("--technique reference", "it takes no steps", way_out));
+            return Err(Error::usage("--technique reference", "it takes no steps", way_out));
         }
     }
     let lit_by = |text: &String| {

@@ -71,11 +71,11 @@ const FRAMES: u32 = 30;
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let depth = arguments.depth.unwrap_or(1.0);
     if !(0.0..=1.0).contains(&depth) {
-        return Err(Error::input(format!("--depth {depth}"), "outside the light's range", "give a number from 0 to 1"));
+        return Err(Error::usage(format!("--depth {depth}"), "outside the light's range", "give a number from 0 to 1"));
     }
     let moves = arguments.moving.is_given();
     if arguments.frames.is_some() && arguments.depth.is_some() && !moves {
-        return Err(Error::input("--frames", "they go through all depths, and --depth names one", "leave one out"));
+        return Err(Error::usage("--frames", "they go through all depths, and --depth names one", "leave one out"));
     }
     place::check(&arguments.out, "png")?;
     let scene = load(&arguments.scene, &arguments.load)?;
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let technique = &opened.technique;
         answers_in_space(technique.as_ref())?;
         let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
-            return Err(Error::input("--technique", "it has no maps", "name one that has"));
+            return Err(Error::usage("--technique", "it has no maps", "name one that has"));
         };
         let sweeps = frames > 1 && !moves;
         let depth = if sweeps { frame as f32 / (frames - 1) as f32 } else { depth };

@@ -83,7 +83,7 @@ fn empty(name: String, albedo: [f32; 3]) -> Mesh {
 fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     // A grid has three levels of bits, each with a quarter of the side of the level below.
     if !size.is_multiple_of(64) {
-        return Err(Error::input(format!("--size {size}"), "a grid has a multiple of 64", "choose 64, 128 or 192"));
+        return Err(Error::usage(format!("--size {size}"), "a grid has a multiple of 64", "choose 64, 128 or 192"));
     }
     let corner = |mesh: &Mesh, i: u32| mesh.positions.get(i as usize).copied().unwrap_or_default();
     let triangles: Vec<[[f32; 3]; 3]> =
@@ -129,7 +129,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     }
     let size = arguments.size;
     if !(64..=256).contains(&size) || !size.is_power_of_two() {
-        return Err(Error::input(format!("--size {size}"), "no size of a tree", "choose 64, 128 or 256"));
+        return Err(Error::usage(format!("--size {size}"), "no size of a tree", "choose 64, 128 or 256"));
     }
     let context = arguments.picture.device.open()?;
     let world = World::new(&context, scene)?;

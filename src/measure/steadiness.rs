@@ -38,13 +38,49 @@ impl Steadiness {
         Self { spread: timing.filter(|t| t.samples > 1 && t.p05 > 0.0).map(|t| t.p95 / t.p05), ..self }
     }
 
+    /// The spread of times, where it is not steady.
+    fn wide_spread(&self) -> Option<f64> {
+        self.spread.filter(|spread| *spread > STEADY_SPREAD)
+    }
+
+    /// The lowest clock and the highest that the device can have, where it was slow.
+    fn low_clock(&self) -> Option<[f64; 2]> {
+        let seen = self.clock_mhz.zip(self.highest_mhz).map(|([low, _], most)| [low, most]);
+        seen.filter(|[low, most]| *low < STEADY_CLOCK * most)
+    }
+
+    /// The part of the processors that others used, where times show it.
+    fn busy_others(&self) -> Option<f64> {
+        self.busy.filter(|busy| *busy > QUIET)
+    }
+
     /// Why the times may not be trusted, in few words; nothing where they are steady.
     pub fn warnings(&self) -> Vec<String> {
-        let low_clock = self.clock_mhz.zip(self.highest_mhz).filter(|([low, _], most)| *low < STEADY_CLOCK * most);
         [
-            self.spread.filter(|s| *s > STEADY_SPREAD).map(|s| format!("p95/p05 {s:.1}")),
-            low_clock.map(|([low, _], most)| format!("clock {low:.0} of {most:.0} MHz")),
-            self.busy.filter(|b| *b > QUIET).map(|b| format!("others used {:.0} % of the processors", 100.0 * b)),
+            self.wide_spread().map(|s| format!("p95/p05 {s:.1}")),
+            self.low_clock().map(|[low, most]| format!("clock {low:.0} of {most:.0} MHz")),
+            self.busy_others().map(|b| format!("others used {:.0} % of the processors", 100.0 * b)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// The same of several rows: each reason once, at its worst, with the number of rows that have it.
+    pub fn warnings_of(all: &[Self]) -> Vec<String> {
+        let worst = |of: fn(&Self) -> Option<f64>| {
+            let found: Vec<f64> = all.iter().filter_map(of).collect();
+            let most = found.iter().copied().reduce(f64::max)?;
+            Some((most, found.len()))
+        };
+        // The lowest clock is the worst.
+        let clock = all.iter().filter_map(Self::low_clock).min_by(|a, b| a[0].total_cmp(&b[0]));
+        let clocks = all.iter().filter_map(Self::low_clock).count();
+        [
+            worst(Self::wide_spread).map(|(s, rows)| format!("p95/p05 up to {s:.1} ({rows})")),
+            clock.map(|[low, most]| format!("clock down to {low:.0} of {most:.0} MHz ({clocks})")),
+            worst(Self::busy_others)
+                .map(|(b, rows)| format!("others used up to {:.0} % of the processors ({rows})", 100.0 * b)),
         ]
         .into_iter()
         .flatten()
@@ -203,6 +239,24 @@ mod tests {
         let timing = Timing { median: 2.0, p05: 1.0, p95: 3.0, samples: 9 };
         assert_eq!(Steadiness::default().with_spread(Some(timing)).spread, Some(3.0));
         assert_eq!(Steadiness::default().with_spread(Some(Timing { samples: 1, ..timing })).spread, None);
+    }
+
+    #[test]
+    fn several_rows_are_said_at_their_worst() {
+        let spread = |spread| Steadiness { spread: Some(spread), ..Steadiness::default() };
+        let clock = |low| Steadiness { clock_mhz: Some([low, 1980.0]), highest_mhz: Some(1980.0), ..spread(1.2) };
+        let busy = |busy, of: Steadiness| Steadiness { busy: Some(busy), ..of };
+        let all =
+            [spread(1.1), busy(0.6, spread(2.5)), busy(0.4, spread(4.25)), clock(1700.0), busy(0.3, clock(1260.0))];
+        assert_eq!(
+            Steadiness::warnings_of(&all),
+            [
+                "p95/p05 up to 4.2 (2)",
+                "clock down to 1260 of 1980 MHz (2)",
+                "others used up to 60 % of the processors (3)"
+            ]
+        );
+        assert_eq!(Steadiness::warnings_of(&all[..1]), [] as [String; 0]);
     }
 
     /// This process may run on two of four processors, for ten seconds. Half of their time is idle, three seconds are this process, and

@@ -11,6 +11,9 @@ use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
 
+/// What is said of a row that the run lacks.
+const GONE: &str = "gone since the baseline";
+
 /// Which changes fail a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fails {
@@ -18,12 +21,20 @@ pub struct Fails {
     pub slower: bool,
     /// Whether rows whose error has grown fail it.
     pub worse: bool,
+    /// Whether rows that are gone fail it.
+    pub gone: bool,
 }
 
 impl Fails {
-    /// Why a row fails, in few words; nothing where it does not. A row that was measured before and cannot be measured
-    /// any more always fails.
+    /// Why a row fails, in few words; nothing where it does not. Where times or errors fail a run, so does a row that was
+    /// measured before and cannot be measured any more.
     pub fn why(self, change: &Change) -> Option<String> {
+        if self.gone && matches!(change, Change::Gone(_)) {
+            return Some(GONE.into());
+        }
+        if (self.slower || self.worse) && change.is_lost() {
+            return Some("not measured any more".into());
+        }
         let mut words = Vec::new();
         if self.slower && change.is_slower() {
             words.push("slower");
@@ -31,10 +42,7 @@ impl Fails {
         if self.worse && change.is_worse() {
             words.push("worse");
         }
-        if (self.slower || self.worse) && change.is_lost() {
-            words.push("not measured any more");
-        }
-        (!words.is_empty()).then(|| words.join(" and "))
+        (!words.is_empty()).then(|| format!("{} than the baseline", words.join(" and ")))
     }
 }
 
@@ -140,8 +148,8 @@ struct Case {
     skipped: Option<String>,
 }
 
-/// `results` as a JUnit XML file: a failed row is a failure; a refused row, and one that is gone since the baseline, are skipped. With a
-/// baseline, rows also fail where [`Fails`] says so.
+/// `results` as a JUnit XML file: a failed row is a failure, and a refused row is skipped. With a baseline, rows also fail where [`Fails`]
+/// says so, and rows that are gone stand behind the others: they fail or are skipped.
 ///
 /// # Errors
 /// [`Error::Output`] where the template fails, which is a bug.
@@ -160,9 +168,10 @@ pub fn junit(results: &Results, changes: &[Change], fails: Fails) -> Result<Stri
     for change in changes {
         let why = fails.why(change);
         if let Change::Gone(row) = change {
-            cases.push(Case { skipped: Some("gone since the baseline".into()), ..case(row) });
+            let skipped = why.is_none().then(|| GONE.into());
+            cases.push(Case { seconds: String::new(), failure: why, skipped, ..case(row) });
         } else if let (Some(place), Some(why)) = (results.rows.iter().position(|row| row == change.row()), why) {
-            cases[place].failure = Some(format!("{why} than the baseline"));
+            cases[place].failure = Some(why);
             cases[place].text = figures_text(change);
             cases[place].skipped = None;
         }

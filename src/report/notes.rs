@@ -1,26 +1,73 @@
 //! Notes that a reader needs besides the figures.
 
 use super::wording::grouped;
-use crate::measure::{PointError, Results, Row, StageRates, Status, spearman};
+use crate::measure::{PartError, PointError, Results, Row, StageRates, Status, Steadiness, spearman};
 
 /// With fewer rows of a scene, the orders of two figures say nothing.
 const ENOUGH_ROWS: usize = 5;
 
 /// Reasons not to trust a row: times that are not steady, and points that are wrong though the technique resolves them.
 pub(super) fn warnings(row: &Row) -> Vec<String> {
-    let unsteady =
-        row.steadiness.map(|s| (s.warnings(), s.measured_again)).filter(|(warnings, _)| !warnings.is_empty());
-    let unsteady = unsteady.map(|(warnings, again)| {
-        format!("not steady: {}{}", warnings.join(", "), if again { ", the steadier of two" } else { "" })
-    });
-    let of = |name, points: Option<PointError>| {
-        let beyond = points?.beyond().filter(|b| b.leaks + b.false_shadows > 0)?;
-        let (leaks, shadows) = (grouped(beyond.leaks), grouped(beyond.false_shadows));
-        Some(format!("{name}, beyond its own resolution: {leaks} leaks, {shadows} false shadows"))
-    };
-    let error = row.error.as_ref();
-    let wrong = [("in space", error.and_then(|e| e.space)), ("on surfaces", error.and_then(|e| e.surface))];
-    unsteady.into_iter().chain(wrong.into_iter().filter_map(|(name, points)| of(name, points))).collect()
+    not_steady(row).into_iter().chain(PLACES.iter().filter_map(|place| wrong(row, place))).collect()
+}
+
+/// A line per kind of [`warnings`], however many rows have it: what one row alone has, under its name, and of several rows their number and
+/// the worst.
+pub(super) fn notes(rows: &[Row], name: impl Fn(&Row) -> String) -> Vec<String> {
+    let steady = note_of_times(rows, &name);
+    steady.into_iter().chain(PLACES.iter().filter_map(|place| note_of_points(rows, place, &name))).collect()
+}
+
+fn note_of_times(rows: &[Row], name: &dyn Fn(&Row) -> String) -> Option<String> {
+    let found: Vec<(&Row, Steadiness)> = rows.iter().filter_map(|row| Some((row, unsteady(row)?))).collect();
+    if let [(row, _)] = found[..] {
+        return Some(format!("{}: {}", name(row), not_steady(row)?));
+    }
+    let all: Vec<Steadiness> = found.iter().map(|(_, steadiness)| *steadiness).collect();
+    let again = all.iter().filter(|steadiness| steadiness.measured_again).count();
+    let again = (again > 0).then(|| format!("the steadier of two ({again})"));
+    let reasons: Vec<_> = Steadiness::warnings_of(&all).into_iter().chain(again).collect();
+    let (some, all) = (found.len(), rows.len());
+    (some > 0).then(|| format!("{some} of {all} rows were not steady: {}", reasons.join(", ")))
+}
+
+fn note_of_points(rows: &[Row], place: &Place, name: &dyn Fn(&Row) -> String) -> Option<String> {
+    let found: Vec<(&Row, PartError)> = rows.iter().filter_map(|row| Some((row, beyond(row, place)?))).collect();
+    let (worst, points) = found.iter().max_by_key(|(_, points)| points.leaks + points.false_shadows)?;
+    if found.len() == 1 {
+        return Some(format!("{}: {}", name(worst), wrong(worst, place)?));
+    }
+    let (some, all, counts, name) = (found.len(), rows.len(), counts(points), name(worst));
+    Some(format!("{some} of {all} rows are wrong {}, beyond their own resolution: at most {counts}, {name}", place.0))
+}
+
+/// Where points are asked for, and how a row's are found.
+type Place = (&'static str, fn(&Row) -> Option<PointError>);
+
+const PLACES: [Place; 2] =
+    [("in space", |row| row.error.as_ref()?.space), ("on surfaces", |row| row.error.as_ref()?.surface)];
+
+fn unsteady(row: &Row) -> Option<Steadiness> {
+    row.steadiness.filter(|steadiness| !steadiness.warnings().is_empty())
+}
+
+fn not_steady(row: &Row) -> Option<String> {
+    let steadiness = unsteady(row)?;
+    let again = if steadiness.measured_again { ", the steadier of two" } else { "" };
+    Some(format!("not steady: {}{again}", steadiness.warnings().join(", ")))
+}
+
+/// Errors at the points that a technique resolves, where any is wrong.
+fn beyond(row: &Row, (_, points): &Place) -> Option<PartError> {
+    points(row)?.beyond().filter(|points| points.leaks + points.false_shadows > 0)
+}
+
+fn wrong(row: &Row, place: &Place) -> Option<String> {
+    Some(format!("{}, beyond its own resolution: {}", place.0, counts(&beyond(row, place)?)))
+}
+
+fn counts(points: &PartError) -> String {
+    format!("{} leaks, {} false shadows", grouped(points.leaks), grouped(points.false_shadows))
 }
 
 /// Behind the times of a row whose times decide nothing.

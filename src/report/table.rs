@@ -2,7 +2,7 @@
 
 use crate::measure::{Results, Row, Status};
 use crate::report::columns::{Column, shown};
-use crate::report::notes::{agreement, marked, warnings};
+use crate::report::notes::{agreement, marked, notes};
 use crate::report::pareto::scenes;
 use crate::report::wording::{Specs, one_line, outcome, path, shortened};
 use comfy_table::presets::NOTHING;
@@ -66,11 +66,8 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
         left_out.reverse();
         text += &format!("left out for this width: {}\n", left_out.join(", "));
     }
-    for row in &results.rows {
-        for warning in warnings(row) {
-            text += &format!("note: {} on {}: {warning}\n", specs.compact(row), one_line(&row.scene));
-        }
-    }
+    let name = |row: &Row| format!("{} on {}", specs.compact(row), one_line(&row.scene));
+    text.extend(notes(&results.rows, name).into_iter().map(|note| format!("note: {note}\n")));
     text.extend(marked(&results.rows, device.stages).map(|note| format!("note: {note}\n")));
     text.extend(agreement(results).map(|line| line + "\n"));
     text
@@ -288,6 +285,38 @@ mod tests {
         assert_eq!((text.matches("2.00† [1.90–2.50]").count(), text.matches('†').count()), (2, 3), "{text}");
         results.rows.iter_mut().for_each(|row| row.marks.clear());
         assert!(!table_of_width(&results, None).contains('†'));
+    }
+
+    /// However many rows have it, what is of one kind is one line.
+    #[test]
+    fn notes_of_one_kind_are_one_line() {
+        let points = |leaks| {
+            let within = Some(PartError { points: 16, mean_abs: Some(0.05), leaks: 1, false_shadows: 0 });
+            let (points, leaks, false_shadows) = (Some(64), Some(leaks), Some(0));
+            Some(PointError { points, leaks, false_shadows, within, ..PointError::default() })
+        };
+        let rows: Vec<Row> = (0..9u32)
+            .map(|i| {
+                let mut row = row(&i.to_string(), Status::Ok, "");
+                let busy = Some(0.1 * f64::from(i));
+                row.steadiness =
+                    Some(crate::measure::Steadiness { busy, measured_again: i == 8, ..Default::default() });
+                let error = row.error.as_mut().expect("measured");
+                (error.space, error.surface) = (points(u64::from(i)), points(1));
+                row
+            })
+            .collect();
+        let text = table_of_width(&results(rows), None);
+        // Busy from three tenths on; wrong in space from two leaks on, of which one is within the resolution.
+        let lines: Vec<_> = text.lines().filter(|line| line.starts_with("note:")).collect();
+        assert_eq!(
+            lines,
+            [
+                "note: 6 of 9 rows were not steady: others used up to 80 % of the processors (6), the steadier of two (1)",
+                "note: 7 of 9 rows are wrong in space, beyond their own resolution: at most 7 leaks, 0 false shadows, avsm:nodes=8 on plume_8k",
+            ],
+            "{text}"
+        );
     }
 
     #[test]

@@ -101,7 +101,7 @@ impl Simulation {
     /// would run. `world` must be the world for which this simulation was made; `commands` may record into the caller's own command buffer.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the time is out of range.
+    /// [`crate::Error::Usage`] where the time is out of range.
     pub fn record(&mut self, commands: &mut Commands, world: &mut World, time_s: f64) -> Result<()> {
         let steps = self.steps_to(world.name(), time_s)?;
         if !steps.is_empty() {
@@ -139,7 +139,7 @@ impl Simulation {
     /// ([`World::read_back`]). Where the time is in the present step, nothing is done.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the time is out of range, [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Usage`] where the time is out of range, [`crate::Error::Gpu`] where the device is lost.
     pub fn move_to(&mut self, world: &mut World, time_s: f64) -> Result<Vec<PassTime>> {
         let mut steps = self.steps_to(world.name(), time_s)?;
         if steps.is_empty() {

@@ -69,12 +69,12 @@ impl Case {
     /// The case of that name.
     ///
     /// # Errors
-    /// [`Error::Input`] where there is none; it lists all names.
+    /// [`Error::Usage`] where there is none; it lists all names.
     pub fn named(name: &str) -> Result<&'static Self> {
         cases().find(|case| case.name == name).ok_or_else(|| {
             let known: Vec<_> = cases().map(|case| case.name).collect();
             let shown = name.replace(char::is_control, "?");
-            Error::input(shown, "no such case", format!("choose one of: {}", known.join(", ")))
+            Error::usage(shown, "no such case", format!("choose one of: {}", known.join(", ")))
         })
     }
 }

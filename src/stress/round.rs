@@ -59,7 +59,7 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
         let said = context.messages().all().len();
         let mut broken = match check(context, &drawn, seed, spec) {
             Ok(broken) => broken,
-            Err(Error::Refused { .. } | Error::Input { .. }) => {
+            Err(Error::Refused { .. } | Error::Input { .. } | Error::Usage { .. }) => {
                 round.refused += 1;
                 Vec::new()
             }

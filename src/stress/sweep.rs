@@ -35,17 +35,17 @@ impl Sweep {
     /// All sweeps for a name: that of a case, or one per change of a scene.
     ///
     /// # Errors
-    /// [`Error::Input`] where the name is neither a case nor a scene, or the scene's file is faulty.
+    /// [`Error::Usage`] where the name is neither a case nor a scene, [`Error::Input`] where the scene's file is faulty.
     pub fn named(name: &str) -> Result<Vec<Self>> {
         if let Ok(case) = Case::named(name) {
             return Ok(vec![Self::of(case)]);
         }
         let scene = Scene::load(name, TIME_S).map_err(|error| match error {
-            Error::Input { name: given, cause, .. } if cause.starts_with("no such scene") => {
+            Error::Usage { name: given, cause, .. } if cause.starts_with("no such scene") => {
                 let all: Vec<_> = cases().map(|case| case.name).collect();
                 let meant = did_you_mean(name, all.iter().copied().chain(BUILT_IN));
                 let way_out = format!("choose one of: {}; or give {}", all.join(", "), known());
-                Error::input(given.replace(char::is_control, "?"), format!("no such case or scene{meant}"), way_out)
+                Error::usage(given.replace(char::is_control, "?"), format!("no such case or scene{meant}"), way_out)
             }
             error => error,
         })?;

@@ -144,11 +144,11 @@ impl fmt::Debug for Spec {
 /// sweep: every combination, the last key varying fastest.
 ///
 /// # Errors
-/// [`Error::Input`] that lists the known techniques, keys or values.
+/// [`Error::Usage`] that lists the known techniques, keys or values.
 pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
     let (name, settings) = text.split_once(':').unwrap_or((text, ""));
     let line = |text: &str| text.replace(char::is_control, "?");
-    let fail = |cause: String, way_out: String| Error::input(line(text), line(&cause), line(&way_out));
+    let fail = |cause: String, way_out: String| Error::usage(line(text), line(&cause), line(&way_out));
     let each = |cause: String, specs: Vec<String>| fail(cause, String::new()).with_way_out(WayOut::Each(specs));
     let entry = *REGISTRY.iter().find(|e| e.name == name).ok_or_else(|| {
         let known: Vec<_> = REGISTRY.iter().map(|e| e.name).collect();

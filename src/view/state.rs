@@ -20,7 +20,7 @@ impl Side {
     /// Reads a spec, or `reference`.
     ///
     /// # Errors
-    /// [`Error::Input`] where it is neither, or a sweep.
+    /// [`Error::Usage`] where it is neither, or a sweep.
     pub fn read(text: &str) -> Result<Self> {
         if text == "reference" {
             return Ok(Self::Reference);
@@ -28,7 +28,7 @@ impl Side {
         let mut specs = parse(text)?;
         match (specs.pop(), specs.is_empty()) {
             (Some(spec), true) => Ok(Self::Technique(spec)),
-            _ => Err(Error::input(text, "a sweep", "name one value per key, or use compare")),
+            _ => Err(Error::usage(text, "a sweep", "name one value per key, or use compare")),
         }
     }
 

@@ -145,6 +145,44 @@ fn a_slower_build_is_found() {
     panic!("not found in eight runs: {last}");
 }
 
+/// A row that the baseline has and the run lacks is a test case, which is skipped, or fails where that is asked for; not in a shard,
+/// since another may have the row.
+#[test]
+fn what_is_gone_is_told() {
+    let (scenes, first, out) = (folder(), folder(), folder());
+    let scene = small_scene(scenes.path());
+    ok(&arguments(&scene, first.path()));
+    let more = changed(&results(first.path()), scenes.path(), |results| {
+        let mut row = results.rows[0].clone();
+        row.technique = "another".into();
+        results.rows.push(row);
+    });
+    let xml = out.path().join("junit.xml");
+    for (options, fails) in [(&[][..], false), (&["--fail-gone"], true), (&["--fail-gone", "--shard", "1/2"], false)] {
+        let mut all = arguments(&scene, out.path());
+        all.extend(["--baseline", &more, "--junit", text(&xml)]);
+        all.extend(options);
+        let output = run(&all);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(i32::from(fails)), "{options:?}: {said}");
+        assert_eq!(
+            said.lines().any(|line| line.contains("another:") && line.ends_with("gone since the baseline")),
+            fails
+        );
+        let document = std::fs::read_to_string(&xml).expect("JUnit's XML");
+        let document = roxmltree::Document::parse(&document).expect("XML");
+        let cases = document.descendants().filter(|node| node.has_tag_name("testcase"));
+        let gone: Vec<_> =
+            cases.filter(|case| case.attribute("name").expect("a name").starts_with("another:")).collect();
+        assert_eq!(gone.len(), usize::from(!options.contains(&"--shard")), "{options:?}");
+        for case in gone {
+            let has = |tag| case.children().any(|node| node.has_tag_name(tag));
+            assert_eq!((has("failure"), has("skipped")), (fails, !fails), "{options:?}");
+            assert_eq!(case.attribute("time"), Some(""), "the run has no time of it");
+        }
+    }
+}
+
 #[test]
 fn what_is_no_baseline_is_refused() {
     let (scenes, first) = (folder(), folder());
@@ -155,6 +193,17 @@ fn what_is_no_baseline_is_refused() {
     let mut against = arguments(&scene, first.path());
     against.extend(["--baseline", &other]);
     fails(&against, &["--baseline", "it was measured with driver another"]);
+    // Rows that are all of another technique, and none at all.
+    let others = changed(&before, scenes.path(), |results| {
+        results.rows.iter_mut().for_each(|row| row.technique = "another".into());
+    });
+    let mut against = arguments(&scene, first.path());
+    against.extend(["--baseline", &others]);
+    fails(&against, &["--baseline", "another:", "beer-shadow-map:", "none is in this run", "repeat its command"]);
+    let none = changed(&before, scenes.path(), |results| results.rows.clear());
+    let mut against = arguments(&scene, first.path());
+    against.extend(["--baseline", &none]);
+    fails(&against, &["--baseline", "of its rows, none,"]);
     let more = changed(&before, scenes.path(), |results| {
         results.conditions.insert("--frames".into(), "7".into());
     });
@@ -164,8 +213,11 @@ fn what_is_no_baseline_is_refused() {
     let mut missing = arguments(&scene, first.path());
     missing.extend(["--baseline", "missing.json"]);
     fails(&missing, &["missing.json"]);
-    let mut without = arguments(&scene, first.path());
-    without.push("--fail-slower");
-    let output = run(&without);
-    assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("--baseline"));
+    let without = arguments(&scene, first.path());
+    for option in ["--fail-slower", "--fail-gone"] {
+        let mut without = without.clone();
+        without.push(option);
+        let output = run(&without);
+        assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("--baseline"));
+    }
 }

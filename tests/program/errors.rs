@@ -138,6 +138,39 @@ fn a_path_that_is_refused() {
     fails(&arguments, &["fragmentShaderPixelInterlock"]);
 }
 
+/// Imperfect shadow maps are of virtual lights alone: no device has a row of them here. Refused rows beside others are no failure; where
+/// there are no others nothing is measured, which is not to pass. A shard may have such rows alone, and what is joined may not.
+#[test]
+fn a_run_of_refused_rows() {
+    let (folder, out) = (folder(), folder());
+    let scene = small_scene(folder.path());
+    let quick = ["compare", text(&scene), "--quick", "--frames", "2", "--picture", "16x16"];
+    let run = |specs: &[&str], more: &[&str], out: &std::path::Path| {
+        let specs = specs.iter().flat_map(|spec| ["--technique", spec]);
+        let all: Vec<_> =
+            quick.into_iter().chain(specs).chain(more.iter().copied()).chain(["--out", text(out)]).collect();
+        let output = run(&all);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let refused = ["ism:points=1024", "ism:points=2048"];
+    let (code, said) = run(&refused, &[], out.path());
+    let last = said.lines().last().expect("a line");
+    assert!(code == Some(1) && last.contains("nothing is measured") && last.contains("2 rows"), "{said}");
+    assert!(last.contains("refused: needs") && said.matches("nothing is measured").count() == 1, "{said}");
+    let (code, said) = run(&["none", refused[0]], &[], out.path());
+    assert!(code == Some(0) && !said.contains("nothing is measured"), "{said}");
+    let shards = ["1/2", "2/2"].map(|shard| {
+        let out = out.path().join(shard.replace('/', "-"));
+        let (code, said) = run(&refused, &["--shard", shard], &out);
+        assert_eq!(code, Some(0), "{said}");
+        out
+    });
+    let joined = out.path().join("joined");
+    let output = crate::run(&["join", text(&shards[0]), text(&shards[1]), "--out", text(&joined)]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(1) && said.contains("nothing is measured"), "{said}");
+}
+
 #[test]
 fn a_place_that_cannot_be_written() {
     let folder = folder();

@@ -74,11 +74,46 @@ fn exit_statuses() {
     assert!(ok(&["--help"]).contains("Exit status: 0"));
     for (arguments, code) in [
         (&["--version"][..], 0),
-        (&["compare", "no-such-scene"], 1),
-        (&["compare", "--technique", "no-such-technique"], 1),
         (&["compare", "--no-such-option"], 2),
         (&["no-such-command"], 2),
+        (&["help", "avsn"], 2),
+        (&["help", "no-such-word"], 2),
+        (&["glsl", "avsn"], 2),
+        (&["compare", "no-such-scene"], 2),
+        (&["compare", "big-8k:lights=0"], 2),
+        (&["recommend", "no-such-scene"], 2),
+        (&["recommend"], 2),
+        (&["recommend", "big-8k", "--max-ms", "0"], 2),
+        (&["stress", "extincton"], 2),
+        (&["slice", "big-8k", "--depth", "2"], 2),
+        (&["render", "big-8k", "-o", "x.jpg"], 2),
+        (&["render", "fountain", "--time", "-1"], 2),
+        (&["render", "big-8k", "--samples", "3"], 2),
+        (&["compare", "cornell", "--vpls", "63"], 2),
+        // What a file, a scene or a device says is no fault of the command line.
+        (&["compare", "absent.toml"], 1),
+        (&["compare", "absent.ply"], 1),
+        (&["compare", "--baseline", "absent.json"], 1),
+        (&["slice", "lantern", "--light", "9"], 1),
+        (&["compare", "--device", "no such device"], 1),
     ] {
         assert_eq!(run(arguments).status.code(), Some(code), "{arguments:?}");
+    }
+    // A technique, a key and a value, wherever a technique is named.
+    for spec in ["avsn", "avsm:node=4", "avsm:nodes=5"] {
+        for command in [
+            &["compare", "big-8k"][..],
+            &["render", "big-8k"],
+            &["slice", "big-8k"],
+            &["curve", "big-8k", "--texel", "4,4"],
+            &["map", "cornell"],
+            &["bake", "town"],
+            &["stress", "extinction"],
+        ] {
+            let output = run(&[command, &["--technique", spec]].concat());
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(2), "{command:?} {spec}: {said}");
+            assert!(said.contains(&format!("--technique {spec}")), "{command:?} {spec}: {said}");
+        }
     }
 }

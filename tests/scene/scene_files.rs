@@ -6,7 +6,15 @@ use gobo::scene::{Ink, LightKind, Particle, Scene};
 #[test]
 fn files_that_are_not_files_are_refused() {
     let scene = |file: &str| scene_file(&format!("[[particles]]\nfile = {file:?}\n{LIGHT}{CAMERA}"));
-    message(scene("absent.ply"), "absent.ply", "No such file");
+    message(scene("absent.ply"), "absent.ply, which ", "scene.toml names: No such file");
+    // Whatever is asked for, and whatever asks.
+    for entry in ["particles", "hair", "splats", "volumes", "meshes"] {
+        for file in ["absent.ply", "absent.hair", "absent.nrrd", "absent-##.vdb"] {
+            let told =
+                scene_file(&format!("[[{entry}]]\nfile = {file:?}\n{LIGHT}{CAMERA}")).expect_err("absent").to_string();
+            assert!(told.contains(file) && told.contains("scene.toml"), "{entry}: {told}");
+        }
+    }
     message(scene("."), "not a regular file", "give a file");
     message(Scene::load("/nowhere/absent.toml", 0.0), "/nowhere/absent.toml", "No such file");
     message(Scene::load("unknown", 0.0), "unknown", "three-emitters");
@@ -149,6 +157,32 @@ fn scene_files_have_several_inks() {
     }
 }
 
+/// Without a camera in it, a scene file has the one that its data file alone would have; one that is turned stands otherwise.
+#[test]
+fn scene_files_without_a_camera_have_a_fitted_one() {
+    let folder = tempfile::TempDir::new().expect("a folder");
+    let seeds = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
+    let scene = |entry: &str, file: &str, more: &str| {
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, format!("[[{entry}]]\nfile = {file:?}\n{more}\n{LIGHT}")).expect("written");
+        Scene::load(path.to_str().expect("UTF-8"), 0.0)
+    };
+    for (entry, file, up) in [
+        ("particles", "ply/ok-particles-ascii.ply", [0.0, 0.0, 1.0]),
+        ("volumes", "nrrd/ok-bytes.nrrd", [0.0, 0.0, 1.0]),
+        ("volumes", "vdb/ok-frame-#.vdb", [0.0, 0.0, 1.0]),
+        ("hair", "tressfx/ok-version-4.tfx", [0.0, 1.0, 0.0]),
+    ] {
+        let file = seeds.join(file);
+        let file = file.to_str().expect("UTF-8");
+        let (alone, named) = (Scene::load(file, 0.0).expect(file), scene(entry, file, "").expect(file));
+        assert_eq!((named.camera, alone.camera.up.to_array()), (alone.camera, up), "{file}");
+        // What a quarter turn about x takes +y to is +z.
+        let turned = scene(entry, file, "rotate = [1, 0, 0, 90]").expect(file);
+        assert_eq!(turned.camera.up.to_array(), [0.0, 0.0, 1.0], "{file}");
+    }
+}
+
 #[test]
 fn broken_scene_files_are_refused() {
     let particles = "[[particles]]\nfile = \"smoke.ply\"\n";
@@ -163,7 +197,6 @@ fn broken_scene_files_are_refused() {
         (&whole, "fov_y_degrees", "fov", "unknown field `fov`"),
         (&whole, "kind =", "radius = 3\nkind =", "unknown field `radius`"),
         (&whole, "[camera]", "[kamera]", "unknown field `kamera`"),
-        (&whole, CAMERA, "", "missing field `camera`"),
         (&whole, LIGHT, "", "missing field `light`"),
         (&whole, "directional", "area", "area"),
         (&whole, "kind = \"directional\"\n", "", "kind"),

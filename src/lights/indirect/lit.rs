@@ -16,13 +16,13 @@ const WIDE: [u32; 2] = [16, 9];
 /// Checks a number of virtual lights.
 ///
 /// # Errors
-/// [`Error::Input`], with the range that is allowed.
+/// [`Error::Usage`], with the range that is allowed.
 pub fn check_count(count: u32) -> Result<()> {
     if VPLS.contains(&count) {
         return Ok(());
     }
     let cause = format!("there are {} to {}", VPLS.start(), VPLS.end());
-    Err(Error::input(format!("{count} virtual lights"), cause, "choose another number"))
+    Err(Error::usage(format!("{count} virtual lights"), cause, "choose another number"))
 }
 
 /// Checks that the scene has a mesh, which can reflect light.

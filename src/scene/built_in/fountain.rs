@@ -31,7 +31,7 @@ pub(in crate::scene) fn particles(fountain: &Fountain, time_s: f64) -> Result<Ve
 /// The scene at a time, with `particles` particles, in units of about a metre, z up.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): `time_s` is not in [0, 3600].
+/// [`Error::Usage`](crate::Error::Usage): `time_s` is not in [0, 3600].
 pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Result<Scene> {
     let fountain = Fountain::new(particles);
     Ok(Scene {

@@ -78,7 +78,7 @@ struct Lock {
 /// The light, which sways about the direction that it has at [`AT_REST_S`]. It sways so slowly that the map's texels crawl over the hairs.
 ///
 /// # Errors
-/// [`crate::Error::Input`] where the time is out of range.
+/// [`crate::Error::Usage`] where the time is out of range.
 pub(in crate::scene) fn lights(time_s: f64) -> Result<Vec<Light>> {
     check_time("hair", time_s)?;
     let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);

@@ -61,7 +61,7 @@ impl<'a> BuiltIn<'a> {
     /// Reads a name as a user gives it. Names that no built-in scene has stay as they are, since a path may contain colons.
     ///
     /// # Errors
-    /// [`Error::Input`] names a key that the scene does not have, or a number that is out of range.
+    /// [`Error::Usage`] names a key that the scene does not have, or a number that is out of range.
     pub(super) fn read(text: &'a str) -> Result<Self> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         if !BUILT_IN.contains(&name) {
@@ -73,7 +73,7 @@ impl<'a> BuiltIn<'a> {
             let wrong = |cause: &str| {
                 let keys = keys(name);
                 let way_out = if keys.is_empty() { format!("{name} takes no numbers") } else { format!("give {keys}") };
-                Error::input(text, input::one_line(cause), way_out)
+                Error::usage(text, input::one_line(cause), way_out)
             };
             let (key, value) = part.split_once('=').ok_or_else(|| wrong(&format!("{part:?} is no key=value")))?;
             let known = KEYS.iter().find(|k| k.scene == name && k.name == key);

@@ -105,6 +105,26 @@ impl Animation {
         self.parts.iter().filter(|part| part.is_volume()).map(|part| part.most().blocks).collect()
     }
 
+    /// What a camera is fitted to: parts that stay as they are, and [`Sequence::some`] of the others.
+    ///
+    /// # Errors
+    /// Errors of reading a frame's file.
+    pub(in crate::scene) fn some(&self) -> Result<(Vec<Particle>, Vec<Volume>)> {
+        let (mut particles, mut volumes) = (Vec::new(), Vec::new());
+        for part in &self.parts {
+            match part {
+                Part::Still(Content::Particles(more)) => particles.extend_from_slice(more),
+                Part::Still(Content::Volume(volume)) => volumes.push(volume.clone()),
+                Part::Moving(sequence) => {
+                    let (more, fields) = sequence.some()?;
+                    particles.extend(more);
+                    volumes.extend(fields);
+                }
+            }
+        }
+        Ok((particles, volumes))
+    }
+
     /// The particles and the volumes `time_s` seconds after each sequence began.
     ///
     /// # Errors

@@ -49,7 +49,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     if contents.spheres().next().is_none() {
         return Err(wrong("nothing casts a shadow: it is empty".to_owned()));
     }
-    let up = if matches!(ending.as_str(), "gltf" | "glb" | "tfx" | "spz") { DVec3::Y } else { DVec3::Z };
+    let up = up(path);
     let camera = match contents.camera {
         Some(camera) => camera,
         None => fitted::camera(&contents, up).map_err(wrong)?,
@@ -59,6 +59,14 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         lights.push(fitted::light(up));
     }
     Ok(contents.scene(input::stem(path), lights, camera))
+}
+
+/// The direction that is up in a file, by its format.
+pub(in crate::scene) fn up(path: &Path) -> DVec3 {
+    match input::ending(path).as_str() {
+        "gltf" | "glb" | "tfx" | "spz" => DVec3::Y,
+        _ => DVec3::Z,
+    }
 }
 
 /// A scene of particles or a volume with one file per frame. The camera is fitted to a few of the files.

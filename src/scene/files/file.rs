@@ -53,13 +53,15 @@
 //! radiance = [1.0, 1.0, 1.0]    # optional
 //! # radius = 4.0                # optional, of a spot or a point light: where it ends, smoothly
 //!
-//! [camera]                      # left out, the first camera of the glTF files stands here
+//! [camera]                      # left out, the first camera of the glTF files stands here, else one from which all is seen, as for
+//!                               # a data file: up is +y where it is so in each file, as it is placed, else +z
 //! position = [9.0, -9.0, 5.0]
 //! target = [0.0, 0.0, 2.0]
 //! up = [0.0, 0.0, 1.0]
 //! fov_y_degrees = 38.0          # full vertical angle
 //! ```
 
+use crate::Result;
 use crate::scene::files::animation::{self, Animation, Content, Kind, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
@@ -67,10 +69,12 @@ use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
-    Ink, Motion, Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
+    Camera, Ink, Motion, Scene, files::data_file, files::fitted, files::input, files::mesh_file, files::particle_file,
+    files::splat_file, files::strand_file,
 };
-use crate::{Error, Result};
+use glam::DVec3;
 use serde::Deserialize;
+use std::mem::replace;
 use std::path::Path;
 
 const WAY_OUT: &str = "correct the scene file";
@@ -217,21 +221,25 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents = Contents::default();
     let mut parts = Vec::new();
+    let mut ups = Vec::new();
+    let named = input::named_by(path);
     let mut inks = Inks { common: extinction_ratio, all: Vec::new(), own: false };
     for entry in &parsed.particles {
         let placement =
             Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let file = folder.join(&entry.file);
+        ups.push(placement.rotate * data_file::up(&file));
         if let Some(rate) = rate(entry.frames_per_second, &file).map_err(|cause| wrong(entry.cause(cause)))? {
             inks.add(entry.extinction_ratio, 0).map_err(|cause| wrong(entry.cause(cause)))?;
-            parts.push(Part::Moving(Sequence::open(&file, rate, Kind::Particles(placement))?));
+            parts.push(Part::Moving(Sequence::open(&file, rate, Kind::Particles(placement)).map_err(&named)?));
             continue;
         }
         let place = |(number, particle)| {
             let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
             placement.particle(particle).map_err(|text| wrong(cause(text)))
         };
-        let particles = particle_file::load(&file)?.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
+        let loaded = particle_file::load(&file).map_err(&named)?;
+        let particles = loaded.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
         inks.add(entry.extinction_ratio, particles.len()).map_err(|cause| wrong(entry.cause(cause)))?;
         parts.push(Part::Still(Content::Particles(particles)));
     }
@@ -240,7 +248,9 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
             Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
         let before = contents.strands.len();
-        contents.strands.extend(strand_file::load(&folder.join(&entry.file), &placement, overrides)?);
+        let file = folder.join(&entry.file);
+        ups.push(placement.rotate * data_file::up(&file));
+        contents.strands.extend(strand_file::load(&file, &placement, overrides).map_err(&named)?);
         let count = contents.strands.len() - before;
         inks.add(entry.extinction_ratio, count).map_err(|cause| wrong(entry.cause(cause)))?;
     }
@@ -248,19 +258,22 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         let cause = |cause| wrong(format!("splats {}: {cause}", entry.file));
         let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(cause)?;
         let before = contents.gaussians.len();
-        contents.gaussians.extend(splat_file::load(&folder.join(&entry.file), &placement)?);
+        let file = folder.join(&entry.file);
+        ups.push(placement.rotate * data_file::up(&file));
+        contents.gaussians.extend(splat_file::load(&file, &placement).map_err(&named)?);
         inks.add(entry.extinction_ratio, contents.gaussians.len() - before).map_err(cause)?;
     }
     for entry in &parsed.volumes {
         let wrong = |cause| wrong(format!("volumes {}: {cause}", entry.file));
         let (placing, file) = (entry.placing().map_err(wrong)?, folder.join(&entry.file));
+        ups.push(placing.rotate * data_file::up(&file));
         parts.push(match rate(entry.frames_per_second, &file).map_err(wrong)? {
             Some(rate) => {
                 inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
-                Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing))?)
+                Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing)).map_err(&named)?)
             }
             None => {
-                let volume = volume_file::load(&file, &placing)?;
+                let volume = volume_file::load(&file, &placing).map_err(&named)?;
                 inks.add(entry.extinction_ratio, volume.cells().len()).map_err(wrong)?;
                 Part::Still(Content::Volume(volume))
             }
@@ -272,7 +285,9 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         let wrong = |cause| wrong(entry.cause(cause));
         let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(wrong)?;
         let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
-        let loaded = mesh_file::load(&folder.join(&entry.file))?;
+        let file = folder.join(&entry.file);
+        ups.push(placement.rotate * data_file::up(&file));
+        let loaded = mesh_file::load(&file).map_err(&named)?;
         for mesh in loaded.meshes {
             let mut placed = placement.mesh(mesh).map_err(wrong)?;
             placed.albedo = albedo.unwrap_or(placed.albedo);
@@ -288,15 +303,15 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
             contents.camera = Some(placement.camera(&found).map_err(wrong)?);
         }
     }
-    let missing = |name| {
-        let cause = format!("missing field `{name}`, and no glTF file that it names brings one");
-        input::error(path, cause, format!("add [{name}] to the scene file"))
-    };
     let lights = lights.unwrap_or_else(|| std::mem::take(&mut contents.lights));
     if lights.is_empty() {
-        return Err(missing("light"));
+        let cause = "missing field `light`, and no glTF file that it names brings one";
+        return Err(input::error(path, cause, "add [light] to the scene file"));
     }
-    let camera = camera.or(contents.camera).ok_or_else(|| missing("camera"))?;
+    let camera = match camera.or(contents.camera) {
+        Some(camera) => camera,
+        None => fitted_camera(path, &mut contents, &animation, &ups)?,
+    };
     let motion = animation.motion();
     if inks.own && motion != Motion::Still {
         return Err(wrong(
@@ -307,11 +322,19 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     if !inks.own {
         return Ok(Scene { extinction_ratio, ..scene });
     }
-    // The fault is the file's.
-    scene.with_inks(&inks.all).map_err(|error| match error {
-        Error::Input { cause, way_out, .. } => input::error(path, cause, way_out),
-        other => other,
-    })
+    scene.with_inks(&inks.all).map_err(|error| error.with_name(|_| input::file_name(path)))
+}
+
+/// A camera that sees all of the contents, and of sequences what their first, middle and last frames show. `ups` are the directions that
+/// are up in the files, as they are placed.
+fn fitted_camera(path: &Path, contents: &mut Contents, animation: &Animation, ups: &[DVec3]) -> Result<Camera> {
+    let is_y = |up: &DVec3| up.y > up.x.abs().max(up.z.abs());
+    let up = if ups.iter().all(is_y) { DVec3::Y } else { DVec3::Z };
+    let (particles, volumes) = animation.some()?;
+    let now = (replace(&mut contents.particles, particles), replace(&mut contents.volumes, volumes));
+    let camera = fitted::camera(contents, up);
+    (contents.particles, contents.volumes) = now;
+    camera.map_err(|cause| input::error(path, cause, "add [camera] to the scene file"))
 }
 
 /// The extinction ratios of the entries so far.

@@ -40,6 +40,11 @@ pub(in crate::scene) fn error(path: &Path, cause: impl ToString, way_out: impl I
     Error::input(file_name(path), one_line(cause), way_out)
 }
 
+/// The error of a file that another file asks for: it names both.
+pub(in crate::scene) fn named_by(asker: &Path) -> impl Fn(Error) -> Error {
+    move |error| error.with_name(|name| format!("{name}, which {} names", file_name(asker)))
+}
+
 /// Opens a regular file and returns its size in bytes. Refuses folders, pipes and devices: a loader that waits for a pipe or reads
 /// /dev/zero never ends.
 pub(in crate::scene) fn open(path: &Path) -> Result<(File, u64)> {

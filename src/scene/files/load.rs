@@ -45,12 +45,14 @@ pub fn known() -> String {
 }
 
 impl Scene {
-    /// Loads a scene file (`*.toml`), a data file of one of [`DATA_ENDINGS`] with a fitted light and camera, or a built-in scene. Some
+    /// Loads a scene file (`*.toml`), a data file of one of [`DATA_ENDINGS`] with a fitted light and camera, or a built-in scene. A scene file
+    /// without a camera has a fitted one too. Some
     /// built-in scenes take a number (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is the time for scenes that move, in
     /// seconds since their emitters, lights or sequences of files started; other scenes ignore it.
     ///
     /// # Errors
-    /// [`Error::Input`] names the file and what is wrong with it.
+    /// [`Error::Usage`] where there is no such built-in scene, or it does not take that number; [`Error::Input`] names the file
+    /// and what is wrong with it.
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
         let built_in = built_in::BuiltIn::read(name)?;
         match built_in.name {
@@ -86,7 +88,7 @@ impl Scene {
                 }
                 _ => {
                     let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));
-                    Err(Error::input(name, cause, format!("give {}", known())))
+                    Err(Error::usage(name, cause, format!("give {}", known())))
                 }
             },
         }
@@ -95,7 +97,7 @@ impl Scene {
     /// The scene `courtyard` with `count` lights in place of its 32, at a time as in [`Scene::load`].
     ///
     /// # Errors
-    /// [`Error::Input`] where the scene is not `courtyard`, or the number or the time is out of range.
+    /// [`Error::Input`] where the scene is not `courtyard`, [`Error::Usage`] where the number or the time is out of range.
     pub fn with_lights(self, count: usize, time_s: f64) -> Result<Self> {
         if self.motion != Motion::Courtyard {
             let way_out = "leave their number out, or name courtyard";
@@ -103,7 +105,7 @@ impl Scene {
         }
         if !(1..=courtyard_lights::MOST).contains(&count) {
             let cause = format!("{count} lights, and there are 1 to {}", courtyard_lights::MOST);
-            return Err(Error::input(self.name, cause, "choose another number"));
+            return Err(Error::usage(self.name, cause, "choose another number"));
         }
         Ok(Self { lights: courtyard::lights_at(count, time_s)?, ..self })
     }
@@ -112,7 +114,7 @@ impl Scene {
     /// [`Scene::load`]. Particles move as if these had always been in force.
     ///
     /// # Errors
-    /// [`Error::Input`] where the scene is not simulated, or a number or the time is out of range.
+    /// [`Error::Input`] where the scene is not simulated, [`Error::Usage`] where a number or the time is out of range.
     pub fn pulled(mut self, attractor: Option<DVec3>, gravity: f64, time_s: f64) -> Result<Self> {
         self.motion = Motion::Fountain(self.pull(attractor, gravity)?);
         self.at(time_s)
@@ -130,10 +132,10 @@ impl Scene {
         };
         if !(0.0..=MOST_GRAVITY).contains(&gravity) {
             let cause = format!("a gravity of {gravity}, of 0 to {MOST_GRAVITY} times the earth's");
-            return Err(Error::input(name(), cause, "choose another"));
+            return Err(Error::usage(name(), cause, "choose another"));
         }
         if attractor.is_some_and(|at| at.abs().max_element() > 1e3 || !at.is_finite()) {
-            return Err(Error::input(name(), "an attractor farther than 1000 away", "bring it nearer"));
+            return Err(Error::usage(name(), "an attractor farther than 1000 away", "bring it nearer"));
         }
         let attractor = attractor.map(|at| at.as_vec3().into());
         Ok(Fountain { attractor, gravity: gravity as f32, ..fountain })
@@ -142,7 +144,7 @@ impl Scene {
     /// The scene at another time: parts that move are as they are `time_s` seconds after their start; all else stays.
     ///
     /// # Errors
-    /// [`Error::Input`] where the time is out of range.
+    /// [`Error::Usage`] where the time is out of range.
     pub fn at(&self, time_s: f64) -> Result<Self> {
         let mut parts = self.parts_at(time_s, &mut Smoke::default())?;
         let mut scene = self.clone();

@@ -177,7 +177,7 @@ fn sidecar(path: &Path) -> Result<Grid> {
     let dense = Dense { size: parsed.size, kind, big_endian };
     let needed = dense.bytes().map_err(wrong)?;
     let data = path.parent().unwrap_or(Path::new("")).join(&parsed.file);
-    let (file, size) = input::open(&data)?;
+    let (file, size) = input::open(&data).map_err(input::named_by(path))?;
     if size != needed {
         let cause = format!("{size} bytes, and a grid of {:?} of {} has {needed}", parsed.size, parsed.kind);
         return Err(input::error(&data, cause, format!("correct {}", input::file_name(path))));

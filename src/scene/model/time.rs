@@ -8,13 +8,13 @@ const MAX_TIME_S: f64 = 3600.0;
 /// Fails where a time is out of range for scenes that move; `scene` is the name for messages.
 ///
 /// # Errors
-/// [`Error::Input`]: `time_s` is not in [0, 3600].
+/// [`Error::Usage`]: `time_s` is not in [0, 3600].
 pub fn check_time(scene: &str, time_s: f64) -> Result<()> {
     if (0.0..=MAX_TIME_S).contains(&time_s) {
         return Ok(());
     }
     let cause = format!("time {time_s} s is not in [0, {MAX_TIME_S}]");
-    Err(Error::input(scene, cause, "give a time in seconds in that range"))
+    Err(Error::usage(scene, cause, "give a time in seconds in that range"))
 }
 
 /// A wave of period 1 and height 1 made of two parabolas, in place of a sine, whose bits depend on the machine.

@@ -222,7 +222,7 @@ impl View {
             let (host, state) = (&open.host, &self.state);
             match host.record(&frame, |commands| stage.record(host, commands, state)) {
                 Ok(()) => self.good = self.state.clone(),
-                Err(error @ Error::Input { .. }) => {
+                Err(error @ (Error::Input { .. } | Error::Usage { .. })) => {
                     self.tell(error.to_string());
                     self.state.go_back_to(&self.good);
                 }
