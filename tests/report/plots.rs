@@ -1,7 +1,7 @@
 //! Plots of made-up results.
 
 use crate::{refused, results, row};
-use gobo::measure::{Results, Row};
+use gobo::measure::{Results, Row, SeenError, Timing, Unshadowed};
 use gobo::report::{page, plots};
 
 fn build_plot(results: &Results) -> Option<String> {
@@ -120,14 +120,29 @@ fn each_plot_has_its_own_times_errors_and_front() {
     let dir = tempfile::tempdir().expect("a folder");
     let marks = |html: &str, front: &str| html.matches(&format!("\"front {front}\" role=\"img\"")).count();
     let html = page(&results, dir.path()).expect("a page");
-    assert_eq!((marks(&html, "front0"), marks(&html, "front1")), (1, 4));
+    assert_eq!((marks(&html, "front1"), marks(&html, "front2")), (1, 4));
     assert!(html.contains(label(build).expect("a label").as_str()) && html.contains(&label(frame).expect("a label")));
 
     // Files from before the time of a frame was measured have no such plot, and no front without one.
     results.rows.iter_mut().for_each(|row| row.frame_ns = None);
     assert_eq!(plots(&results), [("time-vs-error.svg", build.clone())]);
     let html = page(&results, dir.path()).expect("a page");
-    assert_eq!((marks(&html, "front0"), marks(&html, "front1")), (1, 0));
+    assert_eq!((marks(&html, "front1"), marks(&html, "front2")), (1, 0));
+
+    // What shadows cost against seen error has a plot where rows have both. Costs below the noise of the picture without shadows are at it.
+    for (row, (cost, seen)) in
+        results.rows.iter_mut().zip([(-9.0, 0.1), (1.0, 0.2), (2.0, 0.05), (3.0, 0.01), (4.0, 0.02)])
+    {
+        let draw_ns = Some(Timing { median: 50e6, p05: 49.8e6, p95: 50.2e6, samples: 9 });
+        row.unshadowed = Some(Unshadowed { draw_ns, seen: Some(0.5), flip_mean: None });
+        row.cost_ns = Some(1e6 * cost);
+        row.error.as_mut().expect("an error").seen = Some(SeenError { mean: seen, ..SeenError::default() });
+    }
+    let drawn = plots(&results);
+    assert_eq!(drawn[0].0, "cost-vs-seen.svg");
+    assert_eq!(rings(&drawn[0].1), 3);
+    let html = page(&results, dir.path()).expect("a page");
+    assert_eq!(marks(&html, "front0"), 3);
     assert!(!html.contains("frame time and space error"));
 }
 
