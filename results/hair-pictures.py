@@ -48,7 +48,7 @@ def write(name, rows):
 def drawn(scene, spec, number, times):
     name = f'{FOLDER}/{scene}-{number}.png'
     if not os.path.exists(name):
-        size = ['--width', str(WIDTH * times), '--height', str(HEIGHT * times)]
+        size = ['--picture', f'{WIDTH * times}x{HEIGHT * times}']
         subprocess.run([GOBO, 'render', scene, '--plain', '--technique', spec, '-o', name] + size, check=True, stdout=subprocess.DEVNULL)
     return read(name)
 

@@ -28,7 +28,7 @@ export WINEPREFIX=$work/wine WINEDEBUG=-all
 windows() { xvfb-run -a -s "-screen 0 1280x800x24" wine gobo.exe "$@" 2>&1 | tr -d '\r' | grep -v '^X connection'; }
 
 printf 'frames 3\nkey a\nframes 2\nkey c\nkey f12\nquit\n' >script
-windows view plume_8k --technique avsm:size=64 --width 320 --height 180 --script script >said
+windows view plume_8k --technique avsm:size=64 --picture 320x180 --script script >said
 command=$(grep '^gobo render' said)
 # shellcheck disable=SC2086
 windows ${command#gobo } -o windows.png >/dev/null

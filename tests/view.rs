@@ -90,7 +90,7 @@ fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 
-const SMALL: [&str; 4] = ["--width", "200", "--height", "120"];
+const SMALL: [&str; 2] = ["--picture", "200x120"];
 
 /// Each control changes what is seen, and the command that is copied then makes the very pixels: on a device of its own, at once.
 #[test]
@@ -264,12 +264,8 @@ fn a_report_has_the_pace_of_frames() {
         turning(300)
     );
     let start = Instant::now();
-    let output = view(
-        &screen,
-        folder.path(),
-        &["plume_8k", "--technique", "avsm:size=32", "--width", "64", "--height", "48"],
-        &script,
-    );
+    let output =
+        view(&screen, folder.path(), &["plume_8k", "--technique", "avsm:size=32", "--picture", "64x48"], &script);
     let open_ms = start.elapsed().as_secs_f64() * 1e3;
     let reports = Report::all(&lines(&output));
     reports.iter().for_each(|report| println!("{}", report.0));
@@ -431,7 +427,7 @@ fn pictures_stand_side_by_side() {
     let apart = |a: &[u8], b: &[u8], i: usize| (u32::from(a[i].abs_diff(b[i])) * 3).min(255);
     assert!((0..a.len()).all(|i| u32::from(difference[i]) == apart(&a, &b, i)));
     assert!((0..a.len()).all(|i| u32::from(error[i]) == apart(&a, &truth, i)));
-    let made = made(folder.path(), "gobo render plume_8k --plain --technique reference --width 200 --height 120");
+    let made = made(folder.path(), "gobo render plume_8k --plain --technique reference --picture 200x120");
     assert_eq!(truth, pixels(&made).1, "the reference fills in to what render makes");
 }
 
@@ -459,7 +455,7 @@ fn it_goes_on_for_long() {
     let outlined = "set show wireframe\nset a avsm:size=32,lighting=vertex\nframes 20\nreport\n";
     let script = format!("set panel off\nresize 64 48\n{}{}{}{outlined}quit\n", round(0), round(1), round(2));
     let specs = ["--technique", "avsm:size=32", "--against", "psm:size=32,slices=16"];
-    let small = ["--width", "64", "--height", "48", "--validation"];
+    let small = ["--picture", "64x48", "--validation"];
     let lines = lines(&view(&screen, folder.path(), &[&["three-emitters"], &specs[..], &small].concat(), &script));
     let [first, second, last, wireframe] = &Report::all(&lines)[..] else { panic!("{lines:#?}") };
     println!("{}\n{}\n{}\n{}", first.0, second.0, last.0, wireframe.0);

@@ -8,7 +8,7 @@ use super::resume::{SCENE, files, kept};
 use super::writer::Writer;
 use super::{
     DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
-    load, say,
+    load, picture, say,
 };
 use crate::consume::runs;
 use crate::gpu::Features;
@@ -93,7 +93,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with = "no_truth")]
     footprints: bool,
     /// Size of the pictures, pixels, up to 16384 per side [default: 640x360, or 320x180 of a quick look]
-    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    #[arg(long, value_name = picture::VALUE, value_parser = picture::size)]
     picture: Option<[u32; 2]>,
     /// Let the camera go round its target, by so many degrees over the frames, and compare 16 pictures, one after the
     /// other, with the truth
@@ -140,12 +140,6 @@ impl Arguments {
 enum TruthArgument {
     Sample,
     Full,
-}
-
-fn size(text: &str) -> std::result::Result<[u32; 2], String> {
-    let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
-    let sides = text.split_once('x').and_then(|(width, height)| side(width).zip(side(height)));
-    sides.map(|(width, height)| [width, height]).ok_or_else(|| "give 1280x720, say: 1 to 16384 per side".into())
 }
 
 fn shard(text: &str) -> std::result::Result<[usize; 2], String> {

@@ -1,7 +1,7 @@
 //! `gobo curve`
 
 use super::{ChangeArguments, DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
-use crate::measure::{LightRay, Standing};
+use crate::measure::{LightRay, Standing, telling_texel};
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
 use crate::technique::{Name, usual};
@@ -14,9 +14,9 @@ use std::process::ExitCode;
 pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
-    /// The texel, from the map's upper left
+    /// The texel, from the map's upper left [default: of many, the one with the most casters on its ray, and with some light left]
     #[arg(long, value_name = "X,Y", value_parser = texel)]
-    texel: [u32; 2],
+    texel: Option<[u32; 2]>,
     #[command(flatten)]
     map: MapArguments,
     /// Technique spec, repeatable; all of one map size
@@ -51,11 +51,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let context = arguments.device.open()?;
     let standing = Standing::new(&context, &scene, &specs)?;
-    let ray = LightRay::new(&context, &Casters::new(&scene), &standing.opened, map, arguments.texel)?;
-    let title = ray.title(&scene.name, arguments.texel);
+    let casters = Casters::new(&scene);
+    let texel = match arguments.texel {
+        Some(texel) => texel,
+        None => telling_texel(&casters, &standing.opened, map)?,
+    };
+    let ray = LightRay::new(&context, &casters, &standing.opened, map, texel)?;
+    let title = ray.title(&scene.name, texel);
     let svg = curve(&title, &ray, &standing.names)?;
     write_whole(&arguments.out, svg.as_bytes())?;
     check_messages()?;
     say(format!("{}: {} on {}", arguments.out.display(), title, context.features().name))?;
+    if arguments.texel.is_none() {
+        say(format!(
+            "it has the most casters of the texels that were looked at; --texel {},{} names it",
+            texel[0], texel[1]
+        ))?;
+    }
     Ok(ExitCode::SUCCESS)
 }

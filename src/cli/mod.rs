@@ -16,6 +16,7 @@ mod join;
 mod little;
 mod map;
 mod particles;
+mod picture;
 mod place;
 mod progress;
 mod recommend;
@@ -267,6 +268,13 @@ struct MapArguments {
 }
 
 impl MapArguments {
+    /// Of what a picture of the map is: the scene, and its light where it has several.
+    fn caption(&self, scene: &Scene) -> String {
+        let light = if scene.lights.len() > 1 { format!(", light {}", self.light) } else { String::new() };
+        let face = self.face.as_ref().map(|face| format!(", face {face}")).unwrap_or_default();
+        format!("{}{light}{face}", scene.name)
+    }
+
     /// The index of the map among the maps of all lights.
     fn of(&self, scene: &Scene) -> Result<usize> {
         let Some(light) = scene.lights.get(self.light) else {

@@ -5,7 +5,7 @@ use super::sequence::Sequence;
 use super::states::States;
 use super::{
     ChangeArguments, DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load,
-    one_spec, particles, place, say, steps,
+    one_spec, particles, picture, place, say, steps,
 };
 use crate::consume::{Lighting, Shading, Tiled};
 use crate::measure::picture_error;
@@ -50,12 +50,9 @@ pub struct Arguments {
     /// The PNG to write
     #[arg(short, long, default_value = "gobo-render.png")]
     pub(super) out: PathBuf,
-    /// Width of the picture, or of each panel, pixels
-    #[arg(long, default_value_t = 1280, value_parser = clap::value_parser!(u32).range(1..=16384))]
-    pub(super) width: u32,
-    /// Height of the picture, or of each panel, pixels
-    #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
-    pub(super) height: u32,
+    /// Size of the picture, or of each panel, pixels, up to 16384 per side
+    #[arg(long, default_value = "1280x720", value_name = picture::VALUE, value_parser = picture::size)]
+    picture: [u32; 2],
     /// Samples per pixel: 1, 4, 8 or 16
     #[arg(long, default_value_t = 4, value_name = "N")]
     samples: u32,
@@ -108,7 +105,7 @@ impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
-            (self.width, self.height, self.frames) = (32, 18, self.frames.min(2));
+            (self.picture, self.frames) = ([32, 18], self.frames.min(2));
             self.vpls.vpls = self.vpls.vpls.map(|count| count.min(64));
         }
         self
@@ -148,7 +145,7 @@ impl Arguments {
 
     /// Pixels of the picture, or of each panel.
     pub(super) fn size(&self) -> [u32; 2] {
-        [self.width, self.height]
+        self.picture
     }
 
     /// The fog that fills the scene.

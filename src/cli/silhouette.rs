@@ -1,6 +1,6 @@
 //! `gobo slice`: the picture below the visibility of one depth, and the casters' outlines over it.
 
-use crate::report::{Paper, with_scale};
+use crate::report::{Paper, captioned, with_scale};
 use crate::scene::{Caster, Mesh, Projection, Scene, View};
 use glam::{DVec2, DVec3};
 
@@ -131,9 +131,9 @@ fn outline(covered: &[bool], size: u32, colour: [u8; 3], rgb8: &mut [u8]) {
     }
 }
 
-/// Grey visibility with the casters' silhouettes over it, that of all translucent ones and each mesh's, and below it the scale of grey and
-/// the depth.
-pub(super) fn shown(scene: &Scene, view: &View, depth: f32, size: u32, mut rgb8: Vec<u8>) -> Paper {
+/// Grey visibility with the casters' silhouettes over it, that of all translucent ones and each mesh's, and below it the scale of grey,
+/// the depth, and lines that say what it is a slice of.
+pub(super) fn shown(scene: &Scene, view: &View, depth: f32, size: u32, mut rgb8: Vec<u8>, caption: &[String]) -> Paper {
     let sized = View { width: size, height: size, ..*view };
     for mesh in &scene.meshes {
         outline(&covered_by(mesh, &sized), size, OUTLINE_OF_MESHES, &mut rgb8);
@@ -145,7 +145,7 @@ pub(super) fn shown(scene: &Scene, view: &View, depth: f32, size: u32, mut rgb8:
         [bytes[0], bytes[1], bytes[2]]
     };
     let words = format!("visibility at depth {depth:.2}: {:.2} world units", view.z(f64::from(depth)));
-    with_scale(&rgb8, [size; 2], grey, ["0", &words, "1"])
+    captioned(&with_scale(&rgb8, [size; 2], grey, ["0", &words, "1"]), caption)
 }
 
 #[cfg(test)]
@@ -166,7 +166,7 @@ mod tests {
         let (middle, _) = view.project(DVec3::ZERO);
         assert!(covered[middle.y as usize * 64 + middle.x as usize] && !covered[0]);
         // Only the sphere's rim turns orange.
-        let paper = shown(&scene, &view, 0.5, 64, vec![255; 3 * 64 * 64]);
+        let paper = shown(&scene, &view, 0.5, 64, vec![255; 3 * 64 * 64], &[]);
         let orange = paper.rgb8.chunks_exact(3).filter(|p| **p == OUTLINE).count() as f64;
         // The view is as wide as the sphere. The four parts of its rim that are within a pixel of the picture's border have nothing beside them.
         let rim = (2.0 * std::f64::consts::PI - 8.0 * (1.0 - texel).acos()) / texel;

@@ -4,7 +4,7 @@ use super::sequence::Sequence;
 use super::states::States;
 use super::{
     ChangeArguments, DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load,
-    one_spec, place, say, silhouette,
+    one_spec, picture, place, say, silhouette,
 };
 use crate::consume::slice;
 use crate::technique::{answers_in_space, open, usual};
@@ -32,10 +32,10 @@ pub struct Arguments {
     frames: Option<u32>,
     #[command(flatten)]
     moving: MovingArgument,
-    /// Pixels per side
-    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=8192))]
-    size: u32,
-    /// The visibility alone: no silhouette of the casters, no scale
+    /// Size of the slice, pixels; it is square, as the light's view is, up to 8192 per side
+    #[arg(long, default_value = "512x512", value_name = picture::VALUE, value_parser = picture::square)]
+    picture: u32,
+    /// The visibility alone: no silhouette of the casters, no scale, no words
     #[arg(long)]
     plain: bool,
     /// The PNG to write
@@ -53,7 +53,7 @@ impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
-            (self.size, self.frames) = (32, self.frames.map(|frames| frames.min(2)));
+            (self.picture, self.frames) = (32, self.frames.map(|frames| frames.min(2)));
         }
         self
     }
@@ -87,7 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let context = arguments.device.open()?;
     let mut world = World::new(&context, &first)?;
     let mut opened = open(&context, &world, &spec)?;
-    let size = [arguments.size; 2];
+    let size = [arguments.picture; 2];
+    let caption = [arguments.map.caption(&first), spec.short()];
     let mut sequence = Sequence::new(&arguments.out, frames);
     let mut path = "";
     let mut first = Some(first);
@@ -112,7 +113,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             sequence.add(size, painted)?;
             continue;
         }
-        let paper = silhouette::shown(scene, &view, depth, arguments.size, painted);
+        let paper = silhouette::shown(scene, &view, depth, arguments.picture, painted, &caption);
         sequence.add(paper.size, paper.rgb8)?;
     }
     check_messages()?;

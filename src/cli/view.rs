@@ -1,6 +1,6 @@
 //! `gobo view`
 
-use super::{ChangeArguments, DeviceArguments, LoadArguments};
+use super::{ChangeArguments, DeviceArguments, LoadArguments, picture};
 use crate::Result;
 use crate::technique::usual;
 use clap::Args;
@@ -19,12 +19,9 @@ pub struct Arguments {
     /// Technique spec B, or "reference" for the f64 reference, which fills in while the window stands still
     #[arg(long, default_value = "reference", value_name = "SPEC")]
     against: String,
-    /// Width of the picture, pixels; the panel stands beside it
-    #[arg(long, default_value_t = 960, value_parser = clap::value_parser!(u32).range(1..=8192))]
-    width: u32,
-    /// Height of the picture, pixels
-    #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=8192))]
-    height: u32,
+    /// Size of the picture, pixels, up to 8192 per side; the panel stands beside it
+    #[arg(long, default_value = "960x720", value_name = picture::VALUE, value_parser = picture::shown)]
+    picture: [u32; 2],
     /// Follow the lines of this file in place of keys and mouse: set KEY VALUE, key NAME, frames N, screenshot FILE, …
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
@@ -55,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     state.sides = [named("technique", &arguments.technique)?, named("against", &arguments.against)?];
     let options = Options {
         scenes: arguments.scenes.clone(),
-        size: [arguments.width, arguments.height],
+        size: arguments.picture,
         script: arguments.script.clone(),
         device: arguments.device.device.clone(),
         validation: arguments.device.validation,

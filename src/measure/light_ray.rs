@@ -8,6 +8,7 @@ use crate::scene::{Scene, View};
 use crate::technique::{Opened, answers_in_space};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3};
+use std::ops::Range;
 
 /// (depth in the range of the light's map, transmittance), in order of depth.
 pub type RayPoints = Vec<(f64, f64)>;
@@ -39,6 +40,54 @@ pub struct LightRay {
 /// Points evenly over the range.
 const SAMPLES: u32 = 1024;
 
+/// Texels per side, evenly over the map, among which one is chosen.
+const LOOKED_AT: u32 = 32;
+
+/// The light that is left behind all casters of a ray that shows something: some, and not all.
+const SOME_LIGHT: Range<f64> = 0.05..0.95;
+
+/// A texel of map `map` whose ray shows something: of many, the first with the most translucent casters among those behind which some light
+/// is left, or among all if there are none such. Arguments are as for [`LightRay::new`].
+///
+/// # Errors
+/// [`Error::Input`] where the first technique has no maps, or no ray that was looked at meets a translucent caster.
+pub fn telling_texel(casters: &Casters, opened: &[Opened], map: usize) -> Result<[u32; 2]> {
+    let view = view_of(opened, map)?;
+    let place = |i: u32, side: u32| ((2 * i + 1) * side) / (2 * LOOKED_AT.min(side));
+    let [across, down] = [view.width, view.height].map(|side| LOOKED_AT.min(side));
+    let mut best: Option<((bool, u32), [u32; 2])> = None;
+    for (x, y) in (0..down).flat_map(|y| (0..across).map(move |x| (x, y))) {
+        let texel = [place(x, view.width), place(y, view.height)];
+        let ray = view.ray(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5));
+        if light_of(casters.scene(), map, ray.at(view.z(1.0))).is_none() {
+            continue;
+        }
+        let (curve, segments) = casters.true_curve(map, &view, &ray);
+        let worth = (SOME_LIGHT.contains(&curve.transmittance(1.0)), segments);
+        if segments > 0 && best.is_none_or(|(most, _)| worth > most) {
+            best = Some((worth, texel));
+        }
+    }
+    best.map(|(_, texel)| texel).ok_or_else(|| {
+        let name = casters.scene().name.clone();
+        Error::input(
+            name,
+            "nothing translucent covers the map where it was looked at",
+            "choose another map, or name a texel",
+        )
+    })
+}
+
+fn view_of(opened: &[Opened], map: usize) -> Result<View> {
+    let view = opened.first().and_then(|opened| seen(opened, map));
+    view.ok_or_else(|| Error::input("the first technique", "it has no maps", "name one that has"))
+}
+
+/// The view of a technique's map, if it has one.
+fn seen(opened: &Opened, map: usize) -> Option<View> {
+    opened.technique.maps().get(map).map(|map: &Map| map.volume)
+}
+
 impl LightRay {
     /// The ray of `texel` in map `map`, counted over the maps of all lights, as the first of `opened` has them. All of
     /// `opened` must be built for the scene of `casters`.
@@ -49,10 +98,7 @@ impl LightRay {
     pub fn new(context: &Context, casters: &Casters, opened: &[Opened], map: usize, texel: [u32; 2]) -> Result<Self> {
         opened.iter().try_for_each(|opened| answers_in_space(opened.technique.as_ref()))?;
         let (name, [x, y]) = (format!("texel {},{}", texel[0], texel[1]), texel);
-        let seen = |opened: &Opened| opened.technique.maps().get(map).map(|map: &Map| map.volume);
-        let Some(view) = opened.first().and_then(seen) else {
-            return Err(Error::input("the first technique", "it has no maps", "name one that has"));
-        };
+        let view = view_of(opened, map)?;
         if x >= view.width || y >= view.height {
             let cause = format!("outside the map of {} texels per side", view.width);
             return Err(Error::input(name, cause, "choose one inside"));
@@ -69,7 +115,7 @@ impl LightRay {
         }
         let mut nodes = Vec::new();
         for opened in opened {
-            let stands_in_it = seen(opened) == Some(view);
+            let stands_in_it = seen(opened, map) == Some(view);
             nodes.push(if stands_in_it { opened.technique.nodes(map, texel)? } else { Vec::new() });
         }
 
@@ -110,7 +156,7 @@ impl LightRay {
 
     /// The depths that are worth a plot: those at which something changes, and a fifth of their range in front and
     /// behind.
-    pub fn range(&self) -> std::ops::Range<f64> {
+    pub fn range(&self) -> Range<f64> {
         let covered = self.truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
         let last = self.truth.last().map_or(1.0, |p| p.1);
         let first = covered.fold(1.0, f64::min);

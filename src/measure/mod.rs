@@ -46,7 +46,7 @@ pub use footprint::{FOOTPRINTS, FootprintError};
 pub use frames::{Frames, States, Traced};
 pub(crate) use host_memory::host_bytes;
 pub use interlock::{Built, PATHS as BUILD_PATHS};
-pub use light_ray::{LightRay, RayLine, RayPoints};
+pub use light_ray::{LightRay, RayLine, RayPoints, telling_texel};
 pub(crate) use passes::frame_ns;
 pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use rank::spearman;

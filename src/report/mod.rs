@@ -60,7 +60,7 @@ pub use devices::{devices_answer, devices_csv, devices_json, devices_markdown, d
 pub use first_look::{best_and_extremes, is_far, is_hopeless, to_be_sized};
 pub use footprints::footprints;
 pub use page::page;
-pub use panels::{Panel, Paper, panels, with_scale};
+pub use panels::{Panel, Paper, captioned, panels, with_scale};
 pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;

@@ -103,6 +103,17 @@ pub fn panels(panels: &[Panel], [width, height]: [u32; 2], columns: u32) -> Pape
     paper
 }
 
+/// The same with lines of words below it.
+pub fn captioned(above: &Paper, lines: &[String]) -> Paper {
+    let [width, height] = above.size;
+    let mut paper = Paper::new([width, height + lines.len() as u32 * LINE + GAP]);
+    paper.paste([0, 0], width, &above.rgb8);
+    for (row, line) in (0..).zip(lines) {
+        paper.write([GAP, height + row * LINE], width - GAP.min(width), line);
+    }
+    paper
+}
+
 /// A picture with a scale below it: colours from the left to the right, by a share from 0 to 1, and the labels below both ends and between
 /// them.
 pub fn with_scale(

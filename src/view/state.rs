@@ -320,7 +320,7 @@ impl State {
             self.line(command, &format!("{look} --technique {}{more}", quoted(&side.text())))
         };
         let [a, b] = &self.sides;
-        let pixels = format!(" --width {} --height {}", size[0], size[1]);
+        let pixels = format!(" --picture {}x{}", size[0], size[1]);
         match self.show {
             Show::A => vec![line(a, "render", pixels)],
             Show::B => vec![line(b, "render", pixels)],
@@ -330,7 +330,7 @@ impl State {
                 let face = if faces { " --face +x" } else { "" };
                 let light = if self.light > 0 { format!(" --light {}", self.light) } else { String::new() };
                 let side = size[0].min(size[1]);
-                vec![line(a, "slice", format!(" --size {side} --depth {}{light}{face}", self.depth))]
+                vec![line(a, "slice", format!(" --picture {side}x{side} --depth {}{light}{face}", self.depth))]
             }
             Show::Wireframe => vec![line(a, "render", pixels + " --wireframe")],
             Show::Steps => vec![line(a, "render", pixels + " --steps")],
@@ -380,7 +380,7 @@ mod tests {
         ] {
             state.set(key, value).expect(key);
         }
-        let rest = "--width 64 --height 48 --time 3 --eye 1,2,3.5 --direction 0,0.1,-1 --extinction 0.25";
+        let rest = "--picture 64x48 --time 3 --eye 1,2,3.5 --direction 0,0.1,-1 --extinction 0.25";
         let lines = ["avsm:nodes=4,size=32", "psm"]
             .map(|spec| format!("gobo render plume_8k --plain --technique {spec} {rest}"));
         assert_eq!(state.commands([64, 48], false), lines);

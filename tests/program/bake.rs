@@ -35,7 +35,7 @@ fn a_bake_is_opened_again() {
     let from_file = format!("voxelized:file={}", text(&file));
     let [direct, opened] = [("direct.png", technique), ("file.png", &from_file)].map(|(name, technique)| {
         let out = out.path().join(name);
-        let size = ["--width", "80", "--height", "60", "--validation"];
+        let size = ["--picture", "80x60", "--validation"];
         ok(&[&["render", text(&scene), "--technique", technique, "--out", text(&out)][..], &size].concat());
         std::fs::read(out).expect("written")
     });

@@ -202,7 +202,7 @@ fn one_file(name: &str, command: &[&str], file: &str, how_many: Walk) {
     });
 }
 
-const RENDER: [&str; 7] = ["render", "--width", "16", "--height", "16", "--technique", "avsm:size=16,path=binned"];
+const RENDER: [&str; 5] = ["render", "--picture", "16x16", "--technique", "avsm:size=16,path=binned"];
 const BAKE: [&str; 3] = ["bake", "--technique", "voxelized:size=64"];
 
 #[test]

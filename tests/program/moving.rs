@@ -124,7 +124,7 @@ fn render_draws_simulated_particles() {
     }
     log("exercised", "render_draws_simulated_particles", &runs("avsm", "binned").0);
     let folder = folder();
-    let scene = ["render", "fountain:particles=900", "--width", "96", "--height", "54", "--validation"];
+    let scene = ["render", "fountain:particles=900", "--picture", "96x54", "--validation"];
     let drawn = ["--technique", "avsm:path=binned,size=32", "--particles"];
     let mut written = Vec::new();
     for colours in some_usual(["speed", "density"]) {
@@ -182,8 +182,8 @@ fn render_and_slice_write_sequences() {
     use image::AnimationDecoder;
     log("exercised", "render_and_slice_write_sequences", &runs("avsm", "two-pass").0);
     let folder = folder();
-    let size = ["--width", "96", "--height", "54", "--technique", "avsm:size=32"];
-    for (command, size) in [("render", &size[..]), ("slice", &["--size", "32", "--technique", "avsm:size=32"])] {
+    let size = ["--picture", "96x54", "--technique", "avsm:size=32"];
+    for (command, size) in [("render", &size[..]), ("slice", &["--picture", "32x32", "--technique", "avsm:size=32"])] {
         let path = |name: String| folder.path().join(format!("{command}{name}"));
         let out = path(".png".into());
         let moving = [command, "three-emitters", "--moving", "1..2", "--frames", "3", "--out", text(&out)];
@@ -222,7 +222,7 @@ fn files_are_frames() {
     let all = folder.path().join("puff.toml");
     std::fs::write(&all, one.replace("puff.00.ply", "puff.##.ply")).expect("write");
     let path = |name: &str| folder.path().join(name);
-    let size = ["--width", "64", "--height", "36", "--technique", "avsm:path=binned,size=32", "--out"];
+    let size = ["--picture", "64x36", "--technique", "avsm:path=binned,size=32", "--out"];
     let moving = ["render", text(&all), "--moving", "0.01..0.1", "--frames", "3"];
     ok(&[&moving[..], &size, &[text(&path("all.png"))]].concat());
     let mut pictures = Vec::new();
@@ -282,7 +282,7 @@ fn volumes_of_files_are_frames() {
     let all = puff(folder.path(), "rising.##.vdb");
     let path = |name: &str| folder.path().join(name);
     let technique = ["--technique", "avsm:path=binned,size=32", "--out"];
-    for (command, size) in [("render", &["--width", "64", "--height", "36"][..]), ("slice", &["--size", "32"])] {
+    for (command, size) in [("render", &["--picture", "64x36"][..]), ("slice", &["--picture", "32x32"])] {
         let moving = [command, text(&all), "--moving", "0.01..0.1", "--frames", "3"];
         ok(&[&moving[..], size, &technique, &[text(&path(&format!("{command}.png")))]].concat());
         let mut pictures = Vec::new();

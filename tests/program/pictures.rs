@@ -16,7 +16,7 @@ fn render_is_repeatable() {
     let scene = small_scene(folder.path());
     let render = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let base = ["render", text(&scene), "--width", "160", "--height", "90", "--out", text(&out)];
+        let base = ["render", text(&scene), "--picture", "160x90", "--out", text(&out)];
         let said = ok(&[&base, more].concat());
         assert!(said.is_empty() || said.contains(name), "{said}");
         decodes(&out, [160, 90]);
@@ -91,7 +91,7 @@ fn render_fills_fog() {
     let folder = folder();
     let render = |name: &str, scene: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let base = ["render", scene, "--plain", "--width", "64", "--height", "36", "--validation", "--out", text(&out)];
+        let base = ["render", scene, "--plain", "--picture", "64x36", "--validation", "--out", text(&out)];
         ok(&[&base, more].concat());
         out
     };
@@ -135,7 +135,7 @@ fn render_draws_lines() {
     let scene = small_scene(folder.path());
     let render = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let size = ["--width", "160", "--height", "90", "--validation", "--out", text(&out)];
+        let size = ["--picture", "160x90", "--validation", "--out", text(&out)];
         ok(&[&["render", text(&scene), "--plain"][..], &size, more].concat());
         pixels(&bytes(&out))
     };
@@ -162,7 +162,7 @@ fn slice_paints_a_sweep() {
     let folder = folder();
     let scene = small_scene(folder.path());
     let out = folder.path().join("sweep.png");
-    let size = ["--size", "40", "--technique", "avsm:size=40", "--plain", "--validation"];
+    let size = ["--picture", "40x40", "--technique", "avsm:size=40", "--plain", "--validation"];
     ok(&[&["slice", text(&scene), "--frames", "4", "--out", text(&out)][..], &size].concat());
     let frames: Vec<_> = (0..4).map(|i| folder.path().join(format!("sweep-{i}.png"))).collect();
     let mean = |path: &Path| {
@@ -200,7 +200,7 @@ fn slices_and_curves_know_psm() {
     let paint = |path: &str| {
         let out = folder.path().join(format!("{path}.png"));
         let technique = format!("psm:path={path},size=40,slices=32,storage=rgba16f");
-        let more = ["--size", "40", "--depth", "0.7", "--technique", &technique, "--plain", "--validation"];
+        let more = ["--picture", "40x40", "--depth", "0.7", "--technique", &technique, "--plain", "--validation"];
         ok(&[&["slice", text(&scene), "--out", text(&out)][..], &more].concat());
         pixels(&bytes(&out))
     };

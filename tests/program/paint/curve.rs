@@ -144,6 +144,42 @@ fn lines_are_true_and_nodes_are_on_them() {
     });
 }
 
+/// Without a texel the plot is of one that shows something: some light is left behind it, and no other texel where that is so has many more
+/// casters. Both the terminal and the plot name it.
+#[test]
+fn a_texel_is_chosen() {
+    gpu_test_needing("a_texel_is_chosen", &[Requirement::FragmentStores], |_| {
+        const SIZE: u32 = 64;
+        let folder = folder();
+        let small = small_scene(folder.path());
+        let face = ["--light", "0", "--face", "+y"];
+        for (name, map, more) in some([(text(&small), 0, &[][..]), ("plume_8k", 0, &[]), ("lantern", 2, &face)], 2) {
+            let out = folder.path().join("curve.svg");
+            let technique = format!("uncompressed:size={SIZE}");
+            let said = ok(&[&["curve", name, "--technique", &technique, "--out", text(&out)], more].concat());
+            let chosen = said.split_once("texel ").and_then(|(_, rest)| rest.split_once(':')).expect("a texel").0;
+            assert!(said.contains(&format!("--texel {chosen}")), "{said}");
+            let svg = std::fs::read_to_string(&out).expect("a plot");
+            assert!(svg.contains(&format!("texel {chosen}:")), "{name}: the plot's title lacks {chosen}");
+            let (x, y) = chosen.split_once(',').expect("two numbers");
+            let chosen = [x, y].map(|n| n.parse::<u32>().expect("a number"));
+            let scene = Scene::load(name, 20.0).expect("loaded");
+            let (view, casters) = (View::volumes(&scene, SIZE)[map], Casters::new(&scene));
+            let of = |[x, y]: [u32; 2]| {
+                let (curve, met) = casters.true_curve(map, &view, &view.ray(DVec2::new(x.into(), y.into()) + 0.5));
+                (curve.transmittance(1.0), met)
+            };
+            let (left, met) = of(chosen);
+            assert!(met > 0 && (0.04..0.96).contains(&left), "{name}: {met} casters leave {left}");
+            let texels = (0..SIZE * SIZE).map(|i| of([i % SIZE, i / SIZE]));
+            let most = texels.filter(|(left, _)| (0.06..0.94).contains(left)).map(|(_, met)| met).max();
+            println!("{name}: {met} casters leave {left}; {most:?} at most");
+            // Every second texel is looked at, each way.
+            assert!(most.is_some_and(|most| 10 * met >= 7 * most), "{name}: {met} casters of {most:?}");
+        }
+    });
+}
+
 /// The command's file: black is the truth and each technique's colour its line, a pixel apart at most, and dots are where its
 /// nodes are.
 #[test]

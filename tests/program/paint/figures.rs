@@ -71,13 +71,13 @@ const FIGURES: [Figure; 62] = [
     Figure("lantern.png", "docs/lights-and-filters.md", "gobo render lantern", 0),
     Figure("lantern-vertices-wireframe.png", "docs/notebook/lighting.md", "gobo render lantern", 0),
     Figure("lantern-vertices.png", "docs/notebook/lighting.md", "gobo render lantern", 0),
-    Figure("courtyard.png", "docs/notebook/many-lights.md", "gobo render courtyard --width", 0),
+    Figure("courtyard.png", "docs/notebook/many-lights.md", "gobo render courtyard --picture", 0),
     Figure("fountain-density.png", "docs/notebook/particles.md", "gobo render fountain:particles=300000", 0),
     Figure("fountain-speed.png", "docs/notebook/particles.md", "gobo render fountain:particles=1000000", 0),
     Figure("fountain.gif", "docs/notebook/particles.md", "gobo render fountain:particles=100000 ", 0),
     Figure("splats.png", "docs/notebook/splats.md", "gobo render splats --technique avsm:nodes=16 ", 0),
     Figure("ink.png", "docs/notebook/colour.md", "gobo render ink --technique avsm:nodes=16 ", 0),
-    Figure("cloud.png", "docs/notebook/volumes.md", "gobo render cloud --width", 0),
+    Figure("cloud.png", "docs/notebook/volumes.md", "gobo render cloud --picture", 0),
     Figure("failures-none.png", "docs/notebook/failures.md", "gobo render failures --technique none", 0),
     Figure(
         "failures-translucency-map.png",
@@ -122,9 +122,9 @@ const FIGURES: [Figure; 62] = [
     Figure("failures-reference.png", "docs/notebook/failures.md", "gobo render failures --technique reference", 0),
     Figure("indirect-cornell.png", "docs/notebook/ism.md", "gobo render cornell --vpls 256", 0),
     Figure("indirect-courtyard.png", "docs/notebook/ism.md", "gobo render courtyard --vpls 256", 0),
-    Figure("opaque-town.png", "docs/notebook/opaque.md", "gobo render town --width 320", 0),
-    Figure("opaque-courtyard.png", "docs/notebook/opaque.md", "gobo render courtyard --width 320", 0),
-    Figure("opaque-cornell.png", "docs/notebook/opaque.md", "gobo render cornell --width 320", 0),
+    Figure("opaque-town.png", "docs/notebook/opaque.md", "gobo render town --picture 320", 0),
+    Figure("opaque-courtyard.png", "docs/notebook/opaque.md", "gobo render courtyard --picture 320", 0),
+    Figure("opaque-cornell.png", "docs/notebook/opaque.md", "gobo render cornell --picture 320", 0),
     Figure("many-lights.png", "docs/notebook/many-lights.md", "gobo render courtyard --columns", 0),
     Figure(
         "plume-stochastic-stratified.png",
@@ -141,7 +141,7 @@ const FIGURES: [Figure; 62] = [
     Figure("fountain-colour.png", "docs/guide/gallery.md", "gobo render fountain:particles=300000", 0),
     Figure("voxels.png", "docs/guide/gallery.md", "gobo voxels town", 0),
     Figure("tree.png", "docs/guide/gallery.md", "gobo voxels houses", 0),
-    Figure("panels.png", "docs/guide/gallery.md", "gobo render three-emitters --width", 0),
+    Figure("panels.png", "docs/guide/gallery.md", "gobo render three-emitters --picture", 0),
     Figure("town.png", "docs/guide/gallery.md", "gobo render town", 0),
 ];
 

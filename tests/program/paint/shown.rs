@@ -94,8 +94,8 @@ fn plain_is_what_is_measured() {
         let renderer = Renderer::new(context, &world, &View::camera(&scene.camera, &scene, SIZE)).expect("a renderer");
         let measured = renderer.picture(&lit.technique.answer(), Shading::Forward, Lighting::Fragment).expect("drawn");
         let out = folder.path().join("plain.png");
-        let [width, height] = SIZE.map(|side| side.to_string());
-        let size = ["--width", &width, "--height", &height, "--technique", text_of, "--plain", "--out", text(&out)];
+        let picture = SIZE.map(|side| side.to_string()).join("x");
+        let size = ["--picture", &picture, "--technique", text_of, "--plain", "--out", text(&out)];
         ok(&[&["render", text(&file)][..], &size].concat());
         assert!(rgb8(&out).1.concat() == measured.to_srgb8());
     });
@@ -109,9 +109,8 @@ fn panels_are_their_pictures() {
     let scene = small_scene(folder.path());
     let render = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let [width, height] = SIZE.map(|side| side.to_string());
-        ok(&[&["render", text(&scene), "--width", &width, "--height", &height, "--out", text(&out)][..], more]
-            .concat());
+        let picture = SIZE.map(|side| side.to_string()).join("x");
+        ok(&[&["render", text(&scene), "--picture", &picture, "--out", text(&out)][..], more].concat());
         rgb8(&out)
     };
     let techniques = ["avsm:size=32", "none", "reference"];
@@ -139,7 +138,7 @@ fn exposure_and_scales() {
     let folder = folder();
     let render = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let base = ["render", "fountain:particles=900", "--width", "96", "--height", "54", "--samples", "1"];
+        let base = ["render", "fountain:particles=900", "--picture", "96x54", "--samples", "1"];
         ok(&[&base[..], &["--technique", "avsm:path=binned,size=32", "--out", text(&out)], more].concat());
         rgb8(&out)
     };

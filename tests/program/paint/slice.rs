@@ -7,6 +7,7 @@ use glam::DVec2;
 use gobo::gpu::Requirement;
 use gobo::maps::OpaqueMaps;
 use gobo::reference::truth::{Casters, Meshes};
+use gobo::report::Paper;
 use gobo::scene::{FACES, Projection, Scene, View};
 use image::AnimationDecoder;
 
@@ -58,10 +59,19 @@ fn slices_are_the_truth() {
             let casters = Casters::new(&scene);
             let place = face.map_or(0, |face| FACES.iter().position(|(name, _)| *name == face).expect("a face"));
             let map = scene.first_map(light) + place;
-            let (size, light_text) = (SIZE.to_string(), light.to_string());
+            let (size, picture, light_text) = (SIZE.to_string(), format!("{SIZE}x{SIZE}"), light.to_string());
             let technique = format!("uncompressed:size={size}");
-            let mut slice =
-                vec!["slice", name, "--plain", "--technique", &technique, "--size", &size, "--light", &light_text];
+            let mut slice = vec![
+                "slice",
+                name,
+                "--plain",
+                "--technique",
+                &technique,
+                "--picture",
+                &picture,
+                "--light",
+                &light_text,
+            ];
             slice.extend(face.into_iter().flat_map(|face| ["--face", face]));
             let (one, sweep) = (folder.path().join("one.png"), folder.path().join("sweep.png"));
             ok(&[&slice[..], &["--depth", "0.62", "--out", text(&one)]].concat());
@@ -123,6 +133,38 @@ fn rim(met: &[Option<bool>]) -> Vec<Option<bool>> {
     (0..SIZE * SIZE).map(at).collect()
 }
 
+/// Below a slice stand the scene, the light where there are several, and the technique; nothing does below a plain one.
+#[test]
+fn a_slice_says_what_it_shows() {
+    gpu_test_needing("a_slice_says_what_it_shows", &[Requirement::FragmentStores], |_| {
+        let folder = folder();
+        let out = folder.path().join("slice.png");
+        let small = small_scene(folder.path());
+        let technique = "uncompressed:size=16,skip=off";
+        for (name, more, words) in [
+            (text(&small), &[][..], ["small", technique]),
+            ("lantern", &["--light", "0", "--face", "+x"], ["lantern, light 0, face +x", technique]),
+        ] {
+            let slice = ["slice", name, "--technique", technique, "--picture", "400x400", "--out", text(&out)];
+            ok(&[&slice[..], more].concat());
+            let ([width, height], pixels) = rgb8(&out);
+            let below: Vec<u8> = pixels[(width * 400) as usize..].concat();
+            let mut from = 0;
+            for line in words {
+                let mut paper = Paper::new([width, 16]);
+                paper.write([6, 0], width - 6, line);
+                let place = (from..=height - 400 - 16).find(|row| {
+                    let at = (3 * width * row) as usize;
+                    below[at..at + paper.rgb8.len()] == paper.rgb8
+                });
+                from = place.unwrap_or_else(|| panic!("{name}: {line} is not below the slice")) + 16;
+            }
+            ok(&[&slice[..], more, &["--plain"]].concat());
+            assert_eq!(rgb8(&out).0, [400, 400]);
+        }
+    });
+}
+
 /// The outline of a volume is orange and that of each mesh blue, where the f64 reference's rays begin to meet them.
 #[test]
 fn outlines_are_where_rays_begin_to_meet_casters() {
@@ -135,8 +177,8 @@ fn outlines_are_where_rays_begin_to_meet_casters() {
             let map = face.map_or(0, |face| FACES.iter().position(|(name, _)| *name == face).expect("a face"));
             let (view, casters) = (View::volumes(&scene, SIZE)[map], Casters::new(&scene));
             let (size, out) = (SIZE.to_string(), folder.path().join("slice.png"));
-            let technique = format!("uncompressed:size={size}");
-            let mut slice = vec!["slice", name, "--technique", &technique, "--size", &size, "--depth", "0.5"];
+            let (technique, picture) = (format!("uncompressed:size={size}"), format!("{SIZE}x{SIZE}"));
+            let mut slice = vec!["slice", name, "--technique", &technique, "--picture", &picture, "--depth", "0.5"];
             slice.extend(face.into_iter().flat_map(|face| ["--face", face]));
             ok(&[&slice[..], &["--out", text(&out)]].concat());
             let painted = &rgb8(&out).1[..(SIZE * SIZE) as usize];

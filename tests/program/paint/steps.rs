@@ -39,8 +39,8 @@ fn colours_are_counts() {
 
         let folder = folder();
         let out = folder.path().join("steps.png");
-        let [width, height] = SIZE.map(|side| side.to_string());
-        let size = ["--width", &width, "--height", &height, "--out", text(&out)];
+        let picture = SIZE.map(|side| side.to_string()).join("x");
+        let size = ["--picture", &picture, "--out", text(&out)];
         let said = ok(&[&["render", name, "--technique", text_of, "--steps", "--plain"][..], &size].concat());
         let printed = said.lines().last().expect("the range").split_once(": ").expect("numbers").1;
         let numbers: Vec<f64> = printed.split(' ').filter_map(|word| word.parse().ok()).collect();

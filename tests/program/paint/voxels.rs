@@ -61,8 +61,8 @@ fn agreed<T: PartialEq>(camera: &View, i: usize, of: impl Fn(DVec3, DVec3) -> T)
 
 /// The picture that `gobo voxels` makes of `scene`, as it is measured, and the camera.
 fn painted(scene: &Path, out: &Path, more: &[&str]) -> (View, Vec<[u8; 3]>) {
-    let [width, height] = SIZE.map(|side| side.to_string());
-    let common = ["--plain", "--technique", "none", "--width", &width, "--height", &height, "--out", text(out)];
+    let picture = SIZE.map(|side| side.to_string()).join("x");
+    let common = ["--plain", "--technique", "none", "--picture", &picture, "--out", text(out)];
     ok(&[&["voxels", text(scene), "--size", "64"][..], &common, more].concat());
     let loaded = Scene::load(text(scene), 20.0).expect("written");
     let (size, pixels) = rgb8(out);

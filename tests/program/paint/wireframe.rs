@@ -23,9 +23,9 @@ fn lines_are_where_triangles_meet() {
     let rows = [[-1.3, -1.3, 1.0, 0.5, 40.0], [0.0, 0.0, 1.3, 0.7, 40.0], [1.2, 1.2, 0.8, 0.3, 40.0]];
     let file = write_scene(folder.path(), "three", &rows.map(|row| row.map(|v: f64| v.to_string()).join(" ")));
     let out = folder.path().join("lines.png");
-    let [width, height] = SIZE.map(|side| side.to_string());
+    let picture = SIZE.map(|side| side.to_string()).join("x");
     let technique = ["--plain", "--technique", "avsm:path=binned,size=32,lighting=vertex", "--wireframe"];
-    let size = ["--width", &width, "--height", &height, "--out", text(&out)];
+    let size = ["--picture", &picture, "--out", text(&out)];
     ok(&[&["render", text(&file)][..], &technique, &size].concat());
 
     let scene = Scene::load(text(&file), 20.0).expect("written");
