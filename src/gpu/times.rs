@@ -20,7 +20,7 @@ pub struct PassTime {
     pub start_ns: f64,
     /// Likewise.
     pub end_ns: f64,
-    /// Whether it drew anything: it began a render. Of passes that are timed together, whether any did.
+    /// Whether it drew anything: it began a render. Where passes are timed together, whether any of them did.
     pub raster: bool,
     /// The device's clock at its beginning, ticks ([`super::Calibration`]).
     pub began: u64,

@@ -275,12 +275,12 @@ fn what_is_marked_decides_nothing() {
         std::array::from_fn::<_, 4, _>(|path| row(nodes, named[path], times[path], 1.0, 0.1, 0.01))
     };
     let (few, many) = (paths("8", [29.0, 20.0, 30.0, 40.0]), paths("16", [2.0, 6.0, 3.0, 4.5]));
-    // Of all rows, raster-order would take √(30/29 · 1.5) = 1.25 times as long as interlock.
+    // With all rows, raster-order would take √(30/29 · 1.5) = 1.25 times as long as interlock.
     let [interlock, others @ ..] = few.clone();
     let some = [&[marked(interlock)][..], &others, &many].concat();
     let a = write(files.path(), "a.json", &lopsided("a", &some));
     let b = write(files.path(), "b.json", &lopsided("b", &[few.map(marked), many.map(marked)].concat()));
-    // Frames take a quarter of the time with nodes=8, half of it with nodes=16; and a tenth in the row that is marked on a. Of all rows, the
+    // Frames take a quarter of the time with nodes=8, half of it with nodes=16; and a tenth in the row that is marked on a. With all rows, the
     // median would be √(2 · 4).
     let c = [paths("8", [2.0, 4.25, 6.75, 9.25]), paths("16", [0.5, 2.5, 1.0, 1.75])].concat();
     let c = write(files.path(), "c.json", &results("c", &c));
