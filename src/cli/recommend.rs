@@ -158,8 +158,9 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let context = arguments.device.open()?;
     let usual = all_specs(&scene, context.features(), arguments.many_lights)?;
     let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
-    let sweep = Sweep { arguments, scene: &scene, context: &context, stages: stage_rates(&context)? };
-    let work = Work::of(arguments.quick, context.features());
+    let stages = stage_rates(&context)?;
+    let sweep = Sweep { arguments, scene: &scene, context: &context, stages };
+    let work = Work::of(arguments.quick, stages.is_some_and(|stages| stages.is_lopsided()), context.features());
     if arguments.thorough {
         let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
         return sweep.measure(&with(specs, near), work.effort(THOROUGH), arguments.out.as_deref(), &[]);
@@ -196,7 +197,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let left = promising(&seen, &rows, limits);
     // Only the errors by which rows are chosen are measured. On processors, the truth takes as long as a row.
     let whole = work.effort(FINE);
-    let fine = Effort { truth: Extent::Choice, lookups: 0, ..whole };
+    let fine = Effort { truth: Extent::Choice, ..whole };
     sweep.measure(&left, fine, arguments.out.as_deref(), &rows)
 }
 
@@ -205,15 +206,17 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
 struct Work {
     picture: [u32; 2],
     software: bool,
+    /// Whether fragments run on few of the processors: look-ups then stand for pictures.
+    lopsided: bool,
     quick: bool,
 }
 
 impl Work {
-    fn of(quick: bool, features: &Features) -> Self {
+    fn of(quick: bool, lopsided: bool, features: &Features) -> Self {
         let usual = if features.is_software() { SMALL_PICTURE } else { [640, 360] };
         let parts = if quick { 2 } else { 1 };
         let picture = if little::is_asked() { [32, 18] } else { usual.map(|side| side / parts) };
-        Self { picture, quick, software: features.is_software() }
+        Self { picture, quick, software: features.is_software(), lopsided }
     }
 
     /// The effort with the points and the picture of `compare`.
@@ -228,7 +231,13 @@ impl Work {
             warm_up,
             space_points: 0,
             seen_points: if little::is_asked() { little::SEEN } else { seen_points(self.quick, self.software) },
-            lookups: if little::is_asked() { little::LOOKUPS } else { LOOKUPS },
+            lookups: if !self.lopsided {
+                0
+            } else if little::is_asked() {
+                little::LOOKUPS
+            } else {
+                LOOKUPS
+            },
             picture: self.picture,
             turning: false,
             footprints: false,
@@ -241,7 +250,7 @@ impl Work {
     fn coarse(self, repeats: [usize; 2], limits: &Limits) -> Effort {
         let truth = if limits.flip.is_some() { Extent::Choice } else { Extent::Glance };
         let whole = self.effort(repeats);
-        Effort { seen_points: whole.seen_points.min(GLANCED), lookups: 0, truth, ..whole }
+        Effort { seen_points: whole.seen_points.min(GLANCED), truth, ..whole }
     }
 }
 
@@ -336,8 +345,9 @@ mod tests {
     /// Nothing can be chosen by a picture that was not made.
     #[test]
     fn a_limit_of_flip_asks_for_pictures() {
-        let truth =
-            |limits: Limits| Work { picture: [64, 36], software: false, quick: false }.coarse(COARSE, &limits).truth;
+        let truth = |limits: Limits| {
+            Work { picture: [64, 36], software: false, lopsided: false, quick: false }.coarse(COARSE, &limits).truth
+        };
         assert_eq!(truth(Limits { flip: Some(0.1), ..Limits::default() }), Extent::Choice);
         assert_eq!(truth(Limits::default()), Extent::Glance);
     }

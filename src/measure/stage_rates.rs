@@ -207,18 +207,31 @@ pub fn marks(row: &Row, stages: Option<&StageRates>) -> Vec<String> {
     let Some(stages) = stages.filter(|stages| stages.is_lopsided() && row.status == Status::Ok) else {
         return Vec::new();
     };
-    let share = raster_share(row).filter(|share| *share > MOST_RASTER);
+    let passes = its_build(row).chain(&row.draw_passes);
+    let share = raster_share(passes).filter(|share| *share > MOST_RASTER);
     let place =
         stages.place().unwrap_or_else(|| format!("{} times slower than compute", times(stages.fragment_slowdown)));
     share.map(|share| format!("{:.0} % raster work, {place}", 100.0 * share)).into_iter().collect()
 }
 
-/// The share of raster work in the time of a row's passes; none without passes that took time.
-fn raster_share(row: &Row) -> Option<f64> {
+/// Device time of a build and a million look-ups, nanoseconds: compute shaders do both, on all processors of any device. For a bake in a
+/// still world, look-ups alone. None where more than a quarter of the build is raster work, or no look-ups were timed.
+pub fn computed_ns(row: &Row) -> Option<f64> {
+    let build_ns = if is_baked_before(row) { 0.0 } else { row.build_ns?.median };
+    let is_computed = raster_share(its_build(row)).is_none_or(|share| share <= MOST_RASTER);
+    is_computed.then_some(build_ns + row.lookup_ns_per_million?.median)
+}
+
+/// The passes of a build that are in the time of a frame.
+fn its_build(row: &Row) -> impl Iterator<Item = &PassTiming> {
     let moves = |pass: &&PassTiming| pass.name == "world.move" || pass.name.starts_with("simulate.");
-    let build = row.passes.iter().filter(|pass| !moves(pass) && !is_baked_before(row));
+    row.passes.iter().filter(move |pass| !moves(pass) && !is_baked_before(row))
+}
+
+/// The share of raster work in the time of passes; none without passes that took time.
+fn raster_share<'a>(passes: impl Iterator<Item = &'a PassTiming>) -> Option<f64> {
     let (mut raster_ns, mut all_ns) = (0.0, 0.0);
-    for pass in build.chain(&row.draw_passes) {
+    for pass in passes {
         all_ns += pass.median_ns;
         raster_ns += if pass.raster == Some(true) { pass.median_ns } else { 0.0 };
     }
@@ -262,6 +275,27 @@ mod tests {
         let mut drawn = row("avsm", 0.0);
         drawn.passes[0].raster = Some(true);
         assert_eq!(marks(&drawn, Some(&FEW)), ["60 % raster work, on 4 of 132 processors"]);
+    }
+
+    /// A build by compute and a million look-ups; nothing where the build is drawn.
+    #[test]
+    fn what_compute_takes() {
+        let timing = |ns| Timing::of(&[ns]);
+        let of = |raster| Row {
+            passes: vec![
+                pass("avsm.resolve", 3.0, false),
+                pass("maps.opaque", 1.0, raster),
+                pass("world.move", 9.0, true),
+            ],
+            build_ns: timing(4.0),
+            lookup_ns_per_million: timing(2.0),
+            ..row("avsm", 100.0)
+        };
+        assert_eq!(computed_ns(&of(true)), Some(6.0));
+        let drawn =
+            Row { passes: vec![pass("psm.voxelize", 3.0, true), pass("psm.propagate", 6.0, false)], ..of(true) };
+        assert_eq!(computed_ns(&drawn), None);
+        assert_eq!(computed_ns(&Row { lookup_ns_per_million: None, ..of(false) }), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Which row of a scene is *best*: the one function from which all answers come.
 
-use crate::measure::{Row, Status};
+use crate::measure::{Row, Status, computed_ns};
 use crate::report::wording::one_line;
 
 /// Errors below this are a quarter of a step of an 8-bit display: a smaller error is not worth more time.
@@ -33,6 +33,9 @@ pub(super) struct Time {
     pub(super) of: fn(&Row) -> Option<f64>,
 }
 
+/// The time for rows whose times are marked: what is in it runs on all processors.
+const COMPUTED: Time =
+    Time { unit: "ms for a build and 10⁶ look-ups", name: "time of build and look-ups", of: computed_ns };
 const COST: Time = Time { unit: "ms added to a frame", name: "cost", of: |row| row.cost_ns };
 /// The time for rows of older files, which lack the picture without shadows.
 const FRAME: Time = Time { unit: "ms per frame", name: "frame time", of: |row| row.frame_ns };
@@ -69,7 +72,7 @@ pub(super) struct Answer {
 }
 
 /// The kind of error that decides: the first that any measured row has. Older files have no seen error; there FLIP decides, if pictures
-/// were made. The time is the cost, else that of a frame.
+/// were made. The time is the cost, else that of a frame. Where most times are marked it is that of a build and a million look-ups.
 pub(super) fn measure(rows: &[(usize, &Row)]) -> Measure {
     measure_by(rows, COST)
 }
@@ -83,7 +86,13 @@ pub(super) fn measure_of_any(rows: &[(usize, &Row)]) -> Measure {
 fn measure_by(rows: &[(usize, &Row)], time: Time) -> Measure {
     let shadowed = || rows.iter().filter(|(_, row)| row.status == Status::Ok && row.technique != "none");
     let has_cost = shadowed().any(|(_, row)| row.cost_ns.is_some());
-    let time = if time.name == COST.name && !has_cost { FRAME } else { time };
+    let (marked, all) = (shadowed().filter(|(_, row)| !row.marks.is_empty()).count(), shadowed().count());
+    let is_computed = 2 * marked > all && shadowed().any(|(_, row)| computed_ns(row).is_some());
+    let time = match () {
+        () if is_computed => COMPUTED,
+        () if time.name == COST.name && !has_cost => FRAME,
+        () => time,
+    };
     let found = ERRORS.into_iter().find(|measure| shadowed().any(|(_, row)| (measure.of)(row).is_some()));
     Measure { time, ..found.unwrap_or(ERRORS[0]) }
 }
@@ -125,8 +134,11 @@ pub(super) fn resolved_cost_ns(row: &Row) -> Option<f64> {
 }
 
 /// What is told from nothing in the times of these rows, milliseconds.
-pub(super) fn floor_ms(rows: &[(usize, &Row)]) -> f64 {
-    rows.iter().map(|(_, row)| resolved_ns(row) / 1e6).fold(0.0, f64::max).max(1e-6)
+pub(super) fn floor_ms(rows: &[(usize, &Row)], measure: &Measure) -> f64 {
+    /// For times that no other time is taken from.
+    const LEAST: f64 = 1e-6;
+    let is_cost = measure.time.name == COST.name;
+    rows.iter().filter(|_| is_cost).map(|(_, row)| resolved_ns(row) / 1e6).fold(LEAST, f64::max)
 }
 
 /// A row that may be the answer.
@@ -151,7 +163,8 @@ impl Candidate {
 /// The answer to which row is best. None where no row has both a time and an error. The technique `none` cannot be the answer; neither can a
 /// row that is no closer to the truth than `none`, by the error that decides or by FLIP. The best one's picture is not wrong ([`WRONG`]).
 pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer> {
-    let floor = floor_ms(rows);
+    let is_computed = measure.time.name == COMPUTED.name;
+    let floor = floor_ms(rows, measure);
     let of_row = |&(index, row): &(usize, &Row)| {
         let (ms, error) = point(row, measure)?;
         let band = row.cost_band_ns.filter(|_| measure.time.name == COST.name).map(|band| band.map(|ns| ns / 1e6));
@@ -162,7 +175,7 @@ pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer
             error,
             flip: (FLIP.of)(row),
             bytes: row.bytes_resident,
-            is_marked: !row.marks.is_empty(),
+            is_marked: !row.marks.is_empty() && !is_computed,
         };
         is_closer(row, rows, measure).then_some(candidate)
     };
@@ -268,6 +281,22 @@ pub(super) mod tests {
         assert_eq!((found.best, found.fastest, found.closest), (None, None, 1));
         let numbered: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
         assert_eq!(undecided(&found, &numbered), "the times of 2 of 3 rows decide nothing here (81 % raster work)");
+    }
+
+    /// Where most times are marked, a build and a million look-ups stand for them.
+    #[test]
+    fn what_compute_takes_stands_for_marked_times() {
+        let timed = |row: Row, build: f64, look_up: f64| Row {
+            marks: vec!["81 % raster work".into()],
+            build_ns: Timing::of(&[1e6 * build]),
+            lookup_ns_per_million: Timing::of(&[1e6 * look_up]),
+            ..row
+        };
+        let rows = [row("none", 0.0, 0.5), timed(row("a", 1.0, 0.02), 2.0, 3.0), timed(row("b", 9.0, 0.03), 1.0, 1.0)];
+        let numbered: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
+        assert_eq!(measure(&numbered).time.name, COMPUTED.name);
+        let found = of(&rows).expect("measured");
+        assert_eq!((found.best, found.fastest, found.closest), (Some(2), Some(2), 1));
     }
 
     /// Costs below the noise of the picture without shadows are that noise; products whose bands overlap are equal.

@@ -154,16 +154,16 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
     };
     let mut plots = Vec::new();
     let named = measure.name;
-    let is_cost = measure.time.name == "cost";
-    let (what, time) = match is_cost {
-        true => ("What shadows cost", "what shadows add to a frame, ms"),
-        false => ("Frame time", "time of a frame, ms"),
+    let (what, time) = match measure.time.name {
+        "cost" => ("What shadows cost", "what shadows add to a frame, ms"),
+        "frame time" => ("Frame time", "time of a frame, ms"),
+        _ => ("Build and look-ups", "a build and a million look-ups, ms"),
     };
-    let floor = floor_ms(&rows);
+    let floor = floor_ms(&rows, &measure);
     let timed = |row: &Row, measure: &Measure| {
         let (ms, error) = point(row, measure)?;
         // No shadow costs nothing, which no logarithmic axis has.
-        (!is_cost || row.technique != "none").then_some((if is_cost { ms.max(floor) } else { ms }, error))
+        (measure.time.name != "cost" || row.technique != "none").then_some((ms.max(floor), error))
     };
     plots.extend(plot(format!("{what} against {named}"), &|r| timed(r, &measure), ["ms", named], [time, &error_title]));
     plots.extend(plot(

@@ -49,7 +49,7 @@ pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
         return false;
     }
     let worth = |error: f64| error.max(limits.error.map_or(CLOSE_ENOUGH, |asked| asked.min(CLOSE_ENOUGH)));
-    let floor = floor_ms(&rows.iter().enumerate().collect::<Vec<_>>());
+    let floor = floor_ms(&rows.iter().enumerate().collect::<Vec<_>>(), &measure);
     let timed = |row: &Row| point(row, &measure).map(|(time, error)| (time.max(floor), worth(error)));
     let Some((time, error)) = timed(row) else { return true };
     let no_more = |limited: bool, a: Option<f64>, b: Option<f64>| !limited || a.zip(b).is_some_and(|(a, b)| a <= b);
@@ -78,7 +78,7 @@ const LATER: f64 = 1.5;
 pub fn is_far(row: &Row, rows: &[Row]) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     let numbered: Vec<_> = rows.iter().enumerate().collect();
-    let (dark, floor) = (dark(&numbered, &measure), floor_ms(&numbered));
+    let (dark, floor) = (dark(&numbered, &measure), floor_ms(&numbered, &measure));
     let shadowed = rows.iter().filter(|row| row.technique != "none").filter_map(|row| point(row, &measure));
     let worth = |(time, error): (f64, f64)| (time.max(floor), error.max(CLOSE_ENOUGH));
     let Some((time, error)) = point(row, &measure).map(worth).filter(|_| row.technique != "none") else { return false };
