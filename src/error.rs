@@ -163,7 +163,7 @@ impl Error {
         Self::Usage { name: name.into(), cause: cause.to_string(), way_out: way_out.into() }
     }
 
-    /// An [`Error::Input`] as the fault of what was typed; others stay as they are.
+    /// An [`Error::Input`] as an [`Error::Usage`]; others stay as they are.
     #[must_use]
     pub fn as_usage(self) -> Self {
         match self {

@@ -268,7 +268,7 @@ struct MapArguments {
 }
 
 impl MapArguments {
-    /// Of what a picture of the map is: the scene, and its light where it has several.
+    /// What a picture of the map shows: the scene, and its light where there are several.
     fn caption(&self, scene: &Scene) -> String {
         let light = if scene.lights.len() > 1 { format!(", light {}", self.light) } else { String::new() };
         let face = self.face.as_ref().map(|face| format!(", face {face}")).unwrap_or_default();

@@ -141,16 +141,16 @@ mod tests {
         }
     }
 
-    /// The specs that are run for many lights: `voxel-grid` in three sizes with seven variants each, some of these also with other shading;
-    /// shadow maps; rays; and no shadow.
+    /// The specs that are run for many lights: `voxel-grid` in three sizes with seven variants each, some of these also with other shading, and
+    /// of triangles; shadow maps; rays; and no shadow.
     #[test]
     fn many_lights_have_a_table_of_their_own() {
         for (on_cpu, maps) in [(false, 2), (true, 1)] {
             let specs = runs(|runs| runs.many_lights, on_cpu).expect("they are known");
             let count = |name: &str| specs.iter().filter(|spec| spec.entry.name == name).count();
             // Three sizes with seven ways each; and two of these 21 with twelve ways to shade, one of which is already among the 21.
-            assert_eq!(["voxel-grid", "shadow-map", "ray-query", "none"].map(count), [21 + 2 * 11, maps, 1, 1]);
-            assert_eq!(specs.len(), 45 + maps);
+            assert_eq!(["voxel-grid", "shadow-map", "ray-query", "none"].map(count), [21 + 2 * 11 + 1, maps, 1, 1]);
+            assert_eq!(specs.len(), 46 + maps);
             let mut all: Vec<_> = specs.iter().map(ToString::to_string).collect();
             all.sort();
             all.dedup();

@@ -176,7 +176,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     let lines: Vec<_> = std::iter::once(head).chain(three.into_iter().filter_map(line)).collect();
     let chosen = |index: usize| {
         let (row, (time_ms, error)) = (row(index), at(index));
-        let bake_ms = bake_ms(row, &measure);
+        let bake_ms = bake_ms(row);
         Chosen {
             spec: to_paste(row),
             time_ms,
@@ -196,7 +196,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     }
     let named = [found.best, found.fastest, Some(found.closest), next, found.smallest];
     let mut told = BTreeSet::new();
-    for (index, ms) in named.into_iter().flatten().filter_map(|index| Some((index, bake_ms(row(index), &measure)?))) {
+    for (index, ms) in named.into_iter().flatten().filter_map(|index| Some((index, bake_ms(row(index))?))) {
         if told.insert(index) {
             notes += &format!("\n{} is baked: {} ms, once, in no frame's time.", to_paste(row(index)), significant(ms));
         }
@@ -251,10 +251,10 @@ fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option
 }
 
 /// The time of a row's bake, where the row's time of a frame is without it.
-fn bake_ms(row: &Row, measure: &Measure) -> Option<f64> {
+fn bake_ms(row: &Row) -> Option<f64> {
     let build = row.build_ns?.median;
     let is_baked = REGISTRY.iter().any(|entry| entry.name == row.technique && entry.lifetime == Lifetime::Baked);
-    let is_left_out = (measure.time.of)(row)? < build + row.draw_ns.map_or(0.0, |draw| draw.median);
+    let is_left_out = row.frame_ns? < build + row.draw_ns.map_or(0.0, |draw| draw.median);
     (is_baked && is_left_out).then_some(build / 1e6)
 }
 

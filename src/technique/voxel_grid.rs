@@ -118,6 +118,7 @@ pub const ENTRY: Entry = Entry {
             "shading=tiled,march=steps,steps=5|10|15|25|50|75,size=64|128|256",
             "shading=tiled,march=exact,dither=none|ordered|noise,blur=off|on,history=off|on",
             "shading=tiled,march=steps,steps=25,dither=none|ordered|noise,blur=off|on,history=off|on",
+            "shading=tiled,cell=triangles",
         ],
         stress_smoke: &["size=64,march=exact,path=compute|raster"],
         stress_meshes: &["size=64,march=exact,path=compute|raster", "size=64,cell=triangles"],

@@ -1,4 +1,4 @@
-//! Whether surface error says what an eye sees: the table of ranks in docs/notebook/truth.md, from the rows it speaks of.
+//! Whether seen error and surface error say what an eye sees: the tables of ranks in docs/notebook/truth.md, from the rows they speak of.
 
 use gobo::measure::spearman;
 use std::collections::BTreeMap;
@@ -33,6 +33,36 @@ fn ranks_of_surface_error_and_flip() {
         assert!(all.len() >= 40 && rank(&all) >= 0.9, "{folder}: {} over {} rows", rank(&all), all.len());
         let single = SCENES.map(|scene| format!(" | {:.2}", rank(&scenes[scene]))).concat();
         let line = format!("| {device} | {:.2} of {} rows{single} |", rank(&all), all.len());
+        assert!(page.contains(&line), "docs/notebook/truth.md has no line\n{line}");
+    }
+}
+
+/// A row's technique, seen error and FLIP.
+type Seen = (String, f64, f64);
+
+#[test]
+fn ranks_of_seen_error_and_flip() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("docs/notebook/truth.md")).expect("the page");
+    let mut scenes: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
+    for file in ["seen", "seen-more", "seen-meshes"] {
+        let path = root.join("results/nvidia-h200").join(file).with_extension("csv");
+        for row in csv::Reader::from_path(&path).expect(file).deserialize() {
+            let row: BTreeMap<String, String> = row.expect("a row");
+            let number = |column: &str| row[column].parse::<f64>().ok();
+            if let (Some(seen), Some(flip)) = (number("seen_mean"), number("image_flip_mean")) {
+                scenes.entry(row["scene"].clone()).or_default().push((row["technique"].clone(), seen, flip));
+            }
+        }
+    }
+    let rank = |rows: &[Seen], noise: bool| {
+        let wanted = rows.iter().filter(|(technique, ..)| noise || technique != "stochastic");
+        spearman(&wanted.map(|(_, seen, flip)| (*seen, *flip)).collect::<Vec<_>>()).expect("rows that differ")
+    };
+    let near = scenes.values().filter(|rows| rank(rows, true) >= 0.95).count();
+    assert_eq!((scenes.len(), near), (11, 9));
+    for (scene, rows) in &scenes {
+        let line = format!("| {scene} | {} | {:.3} | {:.3} |", rows.len(), rank(rows, true), rank(rows, false));
         assert!(page.contains(&line), "docs/notebook/truth.md has no line\n{line}");
     }
 }

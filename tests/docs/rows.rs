@@ -62,6 +62,12 @@ impl Rows {
             "draw" => ms("draw_median_ns"),
             "frame" => ms("frame_ns"),
             "look-up" => ms("lookup_median_ns_per_million"),
+            // A build and a million look-ups, where neither draws; look-ups alone of a bake.
+            "computed" => match row.get("path").map(String::as_str) {
+                Some("raster" | "two-pass" | "interlock" | "raster-order") => Err(format!("{} draws", row["variant"])),
+                _ if row["technique"] == "voxelized" => ms("lookup_median_ns_per_million"),
+                _ => Ok(ms("build_median_ns")? + ms("lookup_median_ns_per_million")?),
+            },
             "resident" | "transient" => at(&format!("bytes_{column}")),
             "disk" => at("bytes_on_disk"),
             // How often a build takes as long as copying as many bytes as it leaves behind.

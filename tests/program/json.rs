@@ -80,7 +80,7 @@ fn recommended() {
     let answers: Vec<Value> = serde_json::from_str(&json).expect("JSON alone");
     assert_eq!(answers.iter().map(|answer| &answer["scene"]).collect::<Vec<_>>(), ["a", "b"]);
     let answer = &answers[0];
-    assert_eq!((&answer["device"], &answer["error"]), (&"d".into(), &"surface error".into()));
+    assert_eq!((&answer["device"], &answer["error"]), (&"d".into(), &"seen error".into()));
     for what in ["fastest", "closest", "smallest"] {
         let words = line(&said, what);
         assert_eq!(answer[what]["spec"], words[words.len() - 1]);

@@ -147,9 +147,22 @@ fn scene_files_take_what_they_do_not_name() {
     let twice = written(&folder, &format!("{mesh}{mesh}{CAMERA}"), &text).expect("the lights of both");
     assert_eq!(twice.lights.len(), 2);
 
+    // Where there is no camera, one is fitted: upright as glTF is, with every corner within its picture.
+    let scene = written(&folder, &format!("{mesh}{LIGHT}"), &staged(&light_node(0, ""), lights, "")).expect("fitted");
+    let camera = scene.camera;
+    assert_eq!(camera.up, DVec3::Y);
+    let forward = (camera.target - camera.position).normalize();
+    let right = forward.cross(camera.up).normalize();
+    let up = right.cross(forward);
+    let tangent = (0.5 * camera.fov_y_degrees.to_radians()).tan();
+    for corner in &scene.meshes[0].positions {
+        let at = DVec3::from(corner.map(f64::from)) - camera.position;
+        let [x, y] = [at.dot(right), at.dot(up)].map(|offset| (offset / at.dot(forward) / tangent).abs());
+        assert!(at.dot(forward) > 0.0 && y <= 1.0 && x <= 16.0 / 9.0, "{corner:?}: {x}, {y}");
+    }
+
     for (scene, text, words) in [
         (format!("{mesh}{CAMERA}"), staged(CAMERA_NODE, "", PERSPECTIVE), "missing field `light`"),
-        (format!("{mesh}{LIGHT}"), staged(&light_node(0, ""), lights, ""), "missing field `camera`"),
         (mesh.replace("2.0", "1.5e17"), text.clone(), "meshes leaf.gltf: placed light position"),
         (format!("{}{LIGHT}", mesh.replace("2.0", "1.5e17")), text, "meshes leaf.gltf: camera position"),
     ] {
