@@ -250,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Of two lights one is behind a plate: its share of the light is wrong, whatever its share. A light that sends nothing counts nothing.
+    /// One of two lights is behind a plate: its share of the light is wrong, whatever its share. A light that sends nothing counts nothing.
     #[test]
     fn two_lights_of_which_one_is_dark() {
         let mut scene = on_the_axis(&[]);

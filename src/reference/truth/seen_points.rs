@@ -129,8 +129,8 @@ fn query(casters: &Casters, scene: &Scene, place: u32, point: &SeenPoint, light:
     SeenQuery { point: place, light, position, normal, weight }
 }
 
-/// The place along a camera ray that three numbers in [0, 1) choose: one by transmittance, one a color, one among casters at the same
-/// place. None where the sky is seen.
+/// The place along a camera ray that three numbers in [0, 1) choose: the first by transmittance, the second by color, the third among
+/// casters at the same place. None where the sky is seen.
 fn seen_along(
     casters: &Casters,
     scene: &Scene,
@@ -144,7 +144,7 @@ fn seen_along(
     let pieces = pieces(casters, scene, ray, candidates, (near, hit.map_or(far, |hit| hit.distance)));
     let color = ((3.0 * color) as usize).min(2);
     let wanted = -(1.0 - depth).ln();
-    // What is left of each color over the mean of what is left.
+    // The light that is left of each color, over the mean of all colors.
     let share = |left: DVec3| left / (left.element_sum() / 3.0);
     let Some((z, piece, left)) = drawn(&pieces, wanted, color, owner) else {
         let hit = hit?;
@@ -390,7 +390,7 @@ mod tests {
         let mut z: Vec<f64> = points.iter().map(|point| point.position.z).collect();
         z.sort_unstable_by(f64::total_cmp);
         for share in [0.1, 0.5, 0.9] {
-            // Of the light that is taken at all: 1 − exp(−4).
+            // The sphere takes 1 − exp(−4) of the light.
             let taken = share * (1.0 - (-4.0f64).exp());
             let expected = 1.0 + (1.0 - taken).ln() / 2.0;
             let found = z[((1.0 - share) * z.len() as f64) as usize];
@@ -398,7 +398,7 @@ mod tests {
         }
     }
 
-    /// Of many lights one is asked, by its share, with the weight of all.
+    /// Where there are many lights one is asked, by its share, with the weight of all.
     #[test]
     fn one_of_many_lights_stands_for_all() {
         let mut scene = with_wall(on_the_axis(&[]));
