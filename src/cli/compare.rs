@@ -476,7 +476,7 @@ pub(super) fn has_many_lights(scene: &Scene) -> bool {
 
 /// The specs to compare when no technique is named: each technique that sees all casters, once, and AVSM by each path that the device has.
 /// Under many lights, with the shading that is made for them.
-fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
+pub(super) fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     let mut specs = if has_many_lights(scene) {
         let mut known = BTreeSet::new();

@@ -72,7 +72,7 @@ pub const ENTRY: Entry = Entry {
     promises,
     runs: Runs {
         usual: &["path=binned,sampling=stratified,samples=16"],
-        usual_on_cpu: &["size=128,path=binned,sampling=stratified,samples=8"],
+        usual_on_cpu: &["size=128,path=binned,sampling=plain,samples=16"],
         compare: &[
             "path=binned,sampling=plain|stratified,samples=4|8|16|64",
             "path=binned,sampling=hash,samples=1|16,filter=bilinear|gaussian",
