@@ -26,7 +26,7 @@ pub fn submission_table(submission: &Submission) -> String {
         text += &format!("; layers: {}", layers.join(", "));
     }
     let mut text = one_line(&text);
-    text += "\n\n| scene | technique | path | build, ms | look-up, ms/M | draw, ms | error | resident |\n|---|---|---|---|---|---|---|---|\n";
+    text += "\n\n| scene | technique | path | build, ms | look-up, ms/M | draw, ms | cost, ms | seen error | resident |\n|---|---|---|---|---|---|---|---|---|\n";
     let specs = Specs::of(&results.rows);
     for row in &results.rows {
         let spec = specs.compact(row).replace('|', "\\|");
@@ -36,20 +36,23 @@ pub fn submission_table(submission: &Submission) -> String {
     text
 }
 
-fn cells(row: &Row) -> [String; 5] {
+fn cells(row: &Row) -> [String; 6] {
     if row.status != Status::Ok {
-        return [one_line(&outcome(row)), String::new(), String::new(), String::new(), String::new()];
+        let mut cells = [const { String::new() }; 6];
+        cells[0] = one_line(&outcome(row));
+        return cells;
     }
     let mark = if row.marks.is_empty() { "" } else { MARK };
     let time = |ns: f64| milliseconds(ns) + mark;
     let median = |ns: Option<f64>| ns.map_or(NOTHING.into(), time);
     let build = row.build_ns.map(|build| format!("{} {}", time(build.median), spread_milliseconds(&build)));
-    let error = row.error.as_ref().and_then(|error| error.surface.or(error.space));
+    let seen = row.error.as_ref().and_then(|error| error.seen);
     [
         build.unwrap_or(NOTHING.into()),
         median(row.lookup_ns_per_million.map(|time| time.median)),
         median(row.draw_ns.map(|time| time.median)),
-        error.map_or(NOTHING.into(), |points| significant(points.mean_abs)),
+        median(row.cost_ns),
+        seen.map_or(NOTHING.into(), |seen| significant(seen.mean)),
         row.bytes_resident.map_or(NOTHING.into(), bytes),
     ]
 }

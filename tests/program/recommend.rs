@@ -1,9 +1,9 @@
 //! `recommend`: what it says of measured rows is what stands in the JSON, limits hold, and it measures by itself.
 
 use crate::errors::fails;
-use crate::support::log;
+use crate::support::{log, some};
 use crate::{device, folder, ok, results, run, runs, small_scene, text};
-use gobo::measure::Status;
+use gobo::measure::{Row, Status};
 use std::path::Path;
 
 /// Spec, ms added to a frame, seen error, FLIP, KiB.
@@ -227,4 +227,66 @@ fn a_limit_of_flip_is_the_measure() {
     assert_eq!(line(&said, "fastest"), ["fastest", "1.25", "0.200", "0.320", "64.0", "KiB", "psm:size=128"]);
     let both = ok(&["recommend", "--from", &path, "--max-flip", "0.25", "--max-error", "0.5"]);
     assert!(both.contains("seen error 0.0400"), "{both}");
+}
+
+/// What is told from nothing in a cost, nanoseconds: half of the spread of the picture without shadows, and half a percent of its time.
+fn noise_ns(row: &Row) -> f64 {
+    let draw = row.unshadowed.and_then(|bare| bare.draw_ns).expect("drawn");
+    f64::max(0.5 * (draw.p95 - draw.p05), 0.005 * draw.median)
+}
+
+/// On built-in scenes the answer's FLIP is at most 1.5 times the least of all rows that cost at most 1.25 times as much, and less than
+/// without shadows.
+#[test]
+fn no_answer_looks_wrong() {
+    const SPECS: [&str; 6] = [
+        "avsm:path=binned,size=64",
+        "psm:path=fused,size=64",
+        "translucency-map:path=binned,size=64",
+        "beer-shadow-map:path=binned,size=64",
+        "voxel-grid:size=64",
+        "voxelized:size=256",
+    ];
+    if crate::support::is_costly("no_answer_looks_wrong") {
+        return;
+    }
+    log("exercised", "no_answer_looks_wrong", &runs("beer-shadow-map", "binned").0);
+    if device()["facts"]["timestamp_valid_bits"] == 0 {
+        return;
+    }
+    // These two would take a software driver minutes.
+    let scenes = gobo::scene::BUILT_IN.into_iter().filter(|scene| !["plume_64k", "plume-1m"].contains(scene));
+    // Others are drawn by CI's commits, a few of them by each.
+    for scene in some(scenes, 2) {
+        let out = folder();
+        let specs: Vec<&str> = SPECS.iter().flat_map(|spec| ["--technique", spec]).collect();
+        let quick = ["compare", scene, "--quick", "--frames", "2", "--picture", "96x54", "--out", text(out.path())];
+        run(&[&quick[..], &specs].concat());
+        let rows = results(out.path()).rows;
+        let json = run(&["recommend", "--from", text(&out.path().join("results.json")), "--json"]);
+        let Ok(answers) = serde_json::from_slice::<serde_json::Value>(&json.stdout) else { continue };
+        let Some(best) = answers[0]["best"]["spec"].as_str() else { continue };
+        let measured = rows.iter().filter(|row| row.status == Status::Ok);
+        let floor = measured.clone().map(noise_ns).fold(0.0, f64::max);
+        let figures = |row: &Row| Some((row.cost_ns?.max(floor), row.error.as_ref()?.image?.flip_mean));
+        let all: Vec<_> = measured.filter_map(|row| Some((row, figures(row)?))).collect();
+        let paste = gobo::consume::parse(best).expect("a spec").remove(0).to_string();
+        let is_it = |row: &Row| {
+            let keys: Vec<String> = row.variant.iter().map(|(key, value)| format!("{key}={value}")).collect();
+            let spec = gobo::consume::parse(&format!("{}:{}", row.technique, keys.join(",")));
+            spec.is_ok_and(|specs| specs[0].to_string() == paste)
+        };
+        let (row, (cost, flip)) = all.iter().find(|(row, _)| is_it(row)).expect(best);
+        let seen = row.error.as_ref().and_then(|error| error.seen).expect("a look-up").mean;
+        let bare = row.unshadowed.expect("drawn");
+        assert!(seen < bare.seen.expect("asked") && *flip < bare.flip_mean.expect("drawn"), "{scene}: {best}");
+        // Only rows that are closer than no shadow could be the answer.
+        let could = all.iter().filter(|(row, (_, flip))| {
+            let seen = row.error.as_ref().and_then(|error| error.seen);
+            seen.is_some_and(|seen| Some(seen.mean) < bare.seen) && Some(*flip) < bare.flip_mean
+        });
+        let least = could.filter(|(_, (other, _))| *other <= 1.25 * cost).map(|(_, (_, flip))| *flip);
+        let least = least.fold(f64::INFINITY, f64::min);
+        assert!(*flip <= 1.5 * least, "{scene}: {best} has FLIP {flip}, and {least} costs as much");
+    }
 }
