@@ -54,7 +54,7 @@ impl Case<'_> {
         let camera = self.camera(self.effort.picture)?;
         let mut frames = Vec::new();
         if let Some(simulation) = &self.simulation {
-            let drawing = Drawing::new(self.context, &self.world, simulation, &camera, &mut opened, shading)?;
+            let drawing = Drawing::new(self.context, &self.world, simulation, &camera, &opened, shading)?;
             frames = (0..self.effort.frames.max(1)).map(|_| drawing.draw()).collect::<Result<Vec<_>>>()?;
         } else {
             let renderer = Renderer::new(self.context, &self.world, &camera)?;
