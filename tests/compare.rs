@@ -162,7 +162,7 @@ fn compare_writes_everything() {
     assert!(table.contains("draw ms"), "{table}");
 
     let results = results(out.path());
-    assert_eq!((results.schema, results.gobo.as_str()), (3, env!("CARGO_PKG_VERSION")));
+    assert_eq!((results.schema, results.gobo.as_str()), (4, env!("CARGO_PKG_VERSION")));
     assert_eq!(format!("{}, {}", results.device.name, results.device.driver), device);
     assert_eq!(results.device.features["fragment_shader_pixel_interlock"], interlock);
     assert!(results.command.starts_with("gobo compare three-emitters"), "{}", results.command);

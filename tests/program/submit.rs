@@ -46,7 +46,7 @@ fn a_file_and_a_table() {
     // A table of as many columns in each line, of which those of a measured row have its figures.
     let table: Vec<&str> = said.lines().filter(|line| line.starts_with('|')).collect();
     assert_eq!(table.len(), rows.len() + 2);
-    assert!(table.iter().all(|line| line.replace("\\|", "").matches('|').count() == 9), "{said}");
+    assert!(table.iter().all(|line| line.replace("\\|", "").matches('|').count() == 10), "{said}");
     for (row, line) in rows.iter().zip(&table[2..]) {
         assert!(line.starts_with(&format!("| {} | {}", row.scene, row.technique)), "{line}");
     }
