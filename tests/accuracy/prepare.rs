@@ -59,8 +59,8 @@ fn what_is_prepared_is_not_made_again() {
             assert!(one.status != Status::Failed, "{}", one.reason);
             // A row that is only to be chosen has a picture's error, and nothing that no choice is made by.
             let Some(error) = &one.error else { continue };
-            let points = error.surface.expect("asked");
-            assert!(error.image.is_some() && error.map.is_none() && points.within.is_none(), "{error:?}");
+            assert!(error.image.is_some() && error.seen.is_some_and(|seen| seen.points == 512), "{error:?}");
+            assert!(error.map.is_none() && error.space.is_none() && error.surface.is_none(), "{error:?}");
             assert!(one.lookup_ns_per_million.is_none() && error.casters.is_none());
         }
     });
