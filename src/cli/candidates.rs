@@ -1,6 +1,6 @@
 //! What `gobo recommend` looks at: all that may be the answer, and after a first look what is left of it.
 
-use super::compare::{has_many_lights, sees_all};
+use super::default_specs::{has_many_lights, sees_all};
 use super::little;
 use crate::Result;
 use crate::consume::{KEYS, parse, runs};

@@ -1,8 +1,8 @@
 //! `gobo compare`
 
 use super::baseline::BaselineArguments;
-use super::candidates::without_alike;
 use super::compared::{Compared, name_apart};
+use super::default_specs::{all_specs, usual_specs};
 use super::progress::Progress;
 use super::resume::{SCENE, files, kept};
 use super::writer::Writer;
@@ -10,26 +10,19 @@ use super::{
     DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
     load, picture, say,
 };
-use crate::consume::runs;
 use crate::gpu::Features;
 use crate::measure::{
     DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, built_from,
     copy_bytes_per_second, marks, stage_rates, with_case,
 };
-use crate::report::{
-    Limits, Store, casters, counts, footprints, page, passes, plots, recommend, table, trace, write_whole,
-};
+use crate::report::{Store, answers, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Scene};
-use crate::technique::runs::List;
-use crate::technique::{Casts, Name, Spec};
+use crate::technique::{Name, Spec};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// A scene of meshes with more lights than this counts as one of many lights.
-const FEW_LIGHTS: usize = 8;
 
 /// How many times a row that seems slower than its baseline is measured again. A build that is slower stays slower,
 /// while a disturbance by another program passes.
@@ -395,8 +388,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     printed?;
     let holds = baseline.finish(&results, arguments.json)?;
     if !arguments.json {
-        for answer in recommend(&results, &Limits::default()) {
-            say(format!("\n{}", answer.map_or_else(|why| why, |answer| answer.text)))?;
+        for answer in answers(&results) {
+            say(format!("\n{answer}"))?;
         }
         say(format!("\n{}", arguments.out.join("report.html").display()))?;
     }
@@ -467,51 +460,6 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
     .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))
     .map(|(name, value)| (name.to_owned(), value))
     .collect()
-}
-
-/// Whether a scene counts as one of many lights.
-pub(super) fn has_many_lights(scene: &Scene) -> bool {
-    scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
-}
-
-/// The specs to compare when no technique is named: each technique that sees all casters, once, and AVSM by each path that the device has.
-/// Under many lights, with the shading that is made for them.
-pub(super) fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
-    let on_cpu = features.is_software();
-    let mut specs = if has_many_lights(scene) {
-        let mut known = BTreeSet::new();
-        let mut specs = runs(|runs| runs.many_lights, on_cpu)?;
-        specs.retain(|spec| known.insert(spec.entry.name));
-        specs
-    } else {
-        let list: List = if on_cpu { |runs| runs.usual_on_cpu } else { |runs| runs.usual };
-        without_alike(scene, runs(list, false)?)
-    };
-    specs.retain(|spec| runs_on(spec, features) && sees_all(spec, scene));
-    Ok(specs)
-}
-
-/// Whether a technique sees all casters of a scene, or is there to be compared with.
-pub(super) fn sees_all(spec: &Spec, scene: &Scene) -> bool {
-    spec.entry.casts == Casts::NONE || spec.entry.casts.unseen_of(scene.kinds()).is_empty()
-}
-
-/// Whether the device has what the spec's path needs.
-fn runs_on(spec: &Spec, features: &Features) -> bool {
-    let path = spec.entry.paths.iter().find(|path| path.name == spec.text(Name::PATH));
-    path.is_none_or(|path| path.requires.iter().all(|requirement| features.lacks(*requirement).is_none()))
-}
-
-/// The specs of `compare --all`. Under many lights these are all specs of the techniques' entries, so that a missing feature gives a row
-/// that says so. Otherwise they are the specs whose features the device has.
-pub(super) fn all_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
-    let on_cpu = features.is_software();
-    if many_lights || has_many_lights(scene) {
-        return runs(|runs| runs.many_lights, on_cpu);
-    }
-    let mut specs = runs(|runs| runs.compare, on_cpu)?;
-    specs.retain(|spec| runs_on(spec, features));
-    Ok(specs)
 }
 
 /// Success where every row is ok or refused, and not all are refused.

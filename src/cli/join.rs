@@ -5,7 +5,7 @@ use super::resume::pictures;
 use super::writer::picture_name;
 use super::{say, say_json};
 use crate::measure::{Results, Row, join};
-use crate::report::{Store, page, plots, table};
+use crate::report::{Store, answers, page, plots, table};
 use crate::{Error, Result};
 use clap::Args;
 use std::collections::BTreeMap;
@@ -54,6 +54,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         say_json(&all)?;
     } else {
         say(table(&all))?;
+        for answer in answers(&all) {
+            say(format!("\n{answer}"))?;
+        }
         say(arguments.out.join("report.html").display())?;
     }
     Ok(exit_code(&all))

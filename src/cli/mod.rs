@@ -7,6 +7,7 @@ mod change;
 mod compare;
 mod compared;
 mod curve;
+mod default_specs;
 mod devices;
 mod drawn;
 mod glsl;

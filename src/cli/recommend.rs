@@ -3,7 +3,8 @@
 use super::candidates::{
     candidates, may_be_far, neighbours, one_of_each, one_of_each_shading, promising, shadings, with, without_alike,
 };
-use super::compare::{SMALL_PICTURE, all_specs, has_many_lights, seen_points, usual_specs};
+use super::compare::{SMALL_PICTURE, seen_points};
+use super::default_specs::{all_specs, has_many_lights, usual_specs};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
@@ -316,6 +317,7 @@ impl Sweep<'_> {
         let conditions = [
             ("--frames", effort.frames.to_string()),
             ("errors", "over all points".into()),
+            ("seen points", effort.seen_points.to_string()),
             ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
             ("--truth", effort.truth.word().into()),
             ("--time", self.arguments.load.time.to_string()),

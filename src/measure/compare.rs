@@ -1,7 +1,7 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
 
 use super::asked::{Moments, moments};
-use super::cost::{Drawings, add_cost};
+use super::cost::{Unshadowed, add_cost};
 use super::footprint::Footprints;
 use super::frames::{Frames, States};
 use super::passes::{frame_ns, pass_counts, pass_timings};
@@ -91,7 +91,7 @@ pub struct Case<'a> {
     /// Means over areas, once asked for.
     pub(super) footprints: OnceCell<Footprints>,
     /// Pictures without shadows, once they are drawn.
-    pub(super) unshadowed: Drawings,
+    pub(super) unshadowed: Vec<((Shading, Lighting), Unshadowed)>,
     pub(super) clock: Arc<ClockMeter>,
     /// Per light, the points at which look-ups are timed.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
@@ -157,7 +157,7 @@ pub fn with_case<'a, R>(
         references: OnceCell::new(),
         bounce: OnceCell::new(),
         footprints: OnceCell::new(),
-        unshadowed: Drawings::new(),
+        unshadowed: Vec::new(),
         clock: Arc::new(ClockMeter::of(context.features())),
         asked,
         alike: BTreeSet::new(),

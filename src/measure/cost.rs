@@ -19,9 +19,6 @@ pub struct Unshadowed {
     pub flip_mean: Option<f64>,
 }
 
-/// How each picture without shadows was drawn, and what came of it.
-pub(super) type Drawings = Vec<((Shading, Lighting), Unshadowed)>;
-
 /// Writes a row's cost and its band. `build`: none where a build is no part of a frame.
 pub(super) fn add_cost(row: &mut Row, build: Option<Timing>, unshadowed: Unshadowed) {
     row.unshadowed = Some(unshadowed);

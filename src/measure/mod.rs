@@ -55,7 +55,7 @@ pub use results::{
 };
 pub use seen::SeenError;
 pub use shards::{Shard, join};
-pub use stage_rates::{StageArithmetic, StageRates, computed_ns, marks, stage_rates};
+pub use stage_rates::{StageArithmetic, StageRates, compute_ns, marks, stage_rates};
 pub use standing::Standing;
 pub use steadiness::Steadiness;
 pub use submission::{SUBMISSION, Submission, answers_hash, noise};

@@ -216,7 +216,7 @@ pub fn marks(row: &Row, stages: Option<&StageRates>) -> Vec<String> {
 
 /// Device time of a build and a million look-ups, nanoseconds: compute shaders do both, on all processors of any device. For a bake in a
 /// still world, look-ups alone. None where more than a quarter of the build is raster work, or no look-ups were timed.
-pub fn computed_ns(row: &Row) -> Option<f64> {
+pub fn compute_ns(row: &Row) -> Option<f64> {
     let build_ns = if is_baked_before(row) { 0.0 } else { row.build_ns?.median };
     let is_computed = raster_share(its_build(row)).is_none_or(|share| share <= MOST_RASTER);
     is_computed.then_some(build_ns + row.lookup_ns_per_million?.median)
@@ -291,11 +291,11 @@ mod tests {
             lookup_ns_per_million: timing(2.0),
             ..row("avsm", 100.0)
         };
-        assert_eq!(computed_ns(&of(true)), Some(6.0));
+        assert_eq!(compute_ns(&of(true)), Some(6.0));
         let drawn =
             Row { passes: vec![pass("psm.voxelize", 3.0, true), pass("psm.propagate", 6.0, false)], ..of(true) };
-        assert_eq!(computed_ns(&drawn), None);
-        assert_eq!(computed_ns(&Row { lookup_ns_per_million: None, ..of(false) }), None);
+        assert_eq!(compute_ns(&drawn), None);
+        assert_eq!(compute_ns(&Row { lookup_ns_per_million: None, ..of(false) }), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Which row of a scene is *best*: the one function from which all answers come.
 
-use crate::measure::{Row, Status, computed_ns};
+use crate::measure::{Row, Status, compute_ns};
 use crate::report::wording::one_line;
 
 /// Errors below this are a quarter of a step of an 8-bit display: a smaller error is not worth more time.
@@ -34,8 +34,8 @@ pub(super) struct Time {
 }
 
 /// The time for rows whose times are marked: what is in it runs on all processors.
-const COMPUTED: Time =
-    Time { unit: "ms for a build and 10⁶ look-ups", name: "time of build and look-ups", of: computed_ns };
+pub(super) const COMPUTE: Time =
+    Time { unit: "ms for a build and 10⁶ look-ups", name: "time of build and look-ups", of: compute_ns };
 const COST: Time = Time { unit: "ms added to a frame", name: "cost", of: |row| row.cost_ns };
 /// The time for rows of older files, which lack the picture without shadows.
 const FRAME: Time = Time { unit: "ms per frame", name: "frame time", of: |row| row.frame_ns };
@@ -69,6 +69,8 @@ pub(super) struct Answer {
     pub(super) marked: [usize; 2],
     /// Measured rows that have no error of the kind that decides, since their technique paints the picture itself.
     pub(super) left_out: Vec<usize>,
+    /// Measured rows that have the error that decides but not the time: on a lopsided device, those whose builds draw.
+    pub(super) untimed: Vec<usize>,
 }
 
 /// The kind of error that decides: the first that any measured row has. Older files have no seen error; there FLIP decides, if pictures
@@ -87,9 +89,9 @@ fn measure_by(rows: &[(usize, &Row)], time: Time) -> Measure {
     let shadowed = || rows.iter().filter(|(_, row)| row.status == Status::Ok && row.technique != "none");
     let has_cost = shadowed().any(|(_, row)| row.cost_ns.is_some());
     let (marked, all) = (shadowed().filter(|(_, row)| !row.marks.is_empty()).count(), shadowed().count());
-    let is_computed = 2 * marked > all && shadowed().any(|(_, row)| computed_ns(row).is_some());
+    let is_compute = 2 * marked > all && shadowed().any(|(_, row)| compute_ns(row).is_some());
     let time = match () {
-        () if is_computed => COMPUTED,
+        () if is_compute => COMPUTE,
         () if time.name == COST.name && !has_cost => FRAME,
         () => time,
     };
@@ -163,7 +165,7 @@ impl Candidate {
 /// The answer to which row is best. None where no row has both a time and an error. The technique `none` cannot be the answer; neither can a
 /// row that is no closer to the truth than `none`, by the error that decides or by FLIP. The best one's picture is not wrong ([`WRONG`]).
 pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer> {
-    let is_computed = measure.time.name == COMPUTED.name;
+    let is_compute = measure.time.name == COMPUTE.name;
     let floor = floor_ms(rows, measure);
     let of_row = |&(index, row): &(usize, &Row)| {
         let (ms, error) = point(row, measure)?;
@@ -175,7 +177,7 @@ pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer
             error,
             flip: (FLIP.of)(row),
             bytes: row.bytes_resident,
-            is_marked: !row.marks.is_empty() && !is_computed,
+            is_marked: !row.marks.is_empty() && !is_compute,
         };
         is_closer(row, rows, measure).then_some(candidate)
     };
@@ -208,6 +210,9 @@ pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer
     let paints = |(_, row): &&(usize, &Row)| {
         row.status == Status::Ok && row.technique != "none" && (measure.of)(row).is_none() && (FLIP.of)(row).is_some()
     };
+    let is_untimed = |(_, row): &&(usize, &Row)| {
+        row.status == Status::Ok && is_closer(row, rows, measure) && (measure.time.of)(row).is_none()
+    };
     Some(Answer {
         best,
         equal: timed.iter().filter(is_equal).map(|candidate| candidate.index).collect(),
@@ -216,11 +221,12 @@ pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer
         smallest: all.iter().filter_map(|c| Some((c.bytes?, c.index))).min().map(|(_, index)| index),
         marked: [marked, all.len()],
         left_out: rows.iter().filter(paints).map(|(index, _)| *index).collect(),
+        untimed: rows.iter().filter(is_untimed).map(|(index, _)| *index).collect(),
     })
 }
 
 /// Why no row is named by its time.
-pub(super) fn undecided(answer: &Answer, rows: &[(usize, &Row)]) -> String {
+pub(super) fn why_untimed(answer: &Answer, rows: &[(usize, &Row)]) -> String {
     let [marked, all] = answer.marked;
     let closest = rows.iter().find(|(index, _)| *index == answer.closest);
     let why = closest.and_then(|(_, row)| row.marks.first()).map(|mark| format!(" ({mark})")).unwrap_or_default();
@@ -280,7 +286,7 @@ pub(super) mod tests {
         let found = of(&rows).expect("measured");
         assert_eq!((found.best, found.fastest, found.closest), (None, None, 1));
         let numbered: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
-        assert_eq!(undecided(&found, &numbered), "the times of 2 of 3 rows decide nothing here (81 % raster work)");
+        assert_eq!(why_untimed(&found, &numbered), "the times of 2 of 3 rows decide nothing here (81 % raster work)");
     }
 
     /// Where most times are marked, a build and a million look-ups stand for them.
@@ -294,7 +300,7 @@ pub(super) mod tests {
         };
         let rows = [row("none", 0.0, 0.5), timed(row("a", 1.0, 0.02), 2.0, 3.0), timed(row("b", 9.0, 0.03), 1.0, 1.0)];
         let numbered: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
-        assert_eq!(measure(&numbered).time.name, COMPUTED.name);
+        assert_eq!(measure(&numbered).time.name, COMPUTE.name);
         let found = of(&rows).expect("measured");
         assert_eq!((found.best, found.fastest, found.closest), (Some(2), Some(2), 1));
     }

@@ -1,7 +1,7 @@
 //! The head of the page: the answer in a sentence, and the plots that show it.
 
 use crate::measure::{Results, Row};
-use crate::report::answer::{FLIP, Measure, answer, floor_ms, measure, point, undecided};
+use crate::report::answer::{FLIP, Measure, answer, floor_ms, measure, point, why_untimed};
 use crate::report::colours::named;
 use crate::report::pareto::scenes;
 use crate::report::scatter::{Dot, SIZES, scatter, shape};
@@ -183,7 +183,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
         fastest: answer.as_ref().and_then(|a| said(a.fastest?)),
         closest: answer.as_ref().and_then(|a| said(a.closest)),
         smallest: answer.as_ref().and_then(|a| said(a.smallest?)),
-        marked: answer.as_ref().map(|a| undecided(a, &rows)).unwrap_or_default(),
+        marked: answer.as_ref().map(|a| why_untimed(a, &rows)).unwrap_or_default(),
         plots,
     }
 }

@@ -64,7 +64,7 @@ pub use panels::{Panel, Paper, captioned, panels, with_scale};
 pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
-pub use recommend::{Limits, Recommendation, recommend};
+pub use recommend::{Limits, Recommendation, answers, recommend};
 pub use soak::soak_page;
 pub use steps::{StepRange, step_colour};
 pub use store::Store;

@@ -3,7 +3,9 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
-use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, dark, is_closer, measure_of_any, point, undecided};
+use crate::report::answer::{
+    CLOSE_ENOUGH, COMPUTE, FLIP, Measure, answer, dark, floor_ms, is_closer, measure_of_any, point, why_untimed,
+};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
 use crate::technique::{Lifetime, REGISTRY};
@@ -83,6 +85,8 @@ pub struct Recommendation {
     device: String,
     /// The kind of the rows' errors, such as `seen error`.
     error: &'static str,
+    /// The kind of their times, such as `cost`.
+    time: &'static str,
     /// Absent where times decide nothing.
     best: Option<Chosen>,
     closer: Option<Chosen>,
@@ -108,6 +112,15 @@ pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<Recommendatio
     scenes(results).into_iter().map(|scene| of_scene(results, scene, limits)).collect()
 }
 
+/// What is printed behind the table of a run: the answer for each scene, or why there is none. Nothing where no errors were measured.
+pub fn answers(results: &Results) -> Vec<String> {
+    if results.rows.iter().all(|row| row.error.is_none()) {
+        return Vec::new();
+    }
+    let all = recommend(results, &Limits::default());
+    all.into_iter().map(|answer| answer.map_or_else(|why| why, |answer| answer.text)).collect()
+}
+
 fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommendation, String> {
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == scene).collect();
     let measure = limits.measure(&rows);
@@ -128,7 +141,11 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
         });
     };
     let row = |index: usize| &results.rows[index];
-    let at = |index: usize| point(row(index), &measure).unwrap_or_default();
+    let floor = floor_ms(&within, &measure);
+    let at = |index: usize| {
+        let (ms, error) = point(row(index), &measure).unwrap_or_default();
+        (ms.max(floor), error)
+    };
     let next = found.best.and_then(|best| next_closer(&within, &measure, best));
     let text = match found.best {
         Some(best) => {
@@ -144,22 +161,15 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
             }
             text += &match next {
                 Some(next) => {
-                    let (longer, smaller) = (at(next).0 / time, at(next).1 / error);
-                    let (smaller, spec) = (significant(smaller), to_paste(row(next)));
-                    match longer > 0.0 && longer.is_finite() {
-                        true => format!(
-                            "{smaller} of its error: {spec}, {} times the {}.\n",
-                            significant(longer),
-                            measure.time.name
-                        ),
-                        false => format!("{smaller} of its error: {spec}.\n"),
-                    }
+                    let (longer, smaller) = (significant(at(next).0 / time), significant(at(next).1 / error));
+                    let spec = to_paste(row(next));
+                    format!("{smaller} of its error: {spec}, {longer} times the {}.\n", measure.time.name)
                 }
                 None => "Nothing within the limits is closer by a tenth or more.\n".into(),
             };
             text
         }
-        None => format!("{name}: no row is named by its time: {}.\n", undecided(&found, &rows)),
+        None => format!("{name}: no row is named by its time: {}.\n", why_untimed(&found, &rows)),
     };
     let beside = if measure.name == FLIP.name { measure_of_any(&rows) } else { FLIP };
     let three = [("fastest", found.fastest), ("closest", Some(found.closest)), ("smallest", found.smallest)];
@@ -194,7 +204,25 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
             to_paste(row(index))
         );
     }
+    if measure.time.name == COMPUTE.name {
+        let why = results.device.stages.map(|stages| format!(" ({})", stages.sentence())).unwrap_or_default();
+        notes += &format!("\nTimes of frames decide nothing here{why}: a build and a million look-ups stand for them.");
+    }
+    if let [first, ..] = found.untimed[..] {
+        let rows = match found.untimed.len() {
+            1 => format!("{} is", to_paste(row(first))),
+            count => format!("{count} rows ({}, …) are", to_paste(row(first))),
+        };
+        let why = if measure.time.name == COMPUTE.name { "builds that draw" } else { "rows without times" };
+        notes += &format!("\n{rows} not judged: {why} have no {}.", measure.time.name);
+    }
     let named = [found.best, found.fastest, Some(found.closest), next, found.smallest];
+    let is_at_floor = |index: &usize| point(row(*index), &measure).is_some_and(|(ms, _)| ms < floor);
+    if named.iter().flatten().any(is_at_floor) {
+        let (floor, name) = (significant(floor), measure.time.name);
+        notes +=
+            &format!("\n{floor} ms stand for any {name} below that: it is the noise of the picture without shadows.");
+    }
     let mut told = BTreeSet::new();
     for (index, ms) in named.into_iter().flatten().filter_map(|index| Some((index, bake_ms(row(index))?))) {
         if told.insert(index) {
@@ -210,6 +238,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
         scene: scene.to_owned(),
         device: results.device.name.clone(),
         error: measure.name,
+        time: measure.time.name,
         best: found.best.map(chosen),
         closer: next.map(chosen),
         fastest: found.fastest.map(chosen),
@@ -240,7 +269,11 @@ fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) ->
 /// The quickest row whose error is at least a tenth less than that of row `best`. Errors that are too small to be worth
 /// time count as equal.
 fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
-    let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?));
+    let floor = floor_ms(rows, measure);
+    let points = |&(index, row): &(usize, &Row)| {
+        let (ms, error) = point(row, measure)?;
+        Some((index, (ms.max(floor), error)))
+    };
     let is_timed = |(_, row): &&(usize, &Row)| row.marks.is_empty() && is_closer(row, rows, measure);
     let all: Vec<_> = rows.iter().filter(is_timed).filter_map(points).collect();
     let error = all.iter().find(|(index, _)| *index == best)?.1.1;
@@ -287,7 +320,8 @@ fn aligned(lines: &[[String; 6]]) -> String {
 mod tests {
     use super::*;
     use crate::consume::runs;
-    use crate::measure::{ImageError, RowError, SeenError, Status};
+    use crate::measure::{ImageError, PassTiming, RowError, SeenError, Status, Timing, Unshadowed};
+    use crate::report::answer;
 
     /// A spec of the device's default list is the same after its row is turned back into a spec.
     #[test]
@@ -312,6 +346,50 @@ mod tests {
             let row = Row { technique: spec.entry.name.into(), variant: spec.variant(), ..Row::default() };
             assert_eq!(to_paste(&row), pasted);
         }
+    }
+
+    /// Rows without the deciding time are counted, and so is what stands for marked times.
+    #[test]
+    fn what_is_not_judged_is_said() {
+        let pass = |raster| PassTiming {
+            name: "build".into(),
+            median_ns: 1e6,
+            p05_ns: 1e6,
+            p95_ns: 1e6,
+            raster: Some(raster),
+        };
+        let row = |technique: &str, error: f64, raster| Row {
+            scene: "s".into(),
+            marks: vec!["81 % raster work".into()],
+            build_ns: Timing::of(&[1e6]),
+            lookup_ns_per_million: Timing::of(&[1e6]),
+            passes: vec![pass(raster)],
+            ..answer::tests::row(technique, 5.0, error)
+        };
+        let rows = vec![row("none", 0.5, false), row("avsm", 0.02, false), row("layers", 0.01, true)];
+        let text = answers(&Results { rows, ..Results::default() }).remove(0);
+        assert!(text.starts_with("s on: avsm is best balanced: 2.00 ms for a build and 10⁶ look-ups"), "{text}");
+        assert!(text.contains("\nTimes of frames decide nothing here: a build and a million look-ups stand"), "{text}");
+        assert!(text.contains("\nlayers is not judged: builds that draw have no time of build"), "{text}");
+        // Without errors there is nothing to answer.
+        assert!(answers(&Results { rows: vec![Row::default()], ..Results::default() }).is_empty());
+    }
+
+    /// A cost below the noise of the picture without shadows is that noise, also beside that of the next closer row.
+    #[test]
+    fn a_cost_below_the_noise_is_the_noise() {
+        let draw = Timing { median: 100e6, p05: 98e6, p95: 102e6, samples: 30 };
+        let unshadowed = Some(Unshadowed { draw_ns: Some(draw), seen: Some(0.5), flip_mean: None });
+        let row = |technique: &str, ms, error| Row {
+            scene: "s".into(),
+            unshadowed,
+            ..answer::tests::row(technique, ms, error)
+        };
+        let rows = vec![row("avsm", -3.0, 0.02), row("layers", 8.0, 0.01)];
+        let text = answers(&Results { rows, ..Results::default() }).remove(0);
+        assert!(text.starts_with("s on: avsm is best balanced: 2.00 ms added to a frame"), "{text}");
+        assert!(text.contains("0.500 of its error: layers, 4.00 times the cost."), "{text}");
+        assert!(text.contains("\n2.00 ms stand for any cost below that"), "{text}");
     }
 
     fn random(state: &mut u64) -> u64 {

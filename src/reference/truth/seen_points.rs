@@ -146,7 +146,7 @@ fn seen_along(
     let wanted = -(1.0 - depth).ln();
     // The light that is left of each color, over the mean of all colors.
     let share = |left: DVec3| left / (left.element_sum() / 3.0);
-    let Some((z, piece, left)) = drawn(&pieces, wanted, color, owner) else {
+    let Some((z, piece, left)) = pick(&pieces, wanted, color, owner) else {
         let hit = hit?;
         let left = (-pieces.iter().map(|piece| piece.ratio * piece.depth).sum::<DVec3>()).exp();
         let surface = SurfacePoint { position: ray.at(hit.distance), normal: hit.normal, closed: hit.closed };
@@ -239,12 +239,7 @@ fn pieces<'a>(
 
 /// Where the optical depth of a color reaches `wanted`: the z, the piece that takes the light there, and how much of each color it takes,
 /// up to a factor. None where it is not reached.
-fn drawn<'p, 'a>(
-    pieces: &'p [Piece<'a>],
-    wanted: f64,
-    color: usize,
-    owner: f64,
-) -> Option<(f64, &'p Piece<'a>, DVec3)> {
+fn pick<'p, 'a>(pieces: &'p [Piece<'a>], wanted: f64, color: usize, owner: f64) -> Option<(f64, &'p Piece<'a>, DVec3)> {
     let total = |z: f64| pieces.iter().map(|piece| piece.ratio[color] * piece.depth_to(z)).sum::<f64>();
     let mut ends: Vec<f64> = pieces.iter().flat_map(|piece| [piece.entry, piece.exit]).collect();
     ends.sort_unstable_by(f64::total_cmp);

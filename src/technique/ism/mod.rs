@@ -64,8 +64,6 @@ pub const ENTRY: Entry = Entry {
     // Nothing is promised: points leave holes, and the choice of their triangles depends on the triangles' order.
     promises: |_, _| Promises::NONE,
     runs: Runs {
-        usual: &[""],
-        usual_on_cpu: &[""],
         stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles,adaptive=on|off"],
         ..Runs::NONE
     },

@@ -1,0 +1,58 @@
+//! The specs that are compared where no technique is named.
+
+use super::candidates::without_alike;
+use crate::Result;
+use crate::consume::runs;
+use crate::gpu::Features;
+use crate::scene::Scene;
+use crate::technique::runs::List;
+use crate::technique::{Casts, Name, Spec};
+use std::collections::BTreeSet;
+
+/// A scene of meshes with more lights than this counts as one of many lights.
+const FEW_LIGHTS: usize = 8;
+
+/// Whether a scene counts as one of many lights.
+pub(super) fn has_many_lights(scene: &Scene) -> bool {
+    scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
+}
+
+/// The specs to compare when no technique is named: each technique that sees all casters, once, and AVSM by each path that the device has.
+/// Under many lights, with the shading that is made for them.
+pub(super) fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
+    let on_cpu = features.is_software();
+    let mut specs = if has_many_lights(scene) {
+        let mut known = BTreeSet::new();
+        let mut specs = runs(|runs| runs.many_lights, on_cpu)?;
+        specs.retain(|spec| known.insert(spec.entry.name));
+        specs
+    } else {
+        let list: List = if on_cpu { |runs| runs.usual_on_cpu } else { |runs| runs.usual };
+        without_alike(scene, runs(list, false)?)
+    };
+    specs.retain(|spec| runs_on(spec, features) && sees_all(spec, scene));
+    Ok(specs)
+}
+
+/// Whether a technique sees all casters of a scene, or is there to be compared with.
+pub(super) fn sees_all(spec: &Spec, scene: &Scene) -> bool {
+    spec.entry.casts == Casts::NONE || spec.entry.casts.unseen_of(scene.kinds()).is_empty()
+}
+
+/// Whether the device has what the spec's path needs.
+fn runs_on(spec: &Spec, features: &Features) -> bool {
+    let path = spec.entry.paths.iter().find(|path| path.name == spec.text(Name::PATH));
+    path.is_none_or(|path| path.requires.iter().all(|requirement| features.lacks(*requirement).is_none()))
+}
+
+/// The specs of `compare --all`. Under many lights these are all specs of the techniques' entries, so that a missing feature gives a row
+/// that says so. Otherwise they are the specs whose features the device has.
+pub(super) fn all_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
+    let on_cpu = features.is_software();
+    if many_lights || has_many_lights(scene) {
+        return runs(|runs| runs.many_lights, on_cpu);
+    }
+    let mut specs = runs(|runs| runs.compare, on_cpu)?;
+    specs.retain(|spec| runs_on(spec, features));
+    Ok(specs)
+}
