@@ -70,6 +70,23 @@ fn who_loses_nothing_holds() {
     });
 }
 
+/// Seen error: exact answers have none, and without shadows all of it is light that should not be there.
+#[test]
+fn seen_error_is_of_what_the_camera_sees() {
+    const TEST: &str = "seen_error_is_of_what_the_camera_sees";
+    gpu_test(TEST, |context| {
+        let scene = (cases_named("few").scene)(2.0);
+        let subject = Subject::new(&scene);
+        let seen = |text: &str| {
+            let row = ask(context, &subject, ("few", 2.0), &spec(text));
+            row.figures.and_then(|figures| figures.seen).unwrap_or_else(|| panic!("{text}: {}", row.reason))
+        };
+        let (exact, none) = (seen("grid-query:size=64"), seen("none"));
+        assert!(exact.points > 100 && exact.mean < 1e-5, "{exact:?}");
+        assert!(none.mean > 0.01 && (none.mean - none.bias).abs() < 1e-9, "{none:?}");
+    });
+}
+
 /// What a technique leaves out of its answers is seen: one texel that knows no depth, before and in smoke.
 #[test]
 fn who_has_no_depth_does_not_hold() {

@@ -3,6 +3,7 @@
 #![cfg(feature = "view")]
 
 use glam::{DVec2, DVec3};
+use gobo::measure::Results;
 use gobo::reference::truth::Casters;
 use gobo::scene::{Scene, View};
 use image::AnimationDecoder;
@@ -168,12 +169,14 @@ fn the_curve_is_of_what_the_pointer_is_at() {
     for (i, [x, y]) in pointers.iter().enumerate() {
         script += &format!("set pointer {x},{y}\ncurve {i}.svg\nkey c\n");
     }
+    script += "wait 6000\nreport\n";
     script += "set direction 0.4,0.1,-1\nset extinction 0.5\nset a.nodes 4\ncurve 3.svg\nkey c\nquit\n";
     let specs = ["--technique", "avsm:size=40,nodes=8", "--against", "uncompressed:size=40"];
     let output = view(&screen, folder.path(), &[&["plume_8k"], &specs[..], &SMALL].concat(), &script);
     let lines = lines(&output);
     let commands: Vec<_> = lines.iter().filter(|line| line.starts_with("gobo curve ")).collect();
     assert_eq!(commands.len(), 4, "{lines:#?}");
+    seen_errors_are_those_of_compare(folder.path(), &lines);
     let scene = Scene::load("plume_8k", 20.0).expect("built in");
     let camera = View::camera(&scene.camera, &scene, [200, 120]);
     let (casters, map) = (Casters::new(&scene), View::volumes(&scene, 40)[0]);
@@ -193,6 +196,24 @@ fn the_curve_is_of_what_the_pointer_is_at() {
             assert!(words.contains(&format!("{x},{y}").as_str()), "{command}: not {x},{y}");
         }
     }
+}
+
+/// The script's report has the seen errors of A and B, as `gobo compare` finds them at other points.
+fn seen_errors_are_those_of_compare(folder: &Path, lines: &[String]) {
+    let specs = ["--technique", "avsm:size=40,nodes=8", "--technique", "uncompressed:size=40"];
+    let size = ["--picture", "200x120", "--frames", "1", "--out", "compared"];
+    let output = gobo().args(["compare", "plume_8k"]).args(specs).args(size).current_dir(folder).output();
+    assert!(output.expect("it starts").status.success());
+    let results = Results::read(&folder.join("compared/results.json")).expect("written");
+    let report = lines.iter().find(|line| line.contains("seen error")).unwrap_or_else(|| panic!("{lines:#?}"));
+    for (row, part) in results.rows.iter().zip(report.split("seen error ").skip(1)) {
+        let seen = row.error.as_ref().and_then(|error| error.seen).expect("seen");
+        let mut numbers = part.split([' ', ',', ';']).filter_map(|word| word.parse::<f64>().ok());
+        let (mean, off) = (numbers.next().expect("the error"), numbers.next().expect("its standard error"));
+        let most = 4.0 * (off + seen.standard_error.expect("many points")) + 1e-4;
+        assert!(off > 0.0 && (mean - seen.mean).abs() <= most, "{}: {mean} ± {off}, not {seen:?}", row.technique);
+    }
+    assert_eq!(report.matches("seen error").count(), 2, "{report}");
 }
 
 /// Held to the left and to the right of the camera, the attractor has the particles there.

@@ -54,6 +54,7 @@ pub use results::{
     DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
 };
 pub use seen::SeenError;
+pub(crate) use seen::SeenTruth;
 pub use shards::{Shard, join};
 pub use stage_rates::{StageArithmetic, StageRates, compute_ns, marks, stage_rates};
 pub use standing::Standing;

@@ -4,9 +4,11 @@ use super::Case;
 use super::points::{FULLY_ASKED, at_once};
 use super::truth::{Points, Truth};
 use crate::consume::Query;
+use crate::gpu::Context;
 use crate::reference::truth::{Casters, SeenQuery, seen_points, seen_queries};
 use crate::scene::{Scene, View};
 use crate::technique::Technique;
+use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -28,6 +30,14 @@ pub struct SeenError {
     /// bound. Absent for fewer than two points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_error: Option<f64>,
+}
+
+impl SeenError {
+    /// In words: `seen error 0.0123 ± 0.0004`.
+    pub fn words(&self) -> String {
+        let off = self.standard_error.map(|off| format!(" ± {off:.4}")).unwrap_or_default();
+        format!("seen error {:.4}{off}", self.mean)
+    }
 }
 
 /// Questions about one light, with the truth there.
@@ -73,20 +83,49 @@ impl SeenTruth {
         self.groups.iter().map(|group| &group.points)
     }
 
+    /// What a technique answers at all points, which stands for a world: one list, or one per color.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out or the device is lost.
+    pub fn ask(&self, context: &Context, world: &World, technique: &dyn Technique) -> Result<Vec<Vec<f32>>> {
+        let ask = |extinction: f32| -> Result<Vec<f32>> {
+            let (bare, on_meshes): (Vec<&Points>, Vec<&Points>) = self.points().partition(|p| p.normals.is_empty());
+            let mut answers = Vec::new();
+            for list in [at_once(bare), at_once(on_meshes)].concat() {
+                let query = Query::of_lights(context, &list)?;
+                query.query(&query.color_kernel(&technique.answer(), extinction)?)?;
+                answers.extend(query.answers()?);
+            }
+            Ok(answers)
+        };
+        let ratio = world.extinction_ratio();
+        // Where casters have inks, lights stand once per color.
+        let ratios = if ratio == Scene::GREY || world.colors() > 1 { &ratio[..1] } else { &ratio[..] };
+        ratios.iter().map(|ratio| ask(*ratio)).collect()
+    }
+
+    /// The error of such answers; none where no light is sent to the camera.
+    ///
+    /// # Errors
+    /// An answer that is not a number is a failure that names its point.
+    pub fn error(&self, answers: &[Vec<f32>]) -> Result<Option<SeenError>> {
+        let mut asked = SeenAnswers::default();
+        asked.add(self, answers)?;
+        Ok(asked.error())
+    }
+
     /// The seen error of a picture without shadows; none without points.
     ///
     /// # Errors
     /// None that can happen: its answers are numbers.
     pub fn unshadowed(&self) -> Result<Option<SeenError>> {
-        let mut answers = SeenAnswers::default();
         let answer = |points: &Points| -> Vec<f32> {
             // A closed surface that faces away from the sun is dark without any technique.
             let of = |i| if points.normals.get(i) == Some(&[0.0; 3]) { 0.0 } else { 1.0 };
             (0..points.positions.len()).map(of).collect()
         };
         let grey: Vec<f32> = self.points().flat_map(answer).collect();
-        answers.add(self, &[grey])?;
-        Ok(answers.error())
+        self.error(&[grey])
     }
 }
 
@@ -179,20 +218,7 @@ impl Case<'_> {
     /// Asks the technique at the seen points of one frame.
     pub(super) fn ask_seen(&self, technique: &dyn Technique, truth: &Truth, asked: &mut SeenAnswers) -> Result<()> {
         let seen = truth.seen();
-        let ask = |extinction: f32| -> Result<Vec<f32>> {
-            let (bare, on_meshes): (Vec<&Points>, Vec<&Points>) = seen.points().partition(|p| p.normals.is_empty());
-            let mut answers = Vec::new();
-            for list in [at_once(bare), at_once(on_meshes)].concat() {
-                let query = Query::of_lights(self.context, &list)?;
-                query.query(&query.color_kernel(&technique.answer(), extinction)?)?;
-                answers.extend(query.answers()?);
-            }
-            Ok(answers)
-        };
-        let ratio = self.world.extinction_ratio();
-        // Where casters have inks, lights stand once per color.
-        let ratios = if ratio == Scene::GREY || self.world.colors() > 1 { &ratio[..1] } else { &ratio[..] };
-        asked.add(seen, &ratios.iter().map(|ratio| ask(*ratio)).collect::<Result<Vec<_>>>()?)
+        asked.add(seen, &seen.ask(self.context, &self.world, technique)?)
     }
 }
 

@@ -13,7 +13,7 @@ pub struct Standing {
     /// Spec and path of each.
     pub names: Vec<String>,
     /// The scene that they were built for.
-    _world: World,
+    pub world: World,
 }
 
 impl Standing {
@@ -30,6 +30,6 @@ impl Standing {
             names.push(format!("{} ({})", spec.short(), technique.technique.facts()?.path));
             opened.push(technique);
         }
-        Ok(Self { opened, names, _world: world })
+        Ok(Self { opened, names, world })
     }
 }

@@ -10,10 +10,11 @@ use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
 /// Figures of a verdict, with their meaning.
-const COLUMNS: [(&str, &str); 7] = [
+const COLUMNS: [(&str, &str); 8] = [
     ("mean", "mean absolute error, on the rays of texels where there are any, else in space"),
     ("bias", "signed mean: positive is too bright"),
     ("worst", "largest absolute error"),
+    ("seen", "seen error: the share of the light in the picture that is wrong"),
     ("not finite", "answers that are infinite or not a number"),
     ("wrong", "leaks and false shadows beyond the technique's own resolution, in space and on surfaces"),
     ("order", "the most by which answers differ over eight orders of the same casters"),
@@ -34,6 +35,7 @@ fn cells(figures: Option<&Figures>) -> [String; COLUMNS.len()] {
         shown(error.map(|e| e.mean_abs), significant),
         shown(error.and_then(|e| e.bias), signed),
         shown(error.and_then(|e| e.max), significant),
+        shown(figures.seen.map(|seen| seen.mean), significant),
         figures.not_finite.to_string(),
         figures.wrong().map_or_else(|| NOTHING.into(), |wrong| wrong.to_string()),
         shown(figures.order_spread, significant),
@@ -108,6 +110,7 @@ pub fn stress_csv(results: &Results) -> Result<String> {
     for points in ["map", "space", "surface"] {
         names.extend(ERROR_COLUMNS.map(|column| format!("{points}_{column}")));
     }
+    names.extend(["points", "mean", "bias", "standard_error"].map(|column| format!("seen_{column}")));
     names.extend(["not_finite", "outside", "rise", "tail", "order_spread", "step_rms", "messages"].map(String::from));
     writer.write_record(&names).map_err(|cause| fail(&cause))?;
     for row in &results.rows {
@@ -135,6 +138,9 @@ fn fields(row: &Stressed) -> Vec<String> {
         fields.extend([error.map(|e| e.mean_abs), error.and_then(|e| e.bias), error.and_then(|e| e.max)].map(number));
         fields.push(wrong.unwrap_or_default());
     }
+    let seen = figures.and_then(|figures| figures.seen);
+    fields.push(seen.map(|seen| seen.points.to_string()).unwrap_or_default());
+    fields.extend([seen.map(|s| s.mean), seen.map(|s| s.bias), seen.and_then(|s| s.standard_error)].map(number));
     let count = |of: fn(&Figures) -> u64| figures.map(|f| of(f).to_string()).unwrap_or_default();
     fields.extend([count(|f| f.not_finite), count(|f| f.outside)]);
     let figure = |of: fn(&Figures) -> Option<f64>| number(figures.and_then(of));

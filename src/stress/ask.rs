@@ -5,7 +5,7 @@ use super::subject::{Moved, Rounded, Subject};
 use crate::advice::advised;
 use crate::consume::{self, Query};
 use crate::gpu::Context;
-use crate::measure::{Answers, Points};
+use crate::measure::{Answers, Points, SeenError};
 use crate::reference::truth::MAP_DEPTHS;
 use crate::scene::Resolution;
 use crate::technique::{self, Name, Opened, Spec};
@@ -59,6 +59,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     }
     (figures.surface, figures.space, figures.map) =
         (asked.pop().flatten(), asked.pop().flatten(), asked.pop().flatten());
+    figures.seen = seen(context, subject, &world, &opened, &mut figures)?;
     if !maps.is_empty() {
         let truth: Vec<f64> = maps.iter().flat_map(|points| &points.visibility).copied().collect();
         let finer = (spec.entry.promises)(spec, path).finer;
@@ -83,12 +84,31 @@ pub(super) fn answers(
             return Ok(Vec::new());
         }
         let said = Query::of_lights(context, &asked)?.ask(&opened.technique.answer())?;
-        figures.not_finite += said.iter().filter(|answer| !answer.is_finite()).count() as u64;
-        let outside = |answer: &&f32| answer.is_finite() && !(-ROUNDING..=1.0 + ROUNDING).contains(*answer);
-        figures.outside += said.iter().filter(outside).count() as u64;
+        count(&said, figures);
         Ok(said)
     };
     kinds.iter().map(&mut of).collect()
+}
+
+/// Counts answers that are not finite, or outside [0, 1].
+fn count(said: &[f32], figures: &mut Figures) {
+    figures.not_finite += said.iter().filter(|answer| !answer.is_finite()).count() as u64;
+    let outside = |answer: &&f32| answer.is_finite() && !(-ROUNDING..=1.0 + ROUNDING).contains(*answer);
+    figures.outside += said.iter().filter(outside).count() as u64;
+}
+
+/// The seen error; none where an answer is not finite.
+fn seen(
+    context: &Context,
+    subject: &Subject,
+    world: &World,
+    opened: &Opened,
+    figures: &mut Figures,
+) -> Result<Option<SeenError>> {
+    let said = subject.seen().ask(context, world, opened.technique.as_ref())?;
+    said.iter().for_each(|said| count(said, figures));
+    let is_finite = said.iter().flatten().all(|answer| answer.is_finite());
+    if is_finite { subject.seen().error(&said) } else { Ok(None) }
 }
 
 fn in_query(points: &Points) -> consume::Asked<'_> {

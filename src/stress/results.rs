@@ -1,7 +1,7 @@
 //! The result of a run of stress: `stress.json`.
 
 use super::verdict::Verdict;
-use crate::measure::{DeviceFacts, PointError};
+use crate::measure::{DeviceFacts, PointError, SeenError};
 use serde::{Deserialize, Serialize};
 
 /// Version of `stress.json`.
@@ -68,6 +68,9 @@ pub struct Figures {
     pub space: Option<Asked>,
     /// Points on meshes, compared with the truth.
     pub surface: Option<Asked>,
+    /// Points that the camera sees; absent where no light is sent to it or an answer is not finite, and in older files.
+    #[serde(default)]
+    pub seen: Option<SeenError>,
     /// Answers that are infinite or not a number.
     pub not_finite: u64,
     /// Answers below 0 or above 1 by more than rounding.

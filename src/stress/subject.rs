@@ -1,7 +1,7 @@
 //! A case's scene with its truth, computed once for all techniques.
 
 use super::strewn::{random, step};
-use crate::measure::{Cached, Extent, Points, Truth, Wanted};
+use crate::measure::{Cached, Extent, Points, SeenTruth, Truth, Wanted};
 use crate::reference::truth::{Casters, MAP_DEPTHS, MapTruth, TrueCurve, bounds, sample_maps};
 use crate::scene::{Projection, Resolution, Scene, View};
 use glam::{DVec2, DVec3, IVec2};
@@ -15,7 +15,7 @@ pub const SHUFFLES: usize = 8;
 /// Number of texels whose rays get points, over all maps together.
 const TEXELS: usize = 96;
 
-/// Points in space per light, and as many on meshes.
+/// Points in space per light, as many on meshes, and as many rays of the camera.
 const POINTS: usize = 1024;
 
 /// Size in pixels of the picture through which half of the points on meshes are found.
@@ -58,7 +58,7 @@ impl<'a> Subject<'a> {
             points: POINTS,
             picture: PICTURE,
             bounds: Some(bounds),
-            seen: (0, 0),
+            seen: (POINTS, 0),
             watched: Arc::default(),
         };
         Self {
@@ -76,6 +76,7 @@ impl<'a> Subject<'a> {
     pub(super) fn find_truth(&self) {
         self.space();
         self.surface();
+        self.seen();
         self.moved();
     }
 
@@ -87,6 +88,11 @@ impl<'a> Subject<'a> {
     /// Points on meshes, per light.
     pub(super) fn surface(&self) -> &[Points] {
         self.truth.surface()
+    }
+
+    /// Points that the camera sees.
+    pub(super) fn seen(&self) -> &SeenTruth {
+        self.truth.seen()
     }
 
     /// Whether each point is in the boundary of opaque shadows.

@@ -246,7 +246,7 @@ pub fn labels(ui: &Ui, state: &State, stage: &Stage) {
     }
 }
 
-/// The curve of light 0's ray, where the user wants it.
+/// The curve of light 0's ray and the seen errors, where the user wants them.
 fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
     ui.checkbox(&mut state.curve, "curve under the pointer (V)");
     match told.rays.filter(|_| state.curve).map(Rays::last) {
@@ -254,6 +254,9 @@ fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
         Some(Some(Err(error))) => drop(ui.label(error)),
         Some(None) => drop(ui.spinner()),
         None => {}
+    }
+    for (name, seen) in told.rays.filter(|_| state.curve).map(Rays::seen).iter().flat_map(|seen| seen.iter()) {
+        ui.label(format!("{name}: {}", seen.words()));
     }
 }
 

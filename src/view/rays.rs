@@ -1,14 +1,14 @@
 //! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers
 //! of A and B. The plot is that of `gobo curve`. A thread with a device of its own makes it, so that the window never
-//! waits for it.
+//! waits for it. The thread also finds how wrong the picture is: the seen error of A and B.
 
 use super::state::{Side, State};
 use crate::gpu::{Context, Options};
-use crate::measure::{LightRay, Standing};
+use crate::measure::{LightRay, SeenError, SeenTruth, Standing};
 use crate::reference::truth::Casters;
 use crate::report;
 use crate::scene::{Camera, FACES, Scene, View};
-use crate::technique::{Name, Spec};
+use crate::technique::{Name, Opened, Spec};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -70,11 +70,19 @@ impl Found {
     }
 }
 
+/// Seen points of a state.
+const SEEN: usize = 2048;
+
+/// The seen error of each technique, with its name, of a state that a camera sees. A technique without answers, or
+/// with one that is not a number, is left out.
+pub type Seen = Vec<(String, SeenError)>;
+
 /// Messages between the window and the thread.
 #[derive(Default)]
 struct Post {
     asked: Option<Asked>,
     answer: Option<(Key, std::result::Result<Arc<Found>, String>)>,
+    seen: Option<((Of, View), Arc<Seen>)>,
     /// Whether the thread is working on a ray.
     is_busy: bool,
     is_over: bool,
@@ -163,12 +171,21 @@ impl Rays {
         if post.asked.take().is_some() {
             post.is_busy = false;
         }
-        post.answer = None;
+        (post.answer, post.seen) = (None, None);
     }
 
-    /// Whether the last question's answer is still to come.
+    /// Whether the last question's answer, or the seen error, is still to come.
     pub fn is_waiting(&self) -> bool {
-        self.asked.is_some() && self.answer().is_none()
+        let is_seen = |key: &Key| {
+            self.shared.lock().seen.as_ref().is_some_and(|((of, camera), _)| (of, camera) == (&key.of, &key.camera))
+        };
+        let is_failed = matches!(self.answer(), Some(Err(_)));
+        self.asked.as_ref().is_some_and(|key| self.answer().is_none() || !is_failed && !is_seen(key))
+    }
+
+    /// The last seen errors, while the next are found.
+    pub fn seen(&self) -> Arc<Seen> {
+        self.shared.lock().seen.as_ref().map(|(_, seen)| seen.clone()).unwrap_or_default()
     }
 
     /// The answer to the last question, or why there is none.
@@ -234,8 +251,15 @@ impl Shared {
         };
         let casters = Casters::new(&scene);
         let mut next = Some(first);
+        let mut last = None;
         while let Some(asked) = next {
             self.tell(&asked.key, found(context, &casters, &standing, &asked.key));
+            let camera = asked.key.camera;
+            if last != Some(camera) {
+                let errors = seen(context, &casters, &standing, &camera);
+                self.lock().seen = Some(((of.clone(), camera), Arc::new(errors)));
+                last = Some(camera);
+            }
             next = self.next(Some(&of));
         }
     }
@@ -244,6 +268,16 @@ impl Shared {
         let answer = answer.map(Arc::new).map_err(|error| error.to_string());
         self.lock().answer = Some((key.clone(), answer));
     }
+}
+
+/// How wrong the picture is that the camera sees.
+fn seen(context: &Context, casters: &Casters, standing: &Standing, camera: &View) -> Seen {
+    let truth = SeenTruth::new(casters, casters.scene(), camera, SEEN, 0);
+    let of = |(opened, name): (&Opened, &String)| {
+        let answers = truth.ask(context, &standing.world, opened.technique.as_ref()).ok()?;
+        Some((name.clone(), truth.error(&answers).ok()??))
+    };
+    standing.opened.iter().zip(&standing.names).filter_map(of).collect()
 }
 
 /// The light ray through the point that is seen at the pixel's middle.

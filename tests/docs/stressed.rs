@@ -39,6 +39,8 @@ fn stressed(row: &Row) -> Stressed {
         map: asked("map"),
         space: asked("space"),
         surface: asked("surface"),
+        // No verdict asks it, and older rows lack it.
+        seen: None,
         not_finite: number(row, "not_finite").expect("a count"),
         outside: number(row, "outside").expect("a count"),
         rise: number(row, "rise"),

@@ -79,7 +79,11 @@ impl View {
                     let Counts { begun, finished, dropped } = truth;
                     let truth = format!("reference: {begun} begun, {finished} finished, {dropped} dropped");
                     let pace = std::mem::take(&mut self.pace).text();
-                    println!("{frames} frames, {bytes} bytes of device memory{host}, {builds} builds, {truth}{pace}");
+                    let seen = open.rays.seen();
+                    let seen: String = seen.iter().map(|(name, seen)| format!(", {name}: {}", seen.words())).collect();
+                    println!(
+                        "{frames} frames, {bytes} bytes of device memory{host}, {builds} builds, {truth}{seen}{pace}"
+                    );
                 }
                 Step::Quit => {
                     self.is_over = true;
