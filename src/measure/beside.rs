@@ -166,7 +166,17 @@ impl Beside {
         if row.status != Status::Ok || other.status != Status::Ok || !self.is_same_world(&row.scene, of, to) {
             return None;
         }
+        // What is marked is shown, and compared with nothing.
+        if !row.marks.is_empty() || !other.marks.is_empty() {
+            return None;
+        }
         ratio([row, other], |row| self.time(row))
+    }
+
+    /// The first column whose time of a line is not marked: the others' times are told as multiples of that one.
+    pub fn first(&self, line: &Line) -> Option<usize> {
+        let counts = |row: &Row| row.status == Status::Ok && row.marks.is_empty();
+        (0..self.columns.len()).find(|column| self.row(line, *column).is_some_and(counts))
     }
 
     /// Whether two columns measured the same scene, moving the same way. A condition that one column does not name
@@ -274,6 +284,7 @@ fn points_of(error: &str) -> &'static [&'static str] {
         "map error" => &["--truth"],
         "space error" => &["--quick"],
         "surface error" => &["--quick", "--picture"],
+        "seen error" => &["seen points", "--picture"],
         _ => &["--picture"],
     }
 }

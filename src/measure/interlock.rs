@@ -54,6 +54,8 @@ impl Beside {
     /// How many times as long a path builds as interlock does.
     pub fn over_interlock(&self, built: &Built, path: usize) -> Option<(f64, Verdict)> {
         let rows = [self.built_row(built, path)?, self.built_row(built, 0)?];
-        (rows.iter().all(|row| row.status == Status::Ok)).then(|| ratio(rows, |row| row.build_ns)).flatten()
+        (rows.iter().all(|row| row.status == Status::Ok && row.marks.is_empty()))
+            .then(|| ratio(rows, |row| row.build_ns))
+            .flatten()
     }
 }

@@ -110,9 +110,11 @@ fn figures_are_those_of_the_files() {
             assert_eq!([&line["p05_ns"], &line["p95_ns"]].map(|end| end.parse::<f64>().expect("a number")), ends);
         }
         let frame = line["median_ns"].parse::<f64>();
-        match line["device"].as_str() {
-            "NVIDIA H200" => first = Some((row, frame)),
+        match line["driver"].as_str() {
+            // The H200's rows are marked, so that the next column is the first.
+            driver if driver.contains("22.3") && line["status"] == "ok" => first = Some((row, frame)),
             _ if !line["ratio_to_first"].is_empty() => {
+                assert!(line["marks"].is_empty(), "{line:?}");
                 let (other, first) = first.as_ref().expect("the first column comes first");
                 for key in ["scene", "technique"] {
                     assert_eq!(row[key], other[key], "{line:?}");
@@ -128,7 +130,7 @@ fn figures_are_those_of_the_files() {
             _ => {}
         }
     }
-    assert!(ratios > 2 * 16, "eight specs on two scenes and those of meshes, on two devices: {ratios}");
+    assert!(ratios > 16, "eight specs on two scenes and those of meshes, on SwiftShader: {ratios}");
     let page = std::fs::read_to_string(out.path().join("devices.html")).expect("a page");
     assert!(
         page.contains("refused: needs fragmentShaderPixelInterlock")
@@ -287,7 +289,7 @@ fn what_is_marked_decides_nothing() {
     let said = report(out.path(), &[&a, &b, &c]);
     assert!(
         said.starts_with(
-            "c is the fastest: a frame takes 2.00 times as long on a (median of the 7 rows that both have);"
+            "Without b, whose times are marked, c is the fastest: a frame takes 2.00 times as long on a (median of the 7 rows that both have);"
         ),
         "{said}"
     );
@@ -313,7 +315,7 @@ fn what_is_marked_decides_nothing() {
         "{markdown}"
     );
     // Shown they are, with their marks.
-    assert!(markdown.contains("| 29.0† | 20.0 ×0.690 | 30.0 ×1.03 | 40.0 ×1.38 |"), "{markdown}");
+    assert!(markdown.contains("| 29.0† | 20.0 | 30.0 | 40.0 |"), "{markdown}");
     let marks: Vec<bool> = csv(&out.path().join("devices.csv")).iter().map(|line| !line["marks"].is_empty()).collect();
     assert_eq!(marks.iter().filter(|marked| **marked).count(), 1 + 8);
     let alone = folder();

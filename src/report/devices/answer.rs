@@ -104,7 +104,18 @@ fn fastest(beside: &Beside) -> String {
         }
     });
     let parts: Vec<_> = parts.collect();
-    format!("{} is the fastest: a {what} takes {}", beside.columns[best].name, listed(&parts))
+    let is_unranked = |place: &usize| {
+        let rows = &beside.columns[*place].results.rows;
+        *place != best && others.iter().all(|(other, _)| other != place) && rows.iter().any(|row| is_marked(Some(row)))
+    };
+    let unranked: Vec<String> =
+        (0..count).filter(is_unranked).map(|place| beside.columns[place].name.clone()).collect();
+    let name = &beside.columns[best].name;
+    let of_all = match unranked.is_empty() {
+        true => format!("{name} is the fastest"),
+        false => format!("Without {}, whose times are marked, {name} is the fastest", listed(&unranked)),
+    };
+    format!("{of_all}: a {what} takes {}", listed(&parts))
 }
 
 /// `a, b and c`.

@@ -61,7 +61,7 @@ struct Cell {
     /// Milliseconds, or why there are none.
     text: String,
     band: String,
-    /// The time over that of the first column, such as `×1.20`, and whether that is a difference.
+    /// The time over that of the first column that is not marked, such as `×1.20`, and whether that is a difference.
     ratio: String,
     /// `faster`, `slower`, `same`, `unknown` or nothing.
     class: &'static str,
@@ -82,8 +82,8 @@ fn cell(beside: &Beside, line: &Line, column: usize) -> Cell {
     if column > 0 && beside.row(line, 0).is_some() && !beside.is_same_world(&row.scene, column, 0) {
         cell.notes.push("another scene or world".into());
     }
-    if column > 0 {
-        (cell.ratio, cell.class) = ratio_text(beside.ratio(line, column, 0));
+    if let Some(first) = beside.first(line).filter(|first| *first < column) {
+        (cell.ratio, cell.class) = ratio_text(beside.ratio(line, column, first));
     }
     cell
 }

@@ -46,7 +46,7 @@ pub fn devices_markdown(beside: &Beside) -> String {
     let what = answer::what(beside);
     let columns = || beside.columns.iter().map(|column| column.name.clone());
     text += &format!(
-        "\nMilliseconds of a {what} [5th–95th percentile], and how many times as long as in the first column.\n"
+        "\nMilliseconds of a {what} [5th–95th percentile], and how many times as long as in the first that is not marked.\n"
     );
     let mut scene = String::new();
     for place in beside.shared() {
@@ -162,7 +162,8 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
             let of = |timing: Option<Timing>| {
                 [timing.map(|t| t.median), timing.map(|t| t.p05), timing.map(|t| t.p95)].map(number)
             };
-            let ratio = beside.ratio(line, index, 0).filter(|_| index > 0);
+            let ratio =
+                beside.first(line).filter(|first| *first < index).and_then(|first| beside.ratio(line, index, first));
             let mut fields = vec![row.scene.clone(), row.technique.clone(), row.spec(), row.path.clone()];
             fields.extend([column.results.device.name.clone(), column.results.device.driver.clone()]);
             let changed = column.results.changed.map(|changed| changed.to_string());
