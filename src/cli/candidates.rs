@@ -120,8 +120,10 @@ pub fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
             ns(a).total_cmp(&ns(b)).then(a.cmp(&b)).is_lt()
         };
         let others = left.clone();
+        // Marked times tell no shading from another: all stay, and pictures decide.
         let is_beaten = |place: usize| {
-            others.iter().any(|other| is_quicker(*other, place) && built(&specs[*other]) == built(&specs[place]))
+            rows[place].marks.is_empty()
+                && others.iter().any(|other| is_quicker(*other, place) && built(&specs[*other]) == built(&specs[place]))
         };
         left.retain(|place| found.contains(place) || !is_beaten(*place));
     }

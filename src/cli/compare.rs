@@ -30,7 +30,7 @@ const MEASURED_AGAIN: u32 = 2;
 
 /// Timed frames, and those on a software device where the world is still: its times are for ratios, and builds take a hundred times as long.
 const FRAMES: u32 = 30;
-const SOFTWARE_FRAMES: u32 = 10;
+const SOFTWARE_FRAMES: u32 = 8;
 
 /// Size of a picture, pixels, in a quick look, and on a software device where no technique is named.
 pub(super) const SMALL_PICTURE: [u32; 2] = [320, 180];
@@ -57,7 +57,7 @@ pub struct Arguments {
     /// Measure the I-th of N shards of the rows, in a folder of its own: gobo join puts all together
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<[usize; 2]>,
-    /// Timed frames per row; with --moving, how many frames the world moves through [default: 30; 10 on a software device where
+    /// Timed frames per row; with --moving, how many frames the world moves through [default: 30; 8 on a software device where
     /// the world is still]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,

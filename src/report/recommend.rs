@@ -274,7 +274,8 @@ fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option
         let (ms, error) = point(row, measure)?;
         Some((index, (ms.max(floor), error)))
     };
-    let is_timed = |(_, row): &&(usize, &Row)| row.marks.is_empty() && is_closer(row, rows, measure);
+    let counts = |row: &Row| row.marks.is_empty() || measure.time.name == COMPUTE.name;
+    let is_timed = |(_, row): &&(usize, &Row)| counts(row) && is_closer(row, rows, measure);
     let all: Vec<_> = rows.iter().filter(is_timed).filter_map(points).collect();
     let error = all.iter().find(|(index, _)| *index == best)?.1.1;
     let worth = |error: f64| error.max(CLOSE_ENOUGH);
