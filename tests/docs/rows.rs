@@ -63,8 +63,10 @@ impl Rows {
             "frame" => ms("frame_ns"),
             "look-up" => ms("lookup_median_ns_per_million"),
             // A build and a million look-ups, where neither draws; look-ups alone of a bake.
-            "computed" => match row.get("path").map(String::as_str) {
-                Some("raster" | "two-pass" | "interlock" | "raster-order") => Err(format!("{} draws", row["variant"])),
+            "compute" => match row.get("path").map(String::as_str) {
+                Some("raster" | "two-pass" | "interlock" | "raster-order" | "list") => {
+                    Err(format!("{} draws", row["variant"]))
+                }
                 _ if row["technique"] == "voxelized" => ms("lookup_median_ns_per_million"),
                 _ => Ok(ms("build_median_ns")? + ms("lookup_median_ns_per_million")?),
             },
