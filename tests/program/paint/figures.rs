@@ -173,12 +173,16 @@ const SLOW: [&str; 22] = [
 
 /// Those that no one command of a page makes: put together from pictures of several (hair-footprints.png by results/hair-pictures.py), made by
 /// examples/embed, of files that the repository does not hold, or taken from a screen (of the window, with a panel of times that no two runs have).
-const PUT_TOGETHER: [&str; 8] = [
+const PUT_TOGETHER: [&str; 12] = [
     "biker.png",
     "devices.png",
     "embed.png",
     "hair-footprints.png",
     "hair-levels.png",
+    "rank-cloud-psm.png",
+    "rank-cloud.png",
+    "rank-fountain.png",
+    "rank-plume_8k.png",
     "report.png",
     "view.gif",
     "view.png",
