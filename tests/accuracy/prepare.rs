@@ -3,6 +3,9 @@
 use crate::support::{gpu_test, scenes, spec};
 use gobo::measure::{Effort, Extent, Row, Status, with_case};
 
+/// So many at most, of some fifty, only a build or a picture without shadows asks for.
+const LATER: usize = 6;
+
 /// Rows measure what they measure without, and make few pipelines more: those that a build finds it needs. What is refused is no matter.
 #[test]
 fn what_is_prepared_is_not_made_again() {
@@ -50,7 +53,9 @@ fn what_is_prepared_is_not_made_again() {
             (rows, [made[1] - made[0], made[2] - made[1]])
         };
         let (prepared, [before, during]) = measured(true);
-        assert!(4 * during <= before, "{before} pipelines are made before, and {during} while rows are measured");
+        println!("{before} pipelines are made before, and {during} while rows are measured");
+        // A device that other tests have had made some of both before.
+        assert!(during <= LATER, "{before} pipelines are made before, and {during} while rows are measured");
         assert!(prepared.iter().filter(|row| row.status == Status::Ok).count() >= 3);
         let (again, [_, none]) = measured(false);
         assert_eq!(none, 0, "a pipeline is made twice");

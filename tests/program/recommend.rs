@@ -257,7 +257,7 @@ fn no_answer_looks_wrong() {
     // These two would take a software driver minutes.
     let scenes = gobo::scene::BUILT_IN.into_iter().filter(|scene| !["plume_64k", "plume-1m"].contains(scene));
     // Others are drawn by CI's commits, a few of them by each.
-    for scene in some(scenes, 2) {
+    for scene in some(scenes, 1) {
         let out = folder();
         let specs: Vec<&str> = SPECS.iter().flat_map(|spec| ["--technique", spec]).collect();
         let quick = ["compare", scene, "--quick", "--frames", "2", "--picture", "96x54", "--out", text(out.path())];
