@@ -97,6 +97,8 @@ fn figures_are_those_of_the_files() {
         assert_eq!(line["status"], row["status"].as_str().expect("text"));
         is("median_ns", &row["frame_ns"]);
         is("build_median_ns", &row["build_ns"]["median"]);
+        is("seen_mean", &row["error"]["seen"]["mean"]);
+        is("cost_ns", &row["cost_ns"]);
         is("space_mean_abs", &row["error"]["space"]["mean_abs"]);
         is("image_flip_mean", &row["error"]["image"]["flip_mean"]);
         if line["status"] == "ok" {

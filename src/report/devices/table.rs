@@ -143,7 +143,9 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
         "lookup_median_ns_per_million",
         "draw_median_ns",
         "frame_ns",
+        "cost_ns",
         "bytes_resident",
+        "seen_mean",
         "map_mean_abs",
         "space_mean_abs",
         "surface_mean_abs",
@@ -176,8 +178,10 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
             fields.push(ratio.map(|(_, verdict)| verdict_word(verdict).to_owned()).unwrap_or_default());
             fields.extend(of(row.build_ns));
             fields.extend([row.lookup_ns_per_million, row.draw_ns].map(|timing| number(timing.map(|t| t.median))));
-            fields.extend([number(row.frame_ns), row.bytes_resident.map(|b| b.to_string()).unwrap_or_default()]);
+            fields.extend([row.frame_ns, row.cost_ns].map(number));
+            fields.push(row.bytes_resident.map(|b| b.to_string()).unwrap_or_default());
             let error = row.error.as_ref();
+            fields.push(number(error.and_then(|e| e.seen).map(|seen| seen.mean)));
             let points = [error.and_then(|e| e.map), error.and_then(|e| e.space), error.and_then(|e| e.surface)];
             fields.extend(points.map(|points| number(points.map(|p| p.mean_abs))));
             fields.push(number(error.and_then(|e| e.image).map(|image| image.flip_mean)));
