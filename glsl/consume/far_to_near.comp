@@ -1,8 +1,7 @@
 #version 460
 // Sort keys of a picture's casters: how far the middle of each lies in front of the camera, as a whole number that falls as the distance
 // rises, so that sorted casters come from far to near. Inputs: casters. Output: items, indices rising. Twin: reference::twin::far_to_near.
-#include "maps/float_order.glsl"
-#include "world/caster.glsl"
+#include "consume/far_to_near.glsl"
 
 struct Item {
     uint key;
@@ -15,17 +14,9 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Items { Item items[]; };
 
-layout(push_constant, scalar) uniform FarToNearPush {
-    vec3 origin;   // of the camera
-    uint count;
-    vec3 forward;
-};
-
 void main() {
     uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     if (i < count) {
-        // The origin goes first: far from the world's origin the rest would be rounded away.
-        vec3 middle = casters[i].position - origin + 0.5 * caster_axis(casters[i]);
-        items[i] = Item(~float_order(dot(middle, forward)), i);
+        items[i] = Item(far_to_near(casters[i]), i);
     }
 }

@@ -1,15 +1,16 @@
-//! The order in which a picture blends casters, from far to near by the z of their middles, sorted on the device. Equal ones keep the
-//! order of their indices. Twin: reference::twin::far_to_near.
+//! The order in which a picture blends casters, from far to near by the z of their middles, sorted on the device. Those at the same z are
+//! ordered by their values, so that it does not matter how casters are listed. Twin: reference::twin::far_to_near.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::maps::Order;
 use crate::scene::{Scene, View};
+use crate::shaders::constant::{GAUSSIANS, STRANDS};
 use crate::shaders::{consume as shaders, set};
 use crate::world::World;
 
 push_struct! {
-    /// Twin: FarToNearPush in glsl/consume/far_to_near.comp.
+    /// Twin: FarToNearPush in glsl/consume/far_to_near.glsl.
     struct FarToNearPush {
         /// Where the camera stands.
         origin: [f32; 3],
@@ -20,8 +21,10 @@ push_struct! {
 
 /// Sorts a world's casters for a camera.
 pub struct FarToNear {
-    order: Order,
+    sort: Order,
     keys: Kernel<FarToNearPush>,
+    ties: Kernel<FarToNearPush>,
+    order: Buffer,
 }
 
 impl FarToNear {
@@ -36,9 +39,20 @@ impl FarToNear {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World) -> Result<Self> {
-        let order = Order::new(context, Self::room(world), 1)?;
-        let set = set::FarToNear { casters: &world.casters, items: &order.items }.bind(context, "far_to_near")?;
-        Ok(Self { keys: Kernel::compute(context, &shaders::FAR_TO_NEAR, &[&set], &Constants::new())?, order })
+        let room = Self::room(world);
+        let sort = Order::new(context, room, 1)?;
+        let order = Buffer::new(context, "far_to_near.order", 4 * u64::from(room.max(1)), Memory::Device)?;
+        let keyed = set::FarToNear { casters: &world.casters, items: &sort.items }.bind(context, "far_to_near")?;
+        let tied = set::FarToNearTies { casters: &world.casters, sorted: &sort.sorted, order: &order };
+        let tied = tied.bind(context, "far_to_near.ties")?;
+        let constants = Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_packed());
+        let kernel = |shader, set| Kernel::compute(context, shader, &[set], &constants);
+        Ok(Self {
+            keys: kernel(&shaders::FAR_TO_NEAR, &keyed)?,
+            ties: kernel(&shaders::FAR_TO_NEAR_TIES, &tied)?,
+            sort,
+            order,
+        })
     }
 
     /// Records the passes that sort the world's first `count` casters.
@@ -46,11 +60,12 @@ impl FarToNear {
         let [x, y] = groups(u64::from(count).div_ceil(64));
         let push = FarToNearPush { origin: camera.origin, count, forward: camera.forward };
         commands.pass("consume.far_to_near", |pass| pass.dispatch(&self.keys, &push, [x, y, 1]));
-        self.order.sort(commands, count);
+        self.sort.sort(commands, count);
+        commands.pass("consume.far_to_near_ties", |pass| pass.dispatch(&self.ties, &push, [x, y, 1]));
     }
 
     /// The result: indices of casters.
     pub fn sorted(&self) -> &Buffer {
-        &self.order.sorted
+        &self.order
     }
 }

@@ -1,7 +1,8 @@
-//! CPU twin of glsl/consume/far_to_near.comp: what a picture's casters are sorted by, in f32.
+//! CPU twin of glsl/consume/far_to_near.glsl: what a picture's casters are sorted by, in f32, and the order of those at the same distance.
 
+use super::bins::caster_order;
 use super::gaussian::strand_axis;
-use super::order::float_order;
+use super::order::{float_order, sort};
 use crate::scene::{Caster, View};
 use glam::Vec3;
 
@@ -10,4 +11,18 @@ pub fn far_to_near(camera: &View, casters: &[Caster]) -> Vec<u32> {
     let forward = Vec3::from(camera.forward);
     let middle = |c: &Caster| Vec3::from(c.position) - Vec3::from(camera.origin) + 0.5 * strand_axis(c);
     casters.iter().map(|caster| !float_order(middle(caster).dot(forward))).collect()
+}
+
+/// The longest run of casters at the same distance that is ordered by their values. Twin: LONGEST_RUN.
+const LONGEST_RUN: usize = 256;
+
+/// Indices of casters from far to near by their `keys`; equal ones by their values, but in long runs by their indices. Twin:
+/// glsl/consume/far_to_near_ties.comp.
+pub fn order(keys: &[u32], casters: &[Caster]) -> Vec<u32> {
+    let mut order = sort(keys);
+    for run in order.chunk_by_mut(|a, b| keys[*a as usize] == keys[*b as usize]).filter(|run| run.len() <= LONGEST_RUN)
+    {
+        run.sort_by(|a, b| caster_order(&casters[*a as usize], &casters[*b as usize]));
+    }
+    order
 }

@@ -3,6 +3,8 @@
 use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
+#[cfg(feature = "program")]
+use std::cmp::Ordering;
 
 /// A caster that lets some light pass. Numbers are rounded to f32 once, here, so that the f64 reference and the device use the same values.
 /// Twin: Caster in glsl/world/caster.glsl.
@@ -20,6 +22,13 @@ pub struct Caster {
 }
 
 impl Caster {
+    /// An order by values alone: place, radius, axis, density.
+    #[cfg(feature = "program")]
+    pub(super) fn compare(&self, other: &Self) -> Ordering {
+        let values = |c: &Self| (c.position, c.radius, c.axis, c.density);
+        values(self).partial_cmp(&values(other)).unwrap_or(Ordering::Equal)
+    }
+
     /// Whether it is a strand.
     pub fn is_strand(&self) -> bool {
         self.axis != [0.0; 3] && !self.is_packed()

@@ -1,4 +1,4 @@
-//! The order in which a picture is blended. Ties are by index, so that the same scene is always drawn the same.
+//! The order in which a picture is blended. Ties are by casters' values, so that it does not matter how a scene lists them.
 
 #[cfg(feature = "program")]
 use crate::scene::Caster;
@@ -60,13 +60,23 @@ pub fn volumes_among(scene: &Scene, camera: &View) -> Vec<(u32, u32)> {
     sums.zip(volumes).map(|(before, (_, volume))| (before, volume)).collect()
 }
 
-/// The order of casters and volumes for `camera`, by falling z of their middles; ties by index, and casters before volumes.
+/// The longest run of casters at the same z that is ordered by their values; a longer one keeps the order of their indices.
+#[cfg(feature = "program")]
+const LONGEST_RUN: usize = 256;
+
+/// The order of casters and volumes for `camera`, by falling z of their middles; ties by values, and casters before volumes.
 #[cfg(feature = "program")]
 pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
     let count = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
-    let depths: Vec<f64> = scene.casters()[..count].iter().map(z).collect();
-    let casters = falling(&depths);
+    let all = scene.casters();
+    let depths: Vec<f64> = all[..count].iter().map(z).collect();
+    let mut casters = falling(&depths);
+    for run in casters.chunk_by_mut(|a, b| depths[*a as usize] == depths[*b as usize]) {
+        if (2..=LONGEST_RUN).contains(&run.len()) {
+            run.sort_by(|a, b| all[*a as usize].compare(&all[*b as usize]));
+        }
+    }
     let of_volumes: Vec<f64> = scene.volumes.iter().map(|volume| camera.project(middle(volume)).1).collect();
     let before = |volume: u32| {
         let z = of_volumes[volume as usize];
