@@ -16,6 +16,9 @@ layout(set = 1, binding = 0) uniform utexture2D numbers;
 layout(set = 1, binding = 1, rgba32f) writeonly uniform image2D albedos;
 layout(set = 1, binding = 2, rgba32f) writeonly uniform image2D normals;
 layout(set = 1, binding = 3, r32f) writeonly uniform image2D distances;
+layout(set = 1, binding = 4, scalar) readonly buffer SeenPixels { uint seen[]; };
+
+#include "consume/seen_number.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -23,7 +26,7 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(size)))) {
         return;
     }
-    uint number = texelFetch(numbers, pixel, 0).r;
+    uint number = seen_number(pixel, size.x);
     vec4 albedo = vec4(0.0), normal = vec4(0.0);
     float z = camera.far;
     if (number != 0u) {

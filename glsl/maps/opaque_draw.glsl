@@ -7,7 +7,7 @@
 #define EXACT
 #include "maps/edge.glsl"
 #include "maps/opaque_set.glsl"
-#include "maps/stored.glsl"
+#include "maps/opaque_store.glsl"
 
 // Steps per texel: corners are moved to the nearest.
 const int OPAQUE_STEPS = 256;
@@ -26,6 +26,7 @@ struct Seen {
     ivec2 places[OPAQUE_CORNERS];  // steps
     float all_z[OPAQUE_CORNERS];
     uint count;   // corners; 0 where no texel sees it
+    uint number;  // the triangle's
     ivec2 first;  // the first of the texels whose centres lie within its bounds
     ivec2 size;   // so many of them
 };
@@ -96,6 +97,7 @@ bool unseen(View view, vec3 corners[OPAQUE_CORNERS]) {
 Seen see(View view, uint i) {
     Seen seen;
     seen.count = 0u;
+    seen.number = i;
     Triangle triangle = triangles[i];
     vec3 corners[OPAQUE_CORNERS];
     bool cuts = false;
@@ -211,11 +213,7 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
                 precise float across_x = float(first.x + x) + 0.5 - half_size.x;
                 precise vec3 moved = ray_from + (right * across_x + row);
                 Ray ray = perspective ? Ray(view.origin, moved) : Ray(moved, view.forward);
-                float depth = stored_depth(view, ray, z);
-                if (depth < 1.0) {
-                    ivec2 texel = map_corner + first + ivec2(x, y);
-                    imageAtomicMin(depths, texel, floatBitsToUint(max(depth, 0.0)));
-                }
+                store(view, ray, map_corner + first + ivec2(x, y), z, seen.number);
             }
         }
     }

@@ -1,6 +1,8 @@
 #version 460
 // Draws the listed tiles of large triangles, one workgroup per tile. Inputs: maps, triangles, items. Output: depths.
 // Twin: reference::twin::opaque::draw.
+// What is stored: see maps/opaque_store.glsl.
+// variants: SEEN 0 1 2 3
 layout(local_size_x = 64) in;
 #include "maps/opaque_draw.glsl"
 

@@ -2,6 +2,8 @@
 // Draws the small triangles of all maps and lists the others. One thread per triangle; z of the workgroup is the map. The tiles of a large
 // triangle are listed by all threads of the workgroup together. Tiles for which the list has no room are drawn at once: that is slower, but
 // nothing is lost. Inputs: maps, triangles. Outputs: depths, items. Twin: reference::twin::opaque::draw.
+// What is stored: see maps/opaque_store.glsl.
+// variants: SEEN 0 1 2 3
 layout(local_size_x = 64) in;
 #include "maps/opaque_draw.glsl"
 

@@ -129,15 +129,20 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     return true;
 }
 
-// Optical depth from z.x to z.y, all of it inside of the caster.
-float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
+// By what a caster's density is multiplied to get the optical depth from z.x to z.y, all of it inside of the caster.
+float caster_thickness(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
     if (caster_is_gaussian(caster)) {
         vec3 within;
         caster_overlap(ray, caster, within);
         thickness *= within.z / (within.y - within.x);
     }
-    return min(caster.density * thickness, MAX_OPTICAL_DEPTH);
+    return thickness;
+}
+
+// Optical depth from z.x to z.y, all of it inside of the caster.
+float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
+    return min(caster.density * caster_thickness(ray, caster, z), MAX_OPTICAL_DEPTH);
 }
 
 // Range of tan(angle) that a circle of radius r at (across, z) covers, seen from the origin; all of it when the circle

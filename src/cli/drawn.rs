@@ -80,7 +80,8 @@ pub(super) fn by_technique(
     plain: bool,
     each: &mut dyn FnMut(Drawn) -> Result<()>,
 ) -> Result<Vec<String>> {
-    let lighting = Lighting::of(&spec.settings());
+    let settings = spec.settings();
+    let lighting = Lighting::of(&settings);
     context.features().require(lighting.requires())?;
     let (show, air, size) = (arguments.show()?, arguments.air()?, arguments.size());
     let first = states.at(0)?;
@@ -96,6 +97,7 @@ pub(super) fn by_technique(
         true => Some(Pictures::new(context, &world, &first, size, None)?),
         false => None,
     };
+    [Some(&mut shown), measured.as_mut()].into_iter().flatten().for_each(|p| p.renderer.paint_by(settings.painter));
     let mut path = "";
     let mut first = Some(first);
     for frame in 0..states.len() {
@@ -162,6 +164,7 @@ fn frame_ms(
     let mut frames_ms = Vec::new();
     for _ in 0..TIMED {
         let Some(build_ns) = opened.rebuild(world)?.device_ns else { return Ok(None) };
+        renderer.forget_order();
         let passes: Vec<PassTime> = renderer.draw(&kernels)?;
         let draw_ns = passes.iter().map(|pass| pass.end_ns).fold(0.0, f64::max);
         frames_ms.push(1e-6 * (build_ns + draw_ns));

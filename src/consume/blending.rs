@@ -6,6 +6,7 @@ use crate::scene::{Blended, View, blended, volumes_among};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use std::cell::Cell;
+use std::ops::Range;
 
 /// Casters and volumes from far to near.
 pub(super) struct Blending {
@@ -21,6 +22,8 @@ pub(super) struct Blending {
     sort: Option<FarToNear>,
     /// Whether the order is out of date, and is sorted with the next picture.
     stale: Cell<bool>,
+    /// Whether something has moved since [`Blending::moved`] was last called.
+    moved: Cell<bool>,
     /// What was last sorted.
     made: Made,
 }
@@ -38,7 +41,16 @@ impl Blending {
             None => Buffer::new(context, "picture.order", 4, Memory::Device)?,
         };
         let made = Made::of(Parts::CASTERS);
-        let mut blending = Self { runs: Vec::new(), casters: 0, order, room, sort, stale: Cell::new(false), made };
+        let mut blending = Self {
+            runs: Vec::new(),
+            casters: 0,
+            order,
+            room,
+            sort,
+            stale: Cell::default(),
+            moved: Cell::default(),
+            made,
+        };
         blending.look(world, camera, true)?;
         Ok(blending)
     }
@@ -55,6 +67,7 @@ impl Blending {
             return Err(Error::input(world.name(), cause, "make a new one"));
         }
         self.stale.set((self.stale.get() || moved) && self.casters > 0);
+        self.moved.set(self.moved.get() || moved);
         let mut volumes = Vec::new();
         if world.kinds().volumes {
             let needs = "a scene that the host knows, for volumes in a picture: draw these otherwise";
@@ -63,6 +76,37 @@ impl Blending {
         }
         self.runs = blended(self.casters, &volumes).collect();
         Ok(())
+    }
+
+    /// The most casters that can be sorted.
+    pub fn room(&self) -> u32 {
+        self.room
+    }
+
+    /// Whether casters or the camera have moved since the last call.
+    pub fn moved(&self) -> bool {
+        self.moved.take()
+    }
+
+    /// Sorts with the next picture, whatever has moved.
+    pub fn forget(&self) {
+        self.stale.set(self.casters > 0);
+    }
+
+    /// Of the casters those at the places `part` of the order, and the volumes that come before one of these, or behind the last of all.
+    pub fn within(&self, part: &Range<u32>) -> impl Iterator<Item = Blended> {
+        let (part, casters, mut behind) = (part.clone(), self.casters, 0);
+        self.runs.iter().filter_map(move |next| match next {
+            Blended::Casters(places) => {
+                behind = places.end;
+                let places = places.start.max(part.start)..places.end.min(part.end);
+                (!places.is_empty()).then_some(Blended::Casters(places))
+            }
+            Blended::Volume(volume) => {
+                let is_last = behind == casters && part.end >= behind;
+                (is_last || part.contains(&behind)).then_some(Blended::Volume(*volume))
+            }
+        })
     }
 
     /// Sorts the casters, where they or the camera have moved.

@@ -4,10 +4,11 @@ use super::colored::colored;
 use super::gbuffer::GBuffer;
 use super::interleaved::Interleaved;
 use super::many_lights::{Asking, ManyLights, Targets};
+use super::painter::{Painter, Shade};
 use super::reservoir::Reservoirs;
 use super::sliced::Sliced;
 use super::volumes::VolumeKernel;
-use super::{Lighting, Renderer, Shading, Tiled};
+use super::{Lighting, PainterKind, Renderer, Shading, Tiled};
 use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Requirement, Shader, Tessellated, push_struct};
 use crate::shaders::consume as shaders;
 use crate::technique::{Answer, Technique};
@@ -32,6 +33,7 @@ pub struct Kernels {
 /// Draws the meshes.
 pub(super) enum Meshes {
     Forward(Kernel),
+    Shaded(Shade),
     Deferred { gbuffer: GBuffer, deferred: Kernel },
     Tiled { gbuffer: GBuffer, tiles: Rc<ManyLights>, asking: Asking },
     Interleaved { gbuffer: GBuffer, interleaved: Interleaved },
@@ -50,9 +52,25 @@ pub(super) enum Casters {
         push: SpacingPush,
     },
     Sliced(Sliced),
+    Painted(Painter),
+}
+
+impl Casters {
+    /// Whether there were too few places in lists for the casters of the frame `frame`; then there are more now.
+    pub(super) fn settle(&self, frame: u64) -> Result<bool> {
+        match self {
+            Self::Painted(painter) => painter.settle(frame),
+            _ => Ok(false),
+        }
+    }
 }
 
 impl Kernels {
+    /// What draws or paints the casters.
+    pub fn painter(&self) -> PainterKind {
+        if matches!(self.casters, Casters::Painted(_)) { PainterKind::Compute } else { PainterKind::Raster }
+    }
+
     /// With `shading=reservoir`, restarts at the frame number `frame` and forgets the kept lights. The frame number seeds the choice of
     /// lights; other shading ignores this call.
     pub fn begin_at(&self, frame: u32) {
@@ -90,6 +108,9 @@ impl Renderer {
     pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         self.context.features().require(lighting.requires())?;
         self.check_colored(shading)?;
+        if lighting != Lighting::Fragment && self.painter == Some(PainterKind::Compute) {
+            return Err(Error::Refused { needs: "painter=raster: vertices are the rasterizer's".into() });
+        }
         let constants = colored(answer.constants, self.extinction_ratio);
         let answer = &Answer { constants: &constants, ..*answer };
         let make = |vertex, fragment, colors: &[(Format, Blend)], depth, sets: &[&Bindings]| {
@@ -110,6 +131,9 @@ impl Renderer {
         let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
         Ok(Kernels {
             meshes: match shading {
+                Shading::Forward | Shading::Deferred if self.painter_kind() == PainterKind::Compute => {
+                    Meshes::Shaded(Shade::new(self, answer)?)
+                }
                 Shading::Forward => {
                     Meshes::Forward(make(surface, forward, &[color, distance], depth, &[scene, asked])?)
                 }
@@ -129,6 +153,9 @@ impl Renderer {
                 }
             },
             casters: match lighting {
+                Lighting::Fragment if self.painter_kind() == PainterKind::Compute => {
+                    Casters::Painted(Painter::new(self, answer)?)
+                }
                 Lighting::Fragment => {
                     let sets = [scene, asked, &self.distances];
                     let fragment = shaders::CASTER_FRAG.of(answer.folder);
@@ -171,6 +198,9 @@ impl Renderer {
         let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
         if lighting != Lighting::Fragment {
             return Err(Error::Refused { needs: "lighting=fragment: it paints casters itself".into() });
+        }
+        if self.painter == Some(PainterKind::Compute) {
+            return Err(Error::Refused { needs: "painter=raster: it draws its casters slice by slice".into() });
         }
         if !self.is_grey() {
             return Err(Error::Refused {

@@ -11,6 +11,7 @@ mod interleaved;
 mod kernels;
 mod lighting;
 pub mod many_lights;
+mod painter;
 mod parts;
 mod passes;
 mod picture;
@@ -32,12 +33,15 @@ pub use fog::FogKernel;
 pub use interleaved::PartsSeen;
 pub use kernels::Kernels;
 pub use lighting::{Lighting, VERTEX_SPACING};
+pub use painter::{ListTotals, ListsSeen, PartData};
 pub use picture::Renderer;
 pub use pictures::Pictures;
 pub use points::{Colours, Points};
 pub use query::{Asked, Query, QueryKernel};
 pub use reservoir::ReservoirData;
-pub use settings::{DitherKind, KEYS, LightingKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs};
+pub use settings::{
+    DitherKind, KEYS, LightingKind, PainterKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs,
+};
 pub use shading::{Shading, Tiled};
 pub use shown::Developed;
 pub use slice::{Slice, slice};

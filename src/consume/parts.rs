@@ -5,7 +5,7 @@
 use super::Renderer;
 use super::kernels::{Casters, Kernels};
 use crate::Result;
-use crate::gpu::{PassTime, follow};
+use crate::gpu::{Commands, PassTime, follow};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -30,6 +30,7 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn draw(&self, kernels: &Kernels) -> Result<Vec<PassTime>> {
+        self.make_room(kernels)?;
         let casters = self.blending.casters;
         if kernels.is_short.get() || casters <= FEW || self.context.features().is_software() {
             return self.frame(kernels, |commands| self.casters(commands, kernels));
@@ -40,18 +41,34 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Draws the next frame in several submissions, where casters ask for light at each fragment: the first draws `casters` of them, and the
+    /// Where casters or the camera have moved: sorts the casters, and makes the lists of compute passes as long as they need to be.
+    fn make_room(&self, kernels: &Kernels) -> Result<()> {
+        let Casters::Painted(painter) = &kernels.casters else { return Ok(()) };
+        if self.blending.moved() && self.blending.casters > 0 {
+            self.context.submit(|commands| self.sort(commands, kernels))?;
+            painter.make_room(self)?;
+            self.blending.forget();
+        }
+        Ok(())
+    }
+
+    /// Draws the next frame in several submissions, where casters ask for light at each pixel: the first draws `casters` of them, and the
     /// others as many as should take a quarter of a second. The picture is that of one submission.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn draw_in_parts(&self, kernels: &Kernels, casters: u32) -> Result<Vec<PassTime>> {
-        let Casters::Fragment(channels) = &kernels.casters else {
-            return self.frame(kernels, |commands| self.casters(commands, kernels));
+        let record = |commands: &mut Commands, part: &Range<u32>| match &kernels.casters {
+            Casters::Fragment(channels) => self.caster(commands, channels, kernels, part),
+            Casters::Painted(painter) => painter.record(commands, self, part),
+            _ => {}
         };
+        if !matches!(kernels.casters, Casters::Fragment(_) | Casters::Painted(_)) {
+            return self.frame(kernels, |commands| self.casters(commands, kernels));
+        }
         let mut times = self.frame(kernels, |commands| self.sort(commands, kernels))?;
         in_parts(self.blending.casters, casters, |part| {
-            follow(&mut times, self.context.submit(|commands| self.caster(commands, channels, kernels, &part))?);
+            follow(&mut times, self.context.submit(|commands| record(commands, &part))?);
             Ok(())
         })?;
         Ok(times)

@@ -25,6 +25,7 @@ impl Renderer {
     pub(super) fn meshes(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
         match &kernels.meshes {
             Meshes::Forward(forward) => self.forward(commands, forward),
+            Meshes::Shaded(shade) => shade.record(commands, self),
             Meshes::Deferred { gbuffer, deferred } => {
                 gbuffer.record(commands, self);
                 self.deferred(commands, deferred);
@@ -51,6 +52,7 @@ impl Renderer {
     pub(super) fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
         self.sort(commands, kernels);
         match &kernels.casters {
+            Casters::Painted(painter) => painter.record(commands, self, &(0..u32::MAX)),
             Casters::Fragment(channels) => self.caster(commands, channels, kernels, &(0..u32::MAX)),
             Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
             Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),

@@ -5,10 +5,12 @@ use super::blending::Blending;
 use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
 use super::many_lights::ManyLights;
+use super::painter::{Canvas, Lists};
 use super::shown::Shown;
 use super::volumes::Volumes;
-use super::{Lighting, Shading};
+use super::{Lighting, PainterKind, Shading};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
+use crate::maps::SeenTriangles;
 use crate::scene::{Picture, View};
 use crate::shaders::set;
 use crate::technique::{Answer, Technique};
@@ -31,6 +33,7 @@ pub struct Renderer {
     pub(super) distances: Bindings,
     pub(super) color_format: Format,
     pub(super) lights: Buffer,
+    pub(super) caster_buffer: Buffer,
     pub(super) light_count: u32,
     /// See [`crate::scene::Scene::extinction_ratio`].
     pub(super) extinction_ratio: [f32; 3],
@@ -41,7 +44,18 @@ pub struct Renderer {
     pub(super) has_packed: bool,
     pub(super) camera: View,
     camera_data: Buffer,
-    splats: Buffer,
+    pub(super) splats: Buffer,
+    /// What makes pictures: see [`Renderer::paint_by`].
+    pub(super) painter: Option<PainterKind>,
+    /// See [`Renderer::cut_lists`].
+    pub(super) cut: Option<u32>,
+    /// What compute passes paint into, made when kernels first need it.
+    pub(super) canvas: RefCell<Option<Rc<Canvas>>>,
+    /// The triangles that compute passes see, likewise.
+    pub(super) seen: RefCell<Option<Rc<RefCell<SeenTriangles>>>>,
+    triangle_buffer: Buffer,
+    /// The lists of casters of compute passes, likewise.
+    pub(super) lists: RefCell<Option<Rc<RefCell<Lists>>>>,
     /// Buffers and passes of `shading=tiled`, made when kernels first need them and kept from frame to frame.
     pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
     /// Sky, fading ground and smooth normals, for pictures that people look at. Measured pictures have none of these.
@@ -118,6 +132,13 @@ impl Renderer {
             distance,
             color_format,
             lights: world.lights.clone(),
+            caster_buffer: world.casters.clone(),
+            triangle_buffer: world.triangles.clone(),
+            seen: RefCell::default(),
+            painter: None,
+            cut: None,
+            canvas: RefCell::default(),
+            lists: RefCell::default(),
             light_count: world.light_count(),
             extinction_ratio: world.extinction_ratio(),
             caster_room: if world.colors() > 1 { world.caster_capacity() } else { 0 },
@@ -147,6 +168,7 @@ impl Renderer {
         }
         if *camera != self.camera {
             self.camera_data.write(&[*camera])?;
+            self.seen.borrow().as_ref().map_or(Ok(()), |seen| seen.borrow().look(camera))?;
         }
         match &mut self.volumes {
             Some(volumes) => volumes.look(world)?,
@@ -163,6 +185,46 @@ impl Renderer {
             shown.look(world)?;
         }
         Ok(())
+    }
+
+    /// Says what makes the pictures of kernels that are made from now on; none: what is faster on most devices of such a kind.
+    pub fn paint_by(&mut self, painter: Option<PainterKind>) {
+        self.painter = painter;
+    }
+
+    /// What makes pictures, where nothing else was said.
+    pub(super) fn painter_kind(&self) -> PainterKind {
+        // On lavapipe, quads and blending are faster: docs/notebook/pictures.md.
+        let is_software = self.context.features().is_software();
+        self.painter.unwrap_or(if is_software { PainterKind::Raster } else { PainterKind::Compute })
+    }
+
+    /// What finds the triangles that pixels see, which all kernels of this renderer share.
+    pub(super) fn seen_triangles(&self) -> Result<Rc<RefCell<SeenTriangles>>> {
+        let mut kept = self.seen.borrow_mut();
+        if let Some(seen) = &*kept {
+            return Ok(seen.clone());
+        }
+        let seen = SeenTriangles::new(&self.context, &self.caster_buffer, &self.triangle_buffer, &self.camera)?;
+        let seen = Rc::new(RefCell::new(seen));
+        *kept = Some(seen.clone());
+        Ok(seen)
+    }
+
+    /// Sorts and lists all casters with the next picture, even where nothing has moved: for whoever measures a moving world's frame.
+    pub fn forget_order(&self) {
+        self.blending.forget();
+    }
+
+    /// When the frame `frame`, which [`Renderer::record`] was recorded in, is over: whether its picture is complete. Where the casters had
+    /// no room in the lists of compute passes, the lists have grown, and the next frame has them. Lists of large triangles grow too; with too
+    /// little room these only take longer.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn settle(&self, kernels: &Kernels, frame: u64) -> Result<bool> {
+        self.seen.borrow().as_ref().map_or(Ok(false), |seen| seen.borrow_mut().settle(frame))?;
+        kernels.casters.settle(frame).map(|grew| !grew)
     }
 
     /// Draws the picture, lit by `answer`, and reads it. A picture that is averaged with earlier frames is drawn until
@@ -215,11 +277,14 @@ impl Renderer {
 
     /// Draws the meshes, and then calls `record`.
     pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
+        let mut frame = 0;
         let times = self.context.try_submit(|commands| {
+            frame = commands.frame();
             self.meshes(commands, kernels)?;
             record(commands);
             Ok(())
         })?;
+        self.settle(kernels, frame)?;
         self.drawn(kernels);
         Ok(times)
     }

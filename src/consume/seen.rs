@@ -4,6 +4,7 @@ use super::Renderer;
 use super::interleaved::PartsSeen;
 use super::kernels::{Kernels, Meshes};
 use super::many_lights::TilesSeen;
+use super::painter::ListsSeen;
 use crate::Result;
 
 impl Renderer {
@@ -18,6 +19,22 @@ impl Renderer {
     /// Bytes of the buffers of `shading=tiled`; none where no tiled kernels were made.
     pub fn tiles_bytes(&self) -> Option<u64> {
         self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
+    }
+
+    /// The lists of casters of the last frame that compute passes painted, and the order of all casters; none where no such kernels were made.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where it cannot be read back.
+    pub fn lists_seen(&self) -> Result<Option<(ListsSeen, Vec<u32>)>> {
+        let casters = self.blending.casters;
+        let Some(lists) = &*self.lists.borrow() else { return Ok(None) };
+        let seen = lists.borrow().seen(casters)?;
+        Ok(Some((seen, self.blending.order.read(casters as usize)?)))
+    }
+
+    /// Bytes of the lists of casters that compute passes paint, and of what parts of them look like; none where no such kernels were made.
+    pub fn lists_bytes(&self) -> Option<u64> {
+        self.lists.borrow().as_ref().map(|lists| lists.borrow().bytes())
     }
 
     /// Bytes of the buffers between G-buffer and picture with `shading=interleaved` or `shading=reservoir`; none with other shading.
@@ -41,7 +58,7 @@ impl Renderer {
         };
         Ok(Some(PartsSeen {
             reservoirs,
-            numbers: gbuffer.numbers.read()?,
+            numbers: gbuffer.numbers()?,
             estimates: estimates.read(estimates.bytes() as usize / 12)?,
             albedo: self.albedo.read()?,
             normal: self.normal.read()?,

@@ -1,7 +1,7 @@
 //! Settings of pictures, as keys that a spec may have besides its technique's own.
 
 use crate::Result;
-use crate::technique::keys::words;
+use crate::technique::keys::{word_of, words};
 use crate::technique::runs::{self, List};
 use crate::technique::settings::{Keyed, Setting, settings};
 use crate::technique::{Entry, Key, Spec};
@@ -13,6 +13,23 @@ words! {
         Fragment = "fragment",
         /// At the vertices of tessellated quads.
         Vertex = "vertex",
+    }
+}
+
+words! {
+    /// What makes the picture.
+    pub enum PainterKind {
+        /// Compute passes.
+        Compute = "compute",
+        /// The rasterizer and blending.
+        Raster = "raster",
+    }
+}
+
+impl PainterKind {
+    /// Its word in specs.
+    pub fn word(self) -> &'static str {
+        word_of(self)
     }
 }
 
@@ -62,6 +79,9 @@ settings! {
         /// Where the picture's casters ask for their light.
         lighting: LightingKind = Setting::word(
             "fragment", "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads");
+        /// What makes the picture; none: the one that is faster on most devices of a kind.
+        painter: Option<PainterKind> = Setting::auto(
+            "what makes the picture: compute passes, the rasterizer with blending, or the faster of both on such devices");
         /// How the picture's meshes are shaded. The fields below are for tiled shading alone.
         shading: ShadingKind = Setting::word(
             "forward", "meshes: as drawn, per pixel, in tiles, or per pixel by some of the lights or one");

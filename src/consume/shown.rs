@@ -65,11 +65,18 @@ impl Shown {
 pub(super) struct Smooth(Kernel<CameraPush>);
 
 impl Smooth {
-    pub(super) fn new(renderer: &Renderer, numbers: &Image, corners: &Buffer) -> Result<Self> {
-        let sets = set::PictureSmooth { numbers, distances: &renderer.distance, normals: &renderer.normal, corners };
+    /// `numbers` and `seen` hold the numbers of triangles: the one or the other, as `constants` say.
+    pub(super) fn new(
+        renderer: &Renderer,
+        (numbers, corners): (&Image, &Buffer),
+        seen: &Buffer,
+        constants: &Constants,
+    ) -> Result<Self> {
+        let (distances, normals) = (&renderer.distance, &renderer.normal);
+        let sets = set::PictureSmooth { numbers, distances, normals, corners, seen };
         let bindings = sets.bind(&renderer.context, "picture.smooth")?;
         let all = [&renderer.scene, &bindings];
-        Ok(Self(Kernel::compute(&renderer.context, &shaders::SMOOTH, &all, &Constants::new())?))
+        Ok(Self(Kernel::compute(&renderer.context, &shaders::SMOOTH, &all, constants)?))
     }
 
     pub(super) fn record(&self, commands: &mut Commands, push: &CameraPush) {

@@ -54,16 +54,16 @@ struct Fields {
 pub(super) struct Volumes {
     volumes: Vec<Volume>,
     /// The ratio of each volume where casters have several; else 1.
-    ratios: Vec<[f32; 3]>,
+    pub(super) ratios: Vec<[f32; 3]>,
     places: Buffer,
     slots: Buffer,
     samples: Buffer,
-    bindings: Bindings,
+    pub(super) bindings: Bindings,
 }
 
 push_struct! {
-    /// Twin: VolumePush in glsl/consume/volume.frag.
-    struct VolumePush {
+    /// Twin: VolumePush in glsl/consume/volume.glsl.
+    pub(super) struct VolumePush {
         volume: u32,
         /// Its own extinction ratio, where the scene's casters have several; else 1.
         ratio: [f32; 3],
@@ -195,8 +195,7 @@ impl Renderer {
     }
 
     /// Draws casters and volumes from far to near, into one channel or all channels at once: of the casters those at the places `part` of the
-    /// order, and the volumes that come before one of these, or behind the last of all. `casters` draws a range of casters, given by their
-    /// places in the order.
+    /// order, and the volumes among them. `casters` draws a range of casters, given by their places in the order.
     pub(super) fn draw_blended<'a>(
         &self,
         draw: &mut Draw<'_, '_, 'a>,
@@ -205,20 +204,11 @@ impl Renderer {
         channel: usize,
         mut casters: impl FnMut(&mut Draw<'_, '_, 'a>, std::ops::Range<u32>),
     ) {
-        let mut behind = 0;
-        for next in &self.blending.runs {
-            match next.clone() {
-                Blended::Casters(places) => {
-                    behind = places.end;
-                    let places = places.start.max(part.start)..places.end.min(part.end);
-                    if !places.is_empty() {
-                        casters(draw, places);
-                    }
-                }
+        for next in self.blending.within(part) {
+            match next {
+                Blended::Casters(places) => casters(draw, places),
                 Blended::Volume(volume) => {
-                    let is_last = behind == self.blending.casters && part.end >= behind;
-                    let is_in_part = is_last || part.contains(&behind);
-                    if let Some((kernel, volumes)) = volumes.zip(self.volumes.as_ref()).filter(|_| is_in_part) {
+                    if let Some((kernel, volumes)) = volumes.zip(self.volumes.as_ref()) {
                         let ratio = volumes.ratios[volume as usize];
                         draw.draw(&kernel.0[channel], &VolumePush { volume, ratio }, 3, 1);
                     }

@@ -42,6 +42,8 @@ pub struct Enabled {
     pub fragment_stores_and_atomics: bool,
     /// subgroupSizeControl and computeFullSubgroups of Vulkan 1.3.
     pub compute_full_subgroups: bool,
+    /// shaderInt64, and shaderBufferInt64Atomics of Vulkan 1.2.
+    pub buffer_int64_atomics: bool,
     /// VK_EXT_calibrated_timestamps.
     pub calibrated_timestamps: bool,
     /// pipelineStatisticsQuery.
@@ -77,6 +79,7 @@ impl Enabled {
         storage_image_extended_formats: false,
         fragment_stores_and_atomics: false,
         compute_full_subgroups: false,
+        buffer_int64_atomics: false,
         calibrated_timestamps: false,
         pipeline_statistics_query: false,
         pipeline_executable_info: false,
@@ -100,6 +103,7 @@ impl Enabled {
             storage_image_extended_formats: features.storage_image_extended_formats,
             fragment_stores_and_atomics: features.fragment_stores_and_atomics,
             compute_full_subgroups: features.compute_full_subgroups,
+            buffer_int64_atomics: features.buffer_int64_atomics,
             calibrated_timestamps: features.calibrated_timestamps,
             pipeline_statistics_query: features.pipeline_statistics_query,
             pipeline_executable_info: features.pipeline_executable_info,
@@ -129,6 +133,7 @@ impl Enabled {
             storage_image_extended_formats: self.storage_image_extended_formats | other.storage_image_extended_formats,
             fragment_stores_and_atomics: self.fragment_stores_and_atomics | other.fragment_stores_and_atomics,
             compute_full_subgroups: self.compute_full_subgroups | other.compute_full_subgroups,
+            buffer_int64_atomics: self.buffer_int64_atomics | other.buffer_int64_atomics,
             calibrated_timestamps: self.calibrated_timestamps | other.calibrated_timestamps,
             pipeline_statistics_query: self.pipeline_statistics_query | other.pipeline_statistics_query,
             pipeline_executable_info: self.pipeline_executable_info | other.pipeline_executable_info,
@@ -170,12 +175,14 @@ impl Enabled {
                 .geometry_shader(self.geometry_shader)
                 .tessellation_shader(self.tessellation_shader)
                 .fill_mode_non_solid(self.fill_mode_non_solid)
+                .shader_int64(self.buffer_int64_atomics)
                 .multi_viewport(self.multi_viewport)
                 .shader_storage_image_extended_formats(self.storage_image_extended_formats)
                 .fragment_stores_and_atomics(self.fragment_stores_and_atomics)
                 .pipeline_statistics_query(self.pipeline_statistics_query),
             vulkan12: vk::PhysicalDeviceVulkan12Features::default()
                 .scalar_block_layout(self.scalar_block_layout)
+                .shader_buffer_int64_atomics(self.buffer_int64_atomics)
                 .buffer_device_address(self.ray_query)
                 .shader_output_layer(self.vertex_layer_output)
                 .shader_output_viewport_index(self.vertex_layer_output),

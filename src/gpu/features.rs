@@ -102,6 +102,8 @@ pub struct Features {
     pub subgroup_ballot: bool,
     /// computeFullSubgroups and subgroupSizeControl: no subgroup is narrower than [`Features::subgroup_size`].
     pub compute_full_subgroups: bool,
+    /// Compute shaders add to and compare 64-bit integers in buffers.
+    pub buffer_int64_atomics: bool,
     /// Largest storage buffer, bytes.
     pub max_storage_buffer_range: u32,
     /// Colour attachments of a render pass.
@@ -388,6 +390,7 @@ impl Features {
             subgroup_arithmetic: in_subgroups(vk::SubgroupFeatureFlags::ARITHMETIC),
             subgroup_ballot: in_subgroups(vk::SubgroupFeatureFlags::BALLOT),
             compute_full_subgroups: features13.compute_full_subgroups != 0 && features13.subgroup_size_control != 0,
+            buffer_int64_atomics: core.shader_int64 != 0 && features12.shader_buffer_int64_atomics != 0,
             max_storage_buffer_range: limits.max_storage_buffer_range,
             max_color_attachments: limits.max_color_attachments,
             max_fragment_output_attachments: limits.max_fragment_output_attachments,

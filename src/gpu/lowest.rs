@@ -61,6 +61,7 @@ impl Features {
             subgroup_arithmetic: false,
             subgroup_ballot: false,
             compute_full_subgroups: false,
+            buffer_int64_atomics: false,
             timestamp_valid_bits: 0,
             ..self
         }

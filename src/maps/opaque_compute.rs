@@ -1,12 +1,18 @@
 //! Opaque maps drawn by shaders: small triangles by a thread each, the tiles of large ones by a workgroup each.
 //! Twin: [`crate::reference::twin::opaque`].
 
+use super::Map;
 use crate::Result;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, ReadBack, groups, push_struct,
+    Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Pass, ReadBack, Resource,
+    groups, push_struct,
 };
+use crate::scene::View;
 use crate::shaders::constant::OPAQUE_SMALL;
-use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
+use crate::shaders::maps::{
+    OPAQUE_CLEAR, OPAQUE_TILES_SEEN_0, OPAQUE_TILES_SEEN_1, OPAQUE_TILES_SEEN_2, OPAQUE_TILES_SEEN_3,
+    OPAQUE_TRIANGLES_SEEN_0, OPAQUE_TRIANGLES_SEEN_1, OPAQUE_TRIANGLES_SEEN_2, OPAQUE_TRIANGLES_SEEN_3,
+};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -71,72 +77,46 @@ push_struct! {
 
 /// The passes that draw opaque maps, and the list of triangles that are left to whole workgroups.
 pub(super) struct OpaqueCompute {
+    list: TriangleList,
+    clear: Kernel<OpaquePush>,
+    triangles: Kernel<OpaquePush>,
+    tiles: Kernel<OpaquePush>,
+    /// Maps per column of the image.
+    rows: u32,
+}
+
+/// The triangles that are left to whole workgroups.
+struct TriangleList {
     context: Context,
     totals: Buffer,
     /// Copies of the totals for the host.
     totalled: ReadBack,
     items: Buffer,
     set: Bindings,
-    clear: Kernel<OpaquePush>,
-    triangles: Kernel<OpaquePush>,
-    tiles: Kernel<OpaquePush>,
     capacity: u64,
-    /// Maps per column of the image.
-    rows: u32,
 }
 
-impl OpaqueCompute {
-    /// Passes for `count` maps of `width` × `height` texels in `image`.
-    pub(super) fn new(
-        context: &Context,
-        image: &Image,
-        scene: &Bindings,
-        constants: &Constants,
-        [width, height, count]: [u32; 3],
-    ) -> Result<Self> {
+impl TriangleList {
+    /// For `count` maps of `width` × `height` texels, drawn into `image`.
+    fn new(context: &Context, image: &Image, [width, height, count]: [u32; 3]) -> Result<Self> {
         let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
         let capacity = (FIRST_LAYERS * tiles * u64::from(count)).clamp(ITEMS_X, most_items(context));
         let totals = Buffer::new(context, "maps.opaque.totals", size_of::<OpaqueTotals>() as u64, Memory::Device)?;
         let totalled = ReadBack::new(context, "maps.opaque.totalled", totals.bytes())?;
         let items = Buffer::new(context, "maps.opaque.items", capacity * ITEM_BYTES, Memory::Device)?;
         let set = set::MapsOpaque { depths: image, totals: &totals, items: &items }.bind(context, "maps.opaque")?;
-        let constants = constants.clone().set(OPAQUE_SMALL, SMALL);
-        let kernel = |shader| Kernel::compute(context, shader, &[scene, &set], &constants);
-        let (clear, triangles, tiles) = (kernel(&OPAQUE_CLEAR)?, kernel(&OPAQUE_TRIANGLES)?, kernel(&OPAQUE_TILES)?);
-        let (context, rows) = (context.clone(), (image.size()[1] / height).max(1));
-        Ok(Self { context, totals, totalled, items, set, clear, triangles, tiles, capacity, rows })
+        Ok(Self { context: context.clone(), totals, totalled, items, set, capacity })
     }
 
-    /// Draws the first `triangle_count` triangles into `maps`, of `width` × `height` texels each.
-    pub(super) fn record(
-        &mut self,
-        commands: &mut Commands,
-        [width, height]: [u32; 2],
-        triangle_count: u32,
-        maps: &[Range<u32>],
-    ) {
-        let (capacity, rows) = (self.capacity as u32, self.rows);
-        let push = |first_map| OpaquePush { triangle_count, capacity, rows, first_map };
-        let layers = |run: &Range<u32>| run.end - run.start;
-        commands.pass("maps.opaque_clear", |pass| {
-            let [x, y] = [width.div_ceil(CLEARED[0]), height.div_ceil(CLEARED[1])];
-            maps.iter().for_each(|run| pass.dispatch(&self.clear, &push(run.start), [x, y, layers(run)]));
-        });
-        let [x, y] = groups(u64::from(triangle_count.div_ceil(64)));
-        commands.pass("maps.opaque_triangles", |pass| {
-            maps.iter().for_each(|run| pass.dispatch(&self.triangles, &push(run.start), [x, y, layers(run)]));
-        });
-        commands.pass("maps.opaque_tiles", |pass| {
-            let offset = std::mem::offset_of!(OpaqueTotals, groups_x) as u64;
-            pass.dispatch_indirect(&self.tiles, &push(0), &self.totals, offset);
-        });
-        commands.read_back(&self.totals, &self.totalled);
+    /// Runs a shader with a workgroup per item.
+    fn per_item(&self, pass: &mut Pass, kernel: &Kernel<OpaquePush>, push: &OpaquePush) {
+        pass.dispatch_indirect(kernel, push, &self.totals, std::mem::offset_of!(OpaqueTotals, groups_x) as u64);
     }
 
-    /// Makes room for the list that the build of frame `frame`, which is over, needed, as far as the device allows;
+    /// Makes room for the list that the frame `frame`, which is over, needed, as far as the device allows;
     /// returns whether the room has grown. Triangles that have no room in the list are still drawn, but slowly. Devices
     /// that end a shader's long loops early draw them incompletely.
-    pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
+    fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));
         let most = most_items(&self.context);
@@ -153,8 +133,144 @@ impl OpaqueCompute {
         Ok(true)
     }
 
-    pub(super) fn bytes_transient(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         self.totals.bytes() + self.items.bytes()
+    }
+}
+
+impl OpaqueCompute {
+    /// Passes for `count` maps of `width` × `height` texels in `image`.
+    pub(super) fn new(
+        context: &Context,
+        image: &Image,
+        scene: &Bindings,
+        constants: &Constants,
+        [width, height, count]: [u32; 3],
+    ) -> Result<Self> {
+        let list = TriangleList::new(context, image, [width, height, count])?;
+        let constants = constants.clone().set(OPAQUE_SMALL, SMALL);
+        let kernel = |shader| Kernel::compute(context, shader, &[scene, &list.set], &constants);
+        let (clear, triangles, tiles) =
+            (kernel(&OPAQUE_CLEAR)?, kernel(&OPAQUE_TRIANGLES_SEEN_0)?, kernel(&OPAQUE_TILES_SEEN_0)?);
+        Ok(Self { list, clear, triangles, tiles, rows: (image.size()[1] / height).max(1) })
+    }
+
+    /// Draws the first `triangle_count` triangles into `maps`, of `width` × `height` texels each.
+    pub(super) fn record(
+        &mut self,
+        commands: &mut Commands,
+        [width, height]: [u32; 2],
+        triangle_count: u32,
+        maps: &[Range<u32>],
+    ) {
+        let (capacity, rows) = (self.list.capacity as u32, self.rows);
+        let push = |first_map| OpaquePush { triangle_count, capacity, rows, first_map };
+        let layers = |run: &Range<u32>| run.end - run.start;
+        commands.pass("maps.opaque_clear", |pass| {
+            let [x, y] = [width.div_ceil(CLEARED[0]), height.div_ceil(CLEARED[1])];
+            maps.iter().for_each(|run| pass.dispatch(&self.clear, &push(run.start), [x, y, layers(run)]));
+        });
+        let [x, y] = groups(u64::from(triangle_count.div_ceil(64)));
+        commands.pass("maps.opaque_triangles", |pass| {
+            maps.iter().for_each(|run| pass.dispatch(&self.triangles, &push(run.start), [x, y, layers(run)]));
+        });
+        commands.pass("maps.opaque_tiles", |pass| self.list.per_item(pass, &self.tiles, &push(0)));
+        commands.read_back(&self.list.totals, &self.list.totalled);
+    }
+
+    /// Makes room where the build of frame `frame`, which is over, had too little; returns whether it did.
+    pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
+        self.list.settle(frame)
+    }
+
+    pub(super) fn bytes_transient(&self) -> u64 {
+        self.list.bytes()
+    }
+}
+
+/// The triangle that each pixel of a camera's picture sees, by the same passes.
+pub struct SeenTriangles {
+    /// Two words per pixel: the number of the nearest triangle, 0xFFFFFFFF where there is none, and the bits of its z.
+    pub pixels: Buffer,
+    view: Buffer,
+    list: TriangleList,
+    size: [u32; 2],
+    /// Each draws small triangles, and then the listed ones: one pair where a pixel's number and z are compared at once, else one for z and
+    /// one for numbers.
+    rounds: Vec<[Kernel<OpaquePush>; 2]>,
+}
+
+impl SeenTriangles {
+    /// For pictures of the camera's size. The passes look at `triangles` alone, but are given `casters` too.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, casters: &Buffer, triangles: &Buffer, camera: &View) -> Result<Self> {
+        let size = [camera.width, camera.height];
+        let pixels = Buffer::new(context, "picture.seen", 8 * camera.texels() as u64, Memory::Device)?;
+        let view = Buffer::with_data(context, "picture.view", &[Map { volume: *camera, opaque: *camera }])?;
+        // No opaque map is drawn; the passes take one all the same.
+        let none = Image::new(context, "picture.no_map", Format::R32_UINT, [1, 1], ImageUse::FloatBits)?;
+        let scene = set::MapsScene { maps: &view, casters, triangles, opaque_map: &Resource::Gathered(none.clone()) };
+        let scene = scene.bind(context, "picture.triangles")?;
+        let list = TriangleList::new(context, &none, [size[0], size[1], 1])?;
+        let seen = set::MapsSeen { seen_words: &pixels }.bind(context, "picture.seen")?;
+        let constants = Constants::new().set(OPAQUE_SMALL, SMALL);
+        let kernel = |shader| Kernel::compute(context, shader, &[&scene, &list.set, &seen], &constants);
+        let pair = |[triangles, tiles]: [_; 2]| Ok([kernel(triangles)?, kernel(tiles)?]);
+        let shaders = match context.features().buffer_int64_atomics {
+            true => vec![[&OPAQUE_TRIANGLES_SEEN_1, &OPAQUE_TILES_SEEN_1]],
+            false => {
+                vec![[&OPAQUE_TRIANGLES_SEEN_2, &OPAQUE_TILES_SEEN_2], [&OPAQUE_TRIANGLES_SEEN_3, &OPAQUE_TILES_SEEN_3]]
+            }
+        };
+        Ok(Self { rounds: shaders.into_iter().map(pair).collect::<Result<_>>()?, pixels, view, list, size })
+    }
+
+    /// The camera of the next pictures.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device is lost.
+    pub fn look(&self, camera: &View) -> Result<()> {
+        self.view.write(&[Map { volume: *camera, opaque: *camera }])
+    }
+
+    /// Finds the nearest of the first `triangle_count` triangles at each pixel.
+    pub fn record(&self, commands: &mut Commands, triangle_count: u32) {
+        let push = OpaquePush { triangle_count, capacity: self.list.capacity as u32, rows: 1, first_map: 0 };
+        commands.pass("picture.clear", |pass| pass.fill(&self.pixels, u32::MAX));
+        let [x, y] = groups(u64::from(triangle_count.div_ceil(64)));
+        for [triangles, tiles] in self.rounds.iter().filter(|_| triangle_count > 0) {
+            commands.pass("picture.list", |pass| {
+                pass.update(
+                    &self.list.totals,
+                    &[OpaqueTotals { groups_x: ITEMS_X as u32, groups_z: 1, ..OpaqueTotals::default() }],
+                );
+            });
+            commands.pass("picture.triangles", |pass| pass.dispatch(triangles, &push, [x, y, 1]));
+            commands.pass("picture.tiles", |pass| self.list.per_item(pass, tiles, &push));
+        }
+        if triangle_count > 0 {
+            commands.read_back(&self.list.totals, &self.list.totalled);
+        }
+    }
+
+    /// Makes room for large triangles where the frame `frame`, which is over, had too little. That frame lacks none of them, but took
+    /// longer.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn settle(&mut self, frame: u64) -> Result<bool> {
+        self.list.settle(frame)
+    }
+
+    /// The number of the triangle at each pixel, counted from 1, row by row; 0 where there is none.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device is lost.
+    pub fn numbers(&self) -> Result<Vec<u32>> {
+        let words: Vec<[u32; 2]> = self.pixels.read((self.size[0] * self.size[1]) as usize)?;
+        Ok(words.into_iter().map(|[number, _]| number.wrapping_add(1)).collect())
     }
 }
 

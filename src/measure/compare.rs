@@ -8,12 +8,12 @@ use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
 use super::points::of_each_light;
 use super::steadiness::ClockMeter;
-use super::timed::{LookupTimes, Ran, TimedBuilds};
+use super::timed::{DrawTimes, LookupTimes, Ran, TimedBuilds};
 use super::truth::{Known, LitPicture, Truth, Wanted};
 use super::turning::references;
 use super::{Extent, PassCount, Row, RowError, Status, Timing, picture_error};
 use crate::advice::advised;
-use crate::consume::{Lighting, Renderer, Shading};
+use crate::consume::{Lighting, PainterKind, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Bounce, Casters, bounce, bounds, points_outside, points_within};
 use crate::scene::{Picture, View};
@@ -91,7 +91,9 @@ pub struct Case<'a> {
     /// Means over areas, once asked for.
     pub(super) footprints: OnceCell<Footprints>,
     /// Pictures without shadows, once they are drawn.
-    pub(super) unshadowed: Vec<((Shading, Lighting), Unshadowed)>,
+    pub(super) unshadowed: Vec<((Shading, Lighting, Option<PainterKind>), Unshadowed)>,
+    /// What makes the pictures of the row that is measured.
+    pub(super) painter: Option<PainterKind>,
     pub(super) clock: Arc<ClockMeter>,
     /// Per light, the points at which look-ups are timed.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
@@ -158,6 +160,7 @@ pub fn with_case<'a, R>(
         bounce: OnceCell::new(),
         footprints: OnceCell::new(),
         unshadowed: Vec::new(),
+        painter: None,
         clock: Arc::new(ClockMeter::of(context.features())),
         asked,
         alike: BTreeSet::new(),
@@ -260,9 +263,17 @@ impl Case<'_> {
         }
     }
 
+    /// Pictures of the present world, made as the row that is measured says.
+    pub(super) fn renderer(&self, camera: &View) -> Result<Renderer> {
+        let mut renderer = Renderer::new(self.context, &self.world, camera)?;
+        renderer.paint_by(self.painter);
+        Ok(renderer)
+    }
+
     fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Drawn> {
         let settings = spec.settings();
         let (lighting, shading) = (Lighting::of(&settings), Shading::of(&settings));
+        self.painter = settings.painter;
         self.context.features().require(lighting.requires())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
@@ -306,21 +317,25 @@ impl Case<'_> {
             row.colors = asked.colors.errors(&self.world)?;
         }
         let camera = self.camera(self.effort.picture)?;
-        let renderer = Renderer::new(self.context, &self.world, &camera)?;
+        let renderer = self.renderer(&camera)?;
         let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
-        timed.built.draws = self.time_draws(shading, || renderer.draw(&kernels))?;
+        row.painter = kernels.painter().word().into();
+        let DrawTimes { frames, mut counted_ns } = self.time_draws(shading, &renderer, &kernels)?;
+        timed.built.draws = frames;
         timed.built.draws_clock = self.context.calibrate();
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
             // For a simulated scene, the times that count are those of its frames. There particles are drawn in the order in which they
             // come from the device. The picture that is compared with the truth blends them from far to near, and is no part of a frame.
             drawn = timed.draws;
+            counted_ns = drawn.iter().filter_map(|f| frame_ns(f)).collect();
         }
-        row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
+        row.draw_ns = Timing::of(&counted_ns);
         row.draw_passes = pass_timings(&drawn);
         if self.effort.counts {
             row.counts.extend(self.counted(|| renderer.draw(&kernels))?);
         }
+        row.counters.extend(renderer.lists_bytes().map(|bytes| ("lists_bytes".into(), bytes)));
         row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.counters.extend(renderer.estimates_bytes(&kernels).map(|bytes| ("estimates_bytes".into(), bytes)));
         // A bake is no part of a frame in which nothing moved.
@@ -342,7 +357,7 @@ impl Case<'_> {
                 let drawn = if lit.camera == camera {
                     picture.clone()
                 } else {
-                    let renderer = Renderer::new(self.context, &self.world, &lit.camera)?;
+                    let renderer = self.renderer(&lit.camera)?;
                     renderer.picture_of(opened.technique.as_ref(), shading, lighting)?
                 };
                 let mut error = picture_error(&drawn, &lit.picture);

@@ -4,7 +4,7 @@ use super::frames::Drawing;
 use super::passes::frame_ns;
 use super::{Case, Extent, Row, Timing, picture_error};
 use crate::Result;
-use crate::consume::{Lighting, Renderer, Shading, parse};
+use crate::consume::{Lighting, Shading, parse};
 use crate::technique;
 use serde::{Deserialize, Serialize};
 
@@ -42,35 +42,37 @@ pub(super) fn add_cost(row: &mut Row, build: Option<Timing>, unshadowed: Unshado
 impl Case<'_> {
     /// The picture without shadows in this shading and lighting, drawn when it is first asked for.
     pub(super) fn unshadowed(&mut self, shading: Shading, lighting: Lighting) -> Result<Unshadowed> {
-        if let Some((_, known)) = self.unshadowed.iter().find(|(way, _)| *way == (shading, lighting)) {
+        let way_of = (shading, lighting, self.painter);
+        if let Some((_, known)) = self.unshadowed.iter().find(|(way, _)| *way == way_of) {
             return Ok(*known);
         }
         let none = parse("none")?.remove(0);
         let mut opened = technique::open(self.context, &self.world, &none)?;
         opened.build(&self.world)?;
         let camera = self.camera(self.effort.picture)?;
-        let mut frames = Vec::new();
+        let draws_ns: Vec<f64>;
         if let Some(simulation) = &self.simulation {
             let drawing = Drawing::new(self.context, &self.world, simulation, &camera, &opened, shading)?;
-            frames = (0..self.effort.frames.max(1)).map(|_| drawing.draw()).collect::<Result<Vec<_>>>()?;
+            let frames = (0..self.effort.frames.max(1)).map(|_| drawing.draw()).collect::<Result<Vec<_>>>()?;
+            draws_ns = frames.iter().filter_map(|passes| frame_ns(passes)).collect();
         } else {
-            let renderer = Renderer::new(self.context, &self.world, &camera)?;
+            let renderer = self.renderer(&camera)?;
             let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
-            frames.extend(self.time_draws(shading, || renderer.draw(&kernels))?.into_iter().map(|ran| ran.passes));
+            draws_ns = self.time_draws(shading, &renderer, &kernels)?.counted_ns;
         }
-        let draw_ns = Timing::of(&frames.iter().filter_map(|passes| frame_ns(passes)).collect::<Vec<_>>());
+        let draw_ns = Timing::of(&draws_ns);
         let (mut seen, mut flip_mean) = (None, None);
         if self.effort.truth != Extent::None {
             let last = self.frames.states.count() - 1;
             seen = self.with_truth(last, |truth| truth.seen().unshadowed())?.map(|error| error.mean);
             if let Some(lit) = self.lit()? {
-                let renderer = Renderer::new(self.context, &self.world, &lit.camera)?;
+                let renderer = self.renderer(&lit.camera)?;
                 let drawn = renderer.picture_of(opened.technique.as_ref(), shading, lighting)?;
                 flip_mean = Some(picture_error(&drawn, &lit.picture).flip_mean);
             }
         }
         let made = Unshadowed { draw_ns, seen, flip_mean };
-        self.unshadowed.push(((shading, lighting), made));
+        self.unshadowed.push((way_of, made));
         Ok(made)
     }
 }

@@ -30,9 +30,9 @@ impl Case<'_> {
         std::thread::scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
-                    let Ok(renderer) = Renderer::new(context, world, &camera) else { return };
+                    let Ok(mut renderer) = Renderer::new(context, world, &camera) else { return };
                     while let Some(spec) = specs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        let _ = make(context, world, &renderer, spec);
+                        let _ = make(context, world, &mut renderer, spec);
                         // Until the next submission, pending work keeps new buffers alive.
                         let _ = context.submit(|_| {});
                     }
@@ -43,13 +43,14 @@ impl Case<'_> {
     }
 }
 
-fn make(context: &Context, world: &World, renderer: &Renderer, spec: &Spec) -> Result<()> {
+fn make(context: &Context, world: &World, renderer: &mut Renderer, spec: &Spec) -> Result<()> {
     let settings = spec.settings();
     let (lighting, shading) = (Lighting::of(&settings), Shading::of(&settings));
     context.features().require(lighting.requires())?;
     let opened = technique::open(context, world, spec)?;
     let technique = opened.technique.as_ref();
     Query::new(context, 0, &[[0.0; 3]])?.kernel(&technique.answer())?;
+    renderer.paint_by(settings.painter);
     renderer.kernels_of(technique, shading, lighting)?;
     Ok(())
 }

@@ -108,6 +108,9 @@ pub struct Row {
     pub variant: BTreeMap<String, String>,
     /// The path that ran.
     pub path: String,
+    /// What made its picture: `compute` or `raster`; empty in older files, whose pictures are the rasterizer's, and without a picture.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub painter: String,
     /// How it ended.
     pub status: Status,
     /// Why this path ran, why the row was refused, or what failed.
@@ -341,7 +344,7 @@ impl Results {
 
 /// The cost of rows of older files, from the row of the same scene without shadows whose picture was drawn the same way.
 fn cost_by_rows(rows: &mut [Row]) {
-    const WAYS: [&str; 6] = ["shading", "lighting", "dither", "blur", "history", "shadows"];
+    const WAYS: [&str; 7] = ["painter", "shading", "lighting", "dither", "blur", "history", "shadows"];
     let way = |row: &Row| (row.scene.clone(), WAYS.map(|key| row.variant.get(key).cloned()));
     let bare: Vec<_> = rows.iter().filter(|row| row.technique == "none").map(|row| (way(row), row.draw_ns)).collect();
     for row in rows {

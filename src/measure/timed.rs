@@ -7,7 +7,7 @@ use super::repeats::{Repeats, SLOW_WARM_UP, WARM_UP, is_first_like_others, is_lo
 use super::steadiness::{Steadiness, Watch};
 use super::{Row, Timing};
 use crate::Result;
-use crate::consume::{Asked, Query, Shading};
+use crate::consume::{Asked, Kernels, Query, Renderer, Shading};
 use crate::gpu::{Calibration, PassTime};
 use crate::technique::{Built, Lifetime, Opened, Technique};
 use std::cell::Cell;
@@ -270,28 +270,52 @@ impl Case<'_> {
         Ok(samples)
     }
 
-    /// The time of each drawing of a picture. The first drawings warm up; on a GPU they go on until the GPU reaches its
-    /// clock rate. Where the first timed drawing takes the whole budget, no more follow, except those that a picture
-    /// needs until it no longer changes.
-    pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
+    /// The time of each drawing of a picture, with its casters sorted in it, as in a world that moves. The first drawings warm up; on a GPU
+    /// they go on until the GPU reaches its clock rate, and each is drawn once more with one timestamp pair around all passes. Where the
+    /// first timed drawing takes the whole budget, no more follow, except those that a picture needs until it no longer changes.
+    pub(super) fn time_draws(&self, shading: Shading, renderer: &Renderer, kernels: &Kernels) -> Result<DrawTimes> {
         let software = self.context.features().is_software();
+        let draw = || {
+            renderer.forget_order();
+            renderer.draw(kernels)
+        };
+        let sample = || -> Result<(Ran, Option<f64>)> {
+            let each = Ran::passes(draw)?;
+            if software {
+                let ns = frame_ns(&each.passes);
+                return Ok((each, ns));
+            }
+            self.context.time_passes(false);
+            let whole = draw();
+            self.context.time_passes(true);
+            Ok((each, frame_ns(&whole?)))
+        };
         let mut start = Instant::now();
-        let mut samples = vec![Ran::passes(&draw)?];
+        let mut samples = vec![sample()?];
         // A GPU has idled while the truth was made on the host.
         let idled = start;
         while !software && (idled.elapsed() < WARM_UP || idled.elapsed() < SLOW_WARM_UP && self.clock.is_slow()) {
-            samples = vec![Ran::passes(&draw)?];
+            samples = vec![sample()?];
             start = Instant::now();
         }
         for frame in 1..1 + self.effort.frames {
             if frame >= shading.frames_to_settle() && are_enough(frame, start.elapsed(), DRAW_BUDGET, software) {
                 break;
             }
-            samples.push(Ran::passes(&draw)?);
+            samples.push(sample()?);
         }
         let warm_up = usize::from(samples.len() > 1);
-        Ok(samples.split_off(warm_up))
+        let (frames, counted): (_, Vec<_>) = samples.split_off(warm_up).into_iter().unzip();
+        Ok(DrawTimes { frames, counted_ns: counted.into_iter().flatten().collect() })
     }
+}
+
+/// Timed pictures.
+pub(super) struct DrawTimes {
+    /// Each, with every pass timed.
+    pub frames: Vec<Ran>,
+    /// The times that count, where the device has timestamps.
+    pub counted_ns: Vec<f64>,
 }
 
 /// Techniques and paths with a row whose first build took long, where it took no longer than later ones in any such row.

@@ -3,7 +3,7 @@
 use super::compare::Case;
 use super::{FramesError, States, picture_error, picture_flicker};
 use crate::Result;
-use crate::consume::{Lighting, Renderer, Shading};
+use crate::consume::{Lighting, Shading};
 use crate::reference::truth::{Casters, picture};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::Opened;
@@ -32,7 +32,7 @@ impl Case<'_> {
         let references = self.references()?;
         let states = self.frames.states;
         let camera = |frame| states.at(frame).map(|scene| View::camera(&scene.camera, &scene, PICTURE));
-        let mut renderer = Renderer::new(self.context, &self.world, &camera(0)?)?;
+        let mut renderer = self.renderer(&camera(0)?)?;
         let mut pictures = Vec::new();
         for frame in 0..references.len() {
             self.show(frame)?;

@@ -121,7 +121,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     let counters: BTreeSet<&str> =
         results.rows.iter().flat_map(|row| row.counters.keys()).map(String::as_str).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let naming = ["scene", "technique", "variant", "path", "status", "reason", "unseen", "marks"];
+    let naming = ["scene", "technique", "variant", "path", "painter", "status", "reason", "unseen", "marks"];
     let mut names: Vec<String> = naming.map(String::from).into();
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
@@ -172,6 +172,7 @@ fn fields(row: &Row, footprints: bool, colored: bool, counters: &BTreeSet<&str>)
         row.technique.clone(),
         row.spec(),
         row.path.clone(),
+        row.painter.clone(),
         status_word(row.status).into(),
         row.reason.clone(),
         row.unseen.join(" "),

@@ -54,7 +54,8 @@ impl Lit {
         context.features().require(lighting.requires())?;
         let technique = open(context, world, spec)?.technique;
         let size = [seen.1.width, seen.1.height];
-        let pictures = Pictures::new(context, world, world.scene()?, size, look)?;
+        let mut pictures = Pictures::new(context, world, world.scene()?, size, look)?;
+        pictures.renderer.paint_by(settings.painter);
         let shading = Shading::of(&settings);
         Ok(Self {
             kernels: pictures.renderer.kernels_of(technique.as_ref(), shading, lighting)?,
@@ -95,6 +96,10 @@ impl Lit {
         }
         if self.building == Some(over) {
             self.building = None;
+        }
+        if !self.renderer().settle(&self.kernels, over)? {
+            // The picture lacks casters for which there is room now.
+            self.left = Shading::of(&self.spec.settings()).frames_to_settle();
         }
         Ok(())
     }

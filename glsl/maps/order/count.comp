@@ -7,18 +7,19 @@ layout(local_size_x = SORT_THREADS) in;
 shared uint tally[DIGITS];
 
 void main() {
-    uint map = gl_WorkGroupID.z, b = block(), thread = gl_LocalInvocationIndex;
+    uint list = gl_WorkGroupID.z, b = block(), thread = gl_LocalInvocationIndex;
+    if (b >= blocks()) {
+        return;
+    }
     for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
         tally[d] = 0u;
     }
     barrier();
-    for (uint i = b * BLOCK + thread; i < min(count, (b + 1u) * BLOCK); i += SORT_THREADS) {
-        atomicAdd(tally[digit(items[place(map, i, false)].key)], 1u);
+    for (uint i = b * BLOCK + thread; i < min(item_count(), (b + 1u) * BLOCK); i += SORT_THREADS) {
+        atomicAdd(tally[digit(items[place(list, i, false)].key)], 1u);
     }
     barrier();
-    if (b < blocks()) {
-        for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
-            counts[count_place(map, b, d)] = tally[d];
-        }
+    for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
+        counts[count_place(list, b, d)] = tally[d];
     }
 }

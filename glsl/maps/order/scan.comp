@@ -1,38 +1,44 @@
 #version 460
-// Where the first item of each digit of each block goes: behind all items of lower digits, and behind the items of the same digit in
-// earlier blocks. One workgroup per map. Twin: reference::twin::order::sort. Input and output: counts.
+// How many items of each digit stand in earlier blocks, and how many there are in all. Few blocks: a thread per digit. Many: a workgroup
+// per digit, whose threads take a run of blocks each. Twin: reference::twin::order::sort. Input and output: counts.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;
 
-shared uint totals[DIGITS];
+shared uint sums[SORT_THREADS];
+
+// Adds up the counts of blocks, each of which becomes the sum before it.
+uint run(uint list, uint d, uint first, uint end, uint sum) {
+    for (uint b = first; b < end; ++b) {
+        uint here = counts[count_place(list, b, d)];
+        counts[count_place(list, b, d)] = sum;
+        sum += here;
+    }
+    return sum;
+}
 
 void main() {
-    uint map = gl_WorkGroupID.z, thread = gl_LocalInvocationIndex;
-    for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
-        uint sum = 0u;
-        for (uint b = 0u; b < blocks(); ++b) {
-            sum += counts[count_place(map, b, d)];
-        }
-        totals[d] = sum;
+    uint list = gl_WorkGroupID.z, thread = gl_LocalInvocationIndex, last = blocks();
+    if (gl_NumWorkGroups.x * SORT_THREADS == DIGITS) {
+        uint d = gl_WorkGroupID.x * SORT_THREADS + thread;
+        counts[total_place(list, d)] = run(list, d, 0u, last, 0u);
+        return;
     }
-    barrier();
-    // There are so few totals that one thread's walk costs less than the barriers of a scan.
-    if (thread == 0u) {
-        uint sum = 0u;
-        for (uint d = 0u; d < DIGITS; ++d) {
-            uint total = totals[d];
-            totals[d] = sum;
-            sum += total;
-        }
+    uint d = gl_WorkGroupID.x, each = (last + SORT_THREADS - 1u) / SORT_THREADS;
+    uint first = min(thread * each, last), end = min(first + each, last);
+    uint sum = 0u;
+    for (uint b = first; b < end; ++b) {
+        sum += counts[count_place(list, b, d)];
     }
-    barrier();
-    for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
-        uint sum = totals[d];
-        for (uint b = 0u; b < blocks(); ++b) {
-            uint here = counts[count_place(map, b, d)];
-            counts[count_place(map, b, d)] = sum;
-            sum += here;
-        }
+    sums[thread] = sum;
+    for (uint reach = 1u; reach < SORT_THREADS; reach *= 2u) {
+        barrier();
+        uint before = thread >= reach ? sums[thread - reach] : 0u;
+        barrier();
+        sums[thread] += before;
+    }
+    uint total = run(list, d, first, end, sums[thread] - sum);
+    if (thread == SORT_THREADS - 1u) {
+        counts[total_place(list, d)] = total;
     }
 }

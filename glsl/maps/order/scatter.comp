@@ -1,29 +1,65 @@
 #version 460
 // Moves each item behind all items of lower digits and behind earlier items of the same digit, so that items with equal keys keep their
-// order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted indices.
+// order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted
+// indices; with COUNTED always items.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;
+
+// Whether one thread of a workgroup moves all items of the block: faster where threads do not run at the same time anyway.
+CONSTANT(bool, SERIAL, false)
 
 shared uint next[DIGITS];
 shared uint digits[SORT_THREADS];
 
 const uint NONE = 0xFFFFFFFFu;
 
+void put(uint list, uint to, Item item) {
+    if (round == 3u && !COUNTED) {
+        sorted[list * capacity + to] = item.index;
+    } else {
+        items[place(list, to, true)] = item;
+    }
+}
+
+// Where the block's first item of each digit goes.
+void find_first(uint list, uint b, uint thread) {
+    // Each thread adds up two digits, side by side.
+    uint of_low = counts[total_place(list, 2u * thread)];
+    uint pair = of_low + counts[total_place(list, 2u * thread + 1u)];
+    digits[thread] = pair;
+    for (uint reach = 1u; reach < SORT_THREADS; reach *= 2u) {
+        barrier();
+        uint before = thread >= reach ? digits[thread - reach] : 0u;
+        barrier();
+        digits[thread] += before;
+    }
+    uint before = digits[thread] - pair;
+    next[2u * thread] = before + counts[count_place(list, b, 2u * thread)];
+    next[2u * thread + 1u] = before + of_low + counts[count_place(list, b, 2u * thread + 1u)];
+}
+
 void main() {
-    uint map = gl_WorkGroupID.z, b = block(), thread = gl_LocalInvocationIndex;
+    uint list = gl_WorkGroupID.z, b = block(), thread = gl_LocalInvocationIndex;
     if (b >= blocks()) {
         return;
     }
-    for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
-        next[d] = counts[count_place(map, b, d)];
+    find_first(list, b, thread);
+    uint end = min(item_count(), (b + 1u) * BLOCK);
+    if (SERIAL) {
+        barrier();
+        for (uint i = b * BLOCK; thread == 0u && i < end; ++i) {
+            Item item = items[place(list, i, false)];
+            put(list, next[digit(item.key)]++, item);
+        }
+        return;
     }
-    for (uint first = b * BLOCK; first < min(count, (b + 1u) * BLOCK); first += SORT_THREADS) {
+    for (uint first = b * BLOCK; first < end; first += SORT_THREADS) {
         uint i = first + thread;
         Item item = Item(0u, 0u);
         uint mine = NONE;
-        if (i < count) {
-            item = items[place(map, i, false)];
+        if (i < end) {
+            item = items[place(list, i, false)];
             mine = digit(item.key);
         }
         barrier();
@@ -42,11 +78,7 @@ void main() {
             if (after == 0u) {
                 next[mine] = to + 1u;
             }
-            if (round == 3u) {
-                sorted[map * capacity + to] = item.index;
-            } else {
-                items[place(map, to, true)] = item;
-            }
+            put(list, to, item);
         }
     }
 }

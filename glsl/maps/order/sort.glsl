@@ -1,6 +1,7 @@
-// A stable radix sort of 32-bit keys with an index each, eight bits per round, for every map at once: maps/order/count.comp,
-// maps/order/scan.comp and maps/order/scatter.comp four times over, from the lowest digit to the highest. Twin: maps::order.
-// Keys and indices of map m stand from m · capacity on; a round reads one half of the buffers and writes the other.
+// A stable radix sort of 32-bit keys with an index each, eight bits per round, for every list at once: maps/order/count.comp,
+// maps/order/scan.comp and maps/order/scatter.comp once per digit, from the lowest to the highest. Source: Satish, Harris and Garland 2009,
+// Designing Efficient Sorting Algorithms for Manycore GPUs. Twin: maps::order. Items of list l stand from l · capacity on; a round reads
+// one half of the buffer and writes the other.
 #ifndef MAPS_ORDER_SORT_GLSL
 #define MAPS_ORDER_SORT_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -12,30 +13,40 @@ struct Item {
 
 // set 0: order
 layout(set = 0, binding = 0, scalar) buffer Items { Item items[]; };
-// How many items each block of each map has per digit; then where the first of them goes.
+// How many items of each digit each block has, digit after digit; then how many of them stand in earlier blocks. Behind each digit's
+// blocks: how many items have the digit.
 layout(set = 0, binding = 1, scalar) buffer Counts { uint counts[]; };
-// The result: the indices alone.
+// The result of the last of four rounds: the indices alone.
 layout(set = 0, binding = 2, scalar) buffer Sorted { uint sorted[]; };
+// With COUNTED, the number of items.
+layout(set = 0, binding = 3, scalar) readonly buffer Counted { uint counted[]; };
 
 layout(push_constant, scalar) uniform SortPush {
-    uint count;     // items of a map
-    uint capacity;  // room of a map
-    uint maps;
+    uint count;     // items of a list; with COUNTED there may be fewer
+    uint capacity;  // room of a list
+    uint lists;
     uint round;     // 0 to 3
 };
+
+// Whether only the device knows how many items there are.
+CONSTANT(bool, COUNTED, false)
 
 const uint DIGITS = 256u;
 const uint SORT_THREADS = 128u;
 // Items per workgroup; each of its threads takes one at a time.
-const uint BLOCK = 1024u;
+CONSTANT(uint, SORT_BLOCK, 512u)
+const uint BLOCK = SORT_BLOCK;
 
-uint blocks() { return (count + BLOCK - 1u) / BLOCK; }
+uint item_count() { return COUNTED ? min(counted[0], count) : count; }
+uint blocks() { return (item_count() + BLOCK - 1u) / BLOCK; }
 uint block() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
 uint digit(uint key) { return (key >> (8u * round)) & 255u; }
-// Where item `i` of a map stands before the round, or after it.
-uint place(uint map, uint i, bool after) {
+// Where item `i` of a list stands before the round, or after it.
+uint place(uint list, uint i, bool after) {
     uint half_of = (round & 1u) ^ uint(after);
-    return (half_of * maps + map) * capacity + i;
+    return (half_of * lists + list) * capacity + i;
 }
-uint count_place(uint map, uint b, uint d) { return (map * ((capacity + BLOCK - 1u) / BLOCK) + b) * DIGITS + d; }
+uint block_room() { return (capacity + BLOCK - 1u) / BLOCK; }
+uint count_place(uint list, uint b, uint d) { return (list * DIGITS + d) * (block_room() + 1u) + b; }
+uint total_place(uint list, uint d) { return count_place(list, block_room(), d); }
 #endif

@@ -202,7 +202,7 @@ fn pixel(
     volumes.fold(color, |color, (_, volume)| through(*volume, color))
 }
 
-/// A volume blended over the color behind it, lit at the middle of each step. Twin: glsl/consume/volume.frag.
+/// A volume blended over the color behind it, lit at the middle of each step. Twin: glsl/consume/volume.glsl.
 fn through(
     volume: &Volume,
     ratio: DVec3,

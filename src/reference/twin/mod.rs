@@ -38,6 +38,7 @@ pub mod opaque;
 pub mod optical_depth_grid;
 pub mod order;
 pub mod packed_normal;
+pub mod painter;
 pub mod psm;
 pub mod ray_query;
 pub mod receiver;

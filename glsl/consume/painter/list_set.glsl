@@ -1,0 +1,47 @@
+// The set and the push constants of the passes that list a picture's casters by tiles. Bound by consume::painter.
+// set 0: painter_lists
+#ifndef CONSUME_PAINTER_LIST_SET_GLSL
+#define CONSUME_PAINTER_LIST_SET_GLSL
+#include "consume/painter/lists.glsl"
+#include "world/caster.glsl"
+
+#define LIST_CASTERS layout(set = 0, binding = 0, scalar) readonly buffer Casters { Caster casters[]; };
+// Casters, far to near.
+#define LIST_ORDER layout(set = 0, binding = 1, scalar) readonly buffer Order { uint order[]; };
+// By caster.
+#define LIST_BOXES layout(set = 0, binding = 2, scalar) buffer Boxes { PixelBox boxes[]; };
+// Entries of each workgroup's casters; then of those before.
+#define LIST_SUMS layout(set = 0, binding = 3, scalar) buffer Sums { uint sums[]; };
+#define LIST_ITEMS layout(set = 0, binding = 4, scalar) buffer Items { Item items[]; };
+#define LIST_RANGES layout(set = 0, binding = 5, scalar) buffer Ranges { TileRange ranges[]; };
+#define LIST_PARTS layout(set = 0, binding = 6, scalar) writeonly buffer Parts { Part parts[]; };
+// The first part of each tile of several.
+#define LIST_SPLITS layout(set = 0, binding = 7, scalar) writeonly buffer Splits { Part splits[]; };
+#define LIST_TOTALS layout(set = 0, binding = 8, scalar) buffer Totals { ListTotals totals; };
+
+layout(push_constant, scalar) uniform ListPush {
+    vec3 origin;  // of the camera; its axes and size below
+    float scale_x;
+    vec3 right;
+    float scale_y;
+    vec3 up;
+    float near;
+    vec3 forward;
+    float far;
+    uvec2 size;
+    uint first;       // place in the order of the first caster that is painted
+    uint count;       // casters that are painted
+    uint capacity;    // entries
+    uint sorted;      // where the sorted entries begin
+    uint least_part;  // a part has at least so many entries, but where its tile has fewer
+    uint most_parts;  // there are at most so many parts, and at most one more per tile
+    uint is_first;    // 1 for the first lists of a frame
+};
+
+View list_camera() {
+    return View(origin, VIEW_PERSPECTIVE, right, scale_x, up, scale_y, forward, near, far, size.x, size.y);
+}
+
+uint list_group() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
+uvec2 tile_counts() { return (size + PAINT_TILE - 1u) / PAINT_TILE; }
+#endif

@@ -1,0 +1,77 @@
+// Casters per tile of 8 × 8 pixels of the picture, far to near, cut into parts that are painted side by side. Twins: consume::painter,
+// reference::twin::painter.
+#ifndef CONSUME_PAINTER_LISTS_GLSL
+#define CONSUME_PAINTER_LISTS_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// An entry: a caster in a tile. Twin: maps::ItemData.
+struct Item {
+    uint key;    // the tile
+    uint index;  // the caster
+};
+
+// The pixels that a caster may cover, low to high, both included: x in the lower 16 bits, y in the upper ones. None where low is beyond high.
+struct PixelBox {
+    uint low;
+    uint high;
+};
+
+// Where the entries of a tile are.
+struct TileRange {
+    uint start;
+    uint end;
+};
+
+// A part of a tile's list that one workgroup paints. Twin: consume::PartData.
+struct Part {
+    uint tile;
+    uint number;  // of the part, from the farthest, counted from 0
+    uint count;   // parts of the tile
+    uint slot;    // where the layer of the tile's first part is kept, where there are several parts
+};
+
+// Twin: consume::ListTotals.
+struct ListTotals {
+    uint entries;  // as far as there is room
+    // VkDispatchIndirectCommand: a workgroup per ENTRY_BLOCK entries.
+    uint entry_groups_x;
+    uint entry_groups_y;
+    uint entry_groups_z;
+    uint wanted;        // entries, with room or not
+    uint most_wanted;   // of all lists of the frame
+    uint sorted;        // where the sorted ones begin
+    uint part_entries;  // of a part, at most
+    uint slots;         // layers that are kept
+    uint parts;
+    // VkDispatchIndirectCommand: rows of PART_GROUPS workgroups, one per part.
+    uint part_groups_x;
+    uint part_groups_y;
+    uint part_groups_z;
+    uint split;  // tiles of several parts
+    // VkDispatchIndirectCommand: likewise, one per tile of several parts.
+    uint split_groups_x;
+    uint split_groups_y;
+    uint split_groups_z;
+};
+
+// Pixels per side of a tile. Twin: TILE.
+const uint PAINT_TILE = 8u;
+// Casters or tiles per workgroup of the passes that list.
+const uint LIST_THREADS = 128u;
+// Workgroups per row of an indirect dispatch.
+const uint PART_GROUPS = 64u;
+// Entries per workgroup of the passes over entries: those of the sort.
+CONSTANT(uint, SORT_BLOCK, 512u)
+const uint ENTRY_BLOCK = SORT_BLOCK;
+const uint NO_SLOT = 0xFFFFFFFFu;
+const PixelBox NO_PIXELS = PixelBox(1u, 0u);
+
+uvec2 both(uint word) { return uvec2(word & 0xFFFFu, word >> 16u); }
+
+// The first tile that a box reaches, and how many tiles across and down; 0 for none.
+void tiles_of(PixelBox box, out uvec2 first, out uvec2 count) {
+    uvec2 low = both(box.low), high = both(box.high);
+    first = low / PAINT_TILE;
+    count = low.x > high.x ? uvec2(0u) : high / PAINT_TILE - first + 1u;
+}
+#endif

@@ -1,0 +1,16 @@
+#version 460
+// Copies what compute passes painted to a picture of half floats. Input: floats. Output: halves.
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// set 0: painter_narrowed
+layout(set = 0, binding = 0) uniform texture2D floats;
+layout(set = 0, binding = 1, rgba16f) writeonly uniform image2D halves;
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (all(lessThan(pixel, textureSize(floats, 0)))) {
+        imageStore(halves, pixel, texelFetch(floats, pixel, 0));
+    }
+}

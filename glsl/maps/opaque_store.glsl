@@ -1,0 +1,40 @@
+// What is kept where a triangle covers a texel. SEEN 0: the least depth of an opaque map. Other values: in the camera's view, the number of
+// the nearest triangle and its z; of triangles at the same z the least number. SEEN 1: both at once, in 64 bits. Without atomics of 64 bits
+// triangles are drawn twice: SEEN 2 finds each pixel's least z, SEEN 3 the number. Twin: reference::twin::opaque.
+#ifndef MAPS_OPAQUE_STORE_GLSL
+#define MAPS_OPAQUE_STORE_GLSL
+#include "maps/stored.glsl"
+
+#if SEEN == 1
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#extension GL_EXT_shader_atomic_int64 : require
+// set 2: maps_seen
+layout(set = 2, binding = 0, scalar) buffer Seen64 { uint64_t seen_words[]; };
+#elif SEEN > 1
+// The number of each pixel's triangle, then its z as bits, which order as the z do.
+layout(set = 2, binding = 0, scalar) buffer SeenWords { uint seen_words[]; };
+#endif
+
+// A triangle covers a texel at z.
+void store(View view, Ray ray, ivec2 texel, float z, uint number) {
+#if SEEN == 0
+    float depth = stored_depth(view, ray, z);
+    if (depth < 1.0) {
+        imageAtomicMin(depths, texel, floatBitsToUint(max(depth, 0.0)));
+    }
+#else
+    uint pixel = uint(texel.y) * view.width + uint(texel.x), bits = floatBitsToUint(z);
+    if (z < view.far) {
+#if SEEN == 1
+        atomicMin(seen_words[pixel], packUint2x32(uvec2(number, bits)));
+#elif SEEN == 2
+        atomicMin(seen_words[2u * pixel + 1u], bits);
+#else
+        if (seen_words[2u * pixel + 1u] == bits) {
+            atomicMin(seen_words[2u * pixel], number);
+        }
+#endif
+    }
+#endif
+}
+#endif

@@ -1,0 +1,167 @@
+//! Casters and volumes painted by compute passes, with the light of one technique. Each tile of 8 × 8 pixels has a list of the casters that
+//! it may see; lists are cut into parts, which are painted side by side and then put over each other. Far to near is associative, so that
+//! the picture is the one that drawing and blending gives, but for rounding. Twin: reference::truth::picture.
+
+mod canvas;
+mod lists;
+mod shade;
+
+pub(super) use canvas::Canvas;
+pub(super) use lists::Lists;
+pub use lists::{ListTotals, ListsSeen, PartData};
+pub(super) use shade::Shade;
+
+use super::Renderer;
+use super::volumes::VolumePush;
+use crate::Result;
+use crate::gpu::{Commands, Constants, Kernel};
+use crate::scene::{Blended, Scene};
+use crate::shaders::{constant, consume, painter as shaders};
+use crate::technique::Answer;
+use crate::world::CameraPush;
+use std::cell::RefCell;
+use std::ops::Range;
+use std::rc::Rc;
+
+/// Paints casters and volumes.
+pub(super) struct Painter {
+    canvas: Rc<Canvas>,
+    /// None where there are no casters but cells of volumes.
+    casters: Option<CasterPainter>,
+    volumes: Option<Kernel<VolumePush>>,
+}
+
+struct CasterPainter {
+    lists: Rc<RefCell<Lists>>,
+    paint: Kernel<CameraPush>,
+    compose: Kernel<CameraPush>,
+}
+
+impl CasterPainter {
+    fn new(renderer: &Renderer, canvas: &Canvas, answer: &Answer, constants: &Constants) -> Result<Self> {
+        let lists = renderer.lists()?;
+        let scene = lists.borrow().scene.clone();
+        let sets = [&scene, answer.bindings, &canvas.bindings];
+        let is_staged = lists.borrow().may_split();
+        let spreads = renderer.context.features().is_software();
+        let constants = constants.clone().set(constant::SPREAD, spreads).set(constant::STAGED, is_staged);
+        let kernel = |shader, sets: &[_]| Kernel::compute(&renderer.context, shader, sets, &constants);
+        Ok(Self {
+            paint: kernel(shaders::PAINT.of(answer.folder), &sets)?,
+            // The pass asks no technique; some set is bound in its place.
+            compose: kernel(&shaders::COMPOSE, &[&scene, &canvas.bindings, &canvas.bindings])?,
+            lists,
+        })
+    }
+
+    fn record(&self, commands: &mut Commands, renderer: &Renderer, run: &Range<u32>, is_first: bool) {
+        let (lists, push) = (self.lists.borrow(), CameraPush::of(&renderer.camera));
+        lists.record(commands, &renderer.camera, run, is_first);
+        commands.pass("painter.paint", |pass| lists.per_part(pass, &self.paint, &push));
+        if lists.may_split() {
+            commands.pass("painter.compose", |pass| lists.per_split(pass, &self.compose, &push));
+        }
+    }
+}
+
+impl Painter {
+    /// For pictures of `renderer`, lit by `answer`.
+    pub(super) fn new(renderer: &Renderer, answer: &Answer) -> Result<Self> {
+        let canvas = renderer.canvas()?;
+        let constants = renderer.painted(answer.constants);
+        let casters = match renderer.blending.room() {
+            0 => None,
+            _ => Some(CasterPainter::new(renderer, &canvas, answer, &constants)?),
+        };
+        let march = |fields| {
+            let sets = [&renderer.scene, answer.bindings, &canvas.bindings, fields];
+            Kernel::compute(&renderer.context, consume::VOLUME.of(answer.folder), &sets, &constants)
+        };
+        let volumes = renderer.volumes.as_ref().map(|volumes| march(&volumes.bindings)).transpose()?;
+        Ok(Self { canvas, casters, volumes })
+    }
+
+    /// Records the casters at the places `part` of the blending order, which is sorted, and the volumes that come before one of them, or
+    /// behind the last of all.
+    pub(super) fn record(&self, commands: &mut Commands, renderer: &Renderer, part: &Range<u32>) {
+        self.canvas.begin(commands);
+        let mut is_first = true;
+        for next in renderer.blending.within(part) {
+            match (next, &self.casters, &self.volumes) {
+                (Blended::Casters(places), Some(casters), _) => {
+                    let runs = casters.lists.borrow().runs(&places);
+                    for run in runs {
+                        casters.record(commands, renderer, &run, is_first);
+                        is_first = false;
+                    }
+                }
+                (Blended::Volume(volume), _, Some(kernel)) => self.volume(commands, renderer, kernel, volume),
+                _ => {}
+            }
+        }
+        self.canvas.end(commands);
+    }
+
+    fn volume(&self, commands: &mut Commands, renderer: &Renderer, kernel: &Kernel<VolumePush>, volume: u32) {
+        let ratio = renderer.volumes.as_ref().map_or(Scene::GREY, |volumes| volumes.ratios[volume as usize]);
+        let groups = self.canvas.groups();
+        commands.pass("consume.volume", |pass| pass.dispatch(kernel, &VolumePush { volume, ratio }, groups));
+    }
+
+    /// Before the first frame of a camera: makes room for the lists of all casters, sorted before. Runs commands and waits.
+    pub(super) fn make_room(&self, renderer: &Renderer) -> Result<()> {
+        let Some(casters) = &self.casters else { return Ok(()) };
+        loop {
+            let mut frame = 0;
+            renderer.context.submit(|commands| {
+                frame = commands.frame();
+                let (lists, mut is_first) = (casters.lists.borrow(), true);
+                for next in &renderer.blending.runs {
+                    let Blended::Casters(places) = next else { continue };
+                    for run in lists.runs(places) {
+                        lists.measure(commands, &renderer.camera, &run, is_first);
+                        is_first = false;
+                    }
+                }
+            })?;
+            if !casters.lists.borrow_mut().settle(frame)? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// See [`Renderer::settle`].
+    pub(super) fn settle(&self, frame: u64) -> Result<bool> {
+        self.casters.as_ref().map_or(Ok(false), |casters| casters.lists.borrow_mut().settle(frame))
+    }
+}
+
+impl Renderer {
+    /// Constants of passes that paint all three colors at once.
+    pub(super) fn painted(&self, constants: &Constants) -> Constants {
+        let constants = self.with_kinds(super::colored::colored(constants, self.extinction_ratio));
+        if self.caster_room > 0 { constants.set(constant::CASTER_ROOM, self.caster_room) } else { constants }
+    }
+
+    /// Cuts the lists of casters per tile into parts of at least so many, which are painted side by side; to be called before kernels are made.
+    /// By default software devices, which have few threads, paint each list as one part, and stop where nothing more is seen.
+    pub fn cut_lists(&mut self, least: u32) {
+        self.cut = Some(least.max(1));
+    }
+
+    fn least_part(&self) -> u32 {
+        let is_software = self.context.features().is_software();
+        self.cut.unwrap_or(if is_software { lists::WHOLE } else { lists::LEAST_PART })
+    }
+
+    /// The lists that all kernels of this renderer share.
+    fn lists(&self) -> Result<Rc<RefCell<Lists>>> {
+        let mut kept = self.lists.borrow_mut();
+        if let Some(lists) = &*kept {
+            return Ok(lists.clone());
+        }
+        let lists = Rc::new(RefCell::new(Lists::new(self)?));
+        *kept = Some(lists.clone());
+        Ok(lists)
+    }
+}

@@ -1,0 +1,283 @@
+//! Pictures made by compute passes: beside the rasterizer's, their lists beside a twin and the truth, and where lists are too short.
+
+#![cfg(feature = "program")]
+
+mod support;
+
+use glam::{DVec2, DVec3};
+use gobo::consume::{Lighting, PainterKind, Pictures, Renderer, Shading, Tiled};
+use gobo::gpu::Context;
+use gobo::reference::twin::painter::{lists, parts};
+use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show, View};
+use gobo::technique::{Entry, REGISTRY, Technique, open};
+use gobo::world::World;
+use gobo::{Error, Result};
+use support::{built, gpu_test, ran, scenes, some, spec, those_that_run};
+
+const SIZE: [u32; 2] = [75, 52];
+const PAINTERS: [PainterKind; 2] = [PainterKind::Raster, PainterKind::Compute];
+
+fn camera(scene: &Scene) -> View {
+    View::camera(&scene.camera, scene, SIZE)
+}
+
+/// Pictures of a world by each painter.
+fn renderers(context: &Context, world: &World, camera: &View) -> [Renderer; 2] {
+    PAINTERS.map(|painter| {
+        let mut renderer = Renderer::new(context, world, camera).expect("a renderer");
+        renderer.paint_by(Some(painter));
+        renderer
+    })
+}
+
+/// A scene's picture by each painter.
+fn both(context: &Context, scene: &Scene, technique: &dyn Technique, shading: Shading) -> [Picture; 2] {
+    let world = World::new(context, scene).expect("room");
+    let draw = |r: Renderer| r.picture_of(technique, shading, Lighting::Fragment).expect("drawn");
+    renderers(context, &world, &camera(scene)).map(draw)
+}
+
+/// Compares two pictures: the mean difference is that of rounding, and so is each pixel's but for so many. Those may be pixels through whose
+/// middle a triangle's edge runs, which one rasterizer counts in and the other not.
+fn alike(context: &Context, [a, b]: &[Picture; 2], left_out: usize, what: &str) {
+    // Of f32 over many layers, or of half floats where the device blends no others. A sphere's opacity rises at its edge as a square root.
+    let [mean, most] = if context.features().float32_blend { [1e-5, 5e-4] } else { [2e-3, 2e-2] };
+    let pixel = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max);
+    let mut all: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(pixel).collect();
+    assert!(all.iter().all(|d| d.is_finite()), "{what}");
+    all.sort_by(f32::total_cmp);
+    let all = &all[..all.len() - left_out];
+    let (worst, sum) = (all[all.len() - 1], all.iter().sum::<f32>() / all.len() as f32);
+    assert!(worst <= most && sum <= mean, "{what}: {worst} at most, {sum} on average");
+}
+
+/// Smoke, hair and splats among meshes, under a light of each kind.
+fn mixed() -> Scene {
+    let mut scene = scenes::opaque();
+    scene.particles.extend(scenes::random().particles);
+    scene.gaussians = scenes::splats().gaussians;
+    scene.strands = scenes::strands().strands;
+    let at = DVec3::new(1.5, -1.0, 3.0);
+    let far = f64::INFINITY;
+    scene.lights.push(Light { kind: LightKind::Point { position: at }, radiance: [0.4, 0.2, 0.1], radius: far });
+    scene.name = "mixed".into();
+    scene
+}
+
+/// From within the smoke.
+fn within() -> Scene {
+    let mut scene = scenes::random();
+    scene.camera = Camera { position: DVec3::new(0.05, 0.0, 0.1), ..scene.camera };
+    scene.name = "within".into();
+    scene
+}
+
+/// The spec by which a technique casts all that it can, small.
+fn small(entry: &&Entry) -> String {
+    let has_size = entry.keys.iter().any(|key| key.name == "size");
+    if has_size { format!("{}:size=64", entry.name) } else { entry.name.into() }
+}
+
+/// Every technique, in smoke alone and among all that there is, from outside and from within.
+#[test]
+fn both_painters_make_one_picture() {
+    const TEST: &str = "both_painters_make_one_picture";
+    gpu_test(TEST, |context| {
+        let mut count = 0;
+        for scene in [mixed(), scenes::nested(), within()] {
+            let world = World::new(context, &scene).expect("room");
+            let specs: Vec<String> = REGISTRY.iter().filter(|entry| entry.name != "half-angle").map(small).collect();
+            for text in those_that_run(TEST, context, some(specs.iter().map(String::as_str), 6)) {
+                let mut technique = match open(context, &world, &spec(text)) {
+                    // One light at most, or smoke that it does not see.
+                    Err(Error::Refused { .. }) => continue,
+                    opened => opened.expect(text),
+                };
+                technique.build(&world).expect(text);
+                let pictures = both(context, &scene, technique.technique.as_ref(), Shading::Forward);
+                let edges = if scene.meshes.is_empty() { 0 } else { 8 };
+                alike(context, &pictures, edges, &format!("{text} in {}", scene.name));
+                count += 1;
+            }
+        }
+        assert!(count >= 10, "{count} pictures");
+    });
+}
+
+/// Meshes in each shading, smoke that takes colors, volumes among casters, and fog over it.
+#[test]
+fn both_painters_shade_alike() {
+    gpu_test("both_painters_shade_alike", |context| {
+        let scene = mixed();
+        let technique = built(context, &scene, "layers:size=64");
+        for shading in [Shading::Deferred, Shading::Tiled(Tiled::BARE), Shading::Interleaved] {
+            let pictures = both(context, &scene, technique.as_ref(), shading);
+            // A pixel that sees another surface has other neighbours, over whose light it is averaged.
+            alike(context, &pictures, if shading == Shading::Interleaved { 80 } else { 8 }, &format!("{shading:?}"));
+        }
+        let mut inks = mixed();
+        inks.extinction_ratio = [1.0, 0.5, 2.0];
+        let technique = built(context, &inks, "layers:size=64");
+        alike(context, &both(context, &inks, technique.as_ref(), Shading::Forward), 8, "colors");
+        let world = World::new(context, &scene).expect("room");
+        let technique = built(context, &scene, "avsm:size=64");
+        let foggy = renderers(context, &world, &camera(&scene)).map(|renderer| {
+            renderer.picture(&technique.answer(), Shading::Forward, Lighting::Fragment).expect("drawn");
+            renderer.fog(&technique.answer(), &Fog::new(0.05, 16).expect("fog")).expect("fog");
+            renderer.read().expect("read")
+        });
+        alike(context, &foggy, 8, "fog");
+    });
+}
+
+/// Pictures for people: sky, smooth normals, several samples.
+#[test]
+fn both_painters_show_alike() {
+    gpu_test("both_painters_show_alike", |context| {
+        let scene = mixed();
+        let world = World::new(context, &scene).expect("room");
+        let technique = built(context, &scene, "avsm:size=64");
+        let pictures = PAINTERS.map(|painter| {
+            let show = Show::new(4, 0.0).expect("samples");
+            let mut pictures = Pictures::new(context, &world, &scene, SIZE, Some(show)).expect("pictures");
+            pictures.renderer.paint_by(Some(painter));
+            pictures.renderer.picture_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("drawn");
+            pictures.read().expect("read")
+        });
+        alike(context, &pictures, 16, "shown");
+    });
+}
+
+/// A picture painted by compute, its lists cut into parts of at least so many casters.
+fn cut(context: &Context, scene: &Scene, technique: &dyn Technique, least: u32) -> (Renderer, Picture) {
+    let world = World::new(context, scene).expect("room");
+    let [_, mut renderer] = renderers(context, &world, &camera(scene));
+    renderer.cut_lists(least);
+    let picture = renderer.picture_of(technique, Shading::Forward, Lighting::Fragment).expect("drawn");
+    (renderer, picture)
+}
+
+/// Lists and parts equal their twin. A pixel's parts put over each other are the pixel, however long parts are.
+#[test]
+fn parts_make_the_whole() {
+    gpu_test("parts_make_the_whole", |context| {
+        for scene in [mixed(), scenes::random(), scenes::strands(), scenes::splats(), within()] {
+            let technique = built(context, &scene, "avsm:size=64");
+            let whole = cut(context, &scene, technique.as_ref(), 1 << 20);
+            for least in [1, 3, 16] {
+                let (renderer, picture) = cut(context, &scene, technique.as_ref(), least);
+                let (seen, order) = renderer.lists_seen().expect("read").expect("lists");
+                let twin = lists(SIZE, &seen.boxes, &order);
+                assert!(seen.lists == twin, "{}: lists", scene.name);
+                let all = twin.iter().map(Vec::len).sum::<usize>() as u32;
+                assert_eq!((seen.totals.entries, seen.totals.wanted), (all, all));
+                for (tile, list) in (0..).zip(&twin) {
+                    let mut numbers: Vec<_> = seen.parts.iter().filter(|p| p.tile == tile).map(|p| p.number).collect();
+                    numbers.sort_unstable();
+                    let count = parts(list.len() as u32, all, [least, 8192]);
+                    assert!(numbers.into_iter().eq(0..count), "{}: parts of tile {tile}", scene.name);
+                }
+                alike(context, &[whole.1.clone(), picture], 0, &format!("{} in parts of {least}", scene.name));
+            }
+        }
+    });
+}
+
+/// A sphere's box holds each pixel whose ray meets the sphere, and has at most one pixel more on each side.
+#[test]
+fn boxes_hold_what_is_seen() {
+    gpu_test("boxes_hold_what_is_seen", |context| {
+        let scene = scenes::random();
+        let technique = built(context, &scene, "none");
+        let (renderer, _) = cut(context, &scene, technique.as_ref(), 16);
+        let (seen, _) = renderer.lists_seen().expect("read").expect("lists");
+        let view = camera(&scene);
+        for (particle, found) in scene.particles.iter().zip(&seen.boxes) {
+            let centre = DVec3::from(particle.position.map(f64::from));
+            let meets = |x: u32, y: u32| {
+                let ray = view.ray(DVec2::new(f64::from(x), f64::from(y)) + 0.5);
+                let way = ray.direction.normalize();
+                let offset = centre - ray.origin;
+                (offset - offset.dot(way) * way).length() < f64::from(particle.radius)
+            };
+            let pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+            let within: Vec<_> = pixels.filter(|&(x, y)| meets(x, y)).collect();
+            let [[left, top], [right, bottom]] = found.map(|word| [word & 0xFFFF, word >> 16]);
+            assert!(within.iter().all(|&(x, y)| (left..=right).contains(&x) && (top..=bottom).contains(&y)));
+            let Some(low) = within.iter().map(|p| p.0).min() else { continue };
+            let high = within.iter().map(|p| p.0).max().unwrap_or(low);
+            assert!(low - left <= 1 && right - high <= 1, "{low} to {high}, and the box is {left} to {right}");
+        }
+    });
+}
+
+/// So many large spheres that the first lists are too short.
+fn crowded() -> Scene {
+    let sphere = |i: u16| Particle { position: [0.0, 0.0, 0.01 * f32::from(i)], radius: 3.0, extinction: 0.01 };
+    let mut scene = scenes::directional("crowded", [0.3, 0.2, -0.9], (0..300).map(sphere).collect());
+    scene.camera = Camera { position: DVec3::new(0.0, -9.0, 1.0), ..scene.camera };
+    scene
+}
+
+/// Where lists are too short, a picture that is waited for has all casters all the same. A recorded one says that it lacks some, and the
+/// next one has them.
+#[test]
+fn lists_grow() {
+    gpu_test("lists_grow", |context| {
+        let scene = crowded();
+        let technique = built(context, &scene, "none");
+        let pictures = both(context, &scene, technique.as_ref(), Shading::Forward);
+        alike(context, &pictures, 0, "waited for");
+        let world = World::new(context, &scene).expect("room");
+        let [_, renderer] = renderers(context, &world, &camera(&scene));
+        let kernels = renderer.kernels_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("kernels");
+        let record = || -> Result<bool> {
+            let frame = ran(context, |commands| renderer.record(commands, &kernels).expect("recorded"));
+            renderer.settle(&kernels, frame)
+        };
+        assert!(!record().expect("ran"), "the lists had room");
+        assert!(record().expect("ran"), "the lists have not grown");
+        alike(context, &[pictures[0].clone(), renderer.read().expect("read")], 0, "recorded");
+    });
+}
+
+/// What the rasterizer alone draws is refused where compute passes are asked for by name.
+#[test]
+fn vertices_and_slices_are_the_rasterizers() {
+    gpu_test("vertices_and_slices_are_the_rasterizers", |context| {
+        let scene = scenes::random();
+        let world = World::new(context, &scene).expect("room");
+        let [_, renderer] = renderers(context, &world, &camera(&scene));
+        let refused =
+            |result: Result<_>| matches!(result, Err(Error::Refused { needs }) if needs.contains("painter=raster"));
+        let answer = built(context, &scene, "none");
+        if context.features().tessellation_shader {
+            let vertices = Lighting::Vertex { spacing: 8.0 };
+            assert!(refused(renderer.kernels(&answer.answer(), Shading::Forward, vertices).map(drop)));
+        }
+        let slices = built(context, &scene, "half-angle:size=64");
+        assert!(refused(renderer.kernels_of(slices.as_ref(), Shading::Forward, Lighting::Fragment).map(drop)));
+    });
+}
+
+/// Spheres in planes across the view, so that many are equally far away, in any order: one picture, to the bit.
+#[test]
+fn it_does_not_matter_how_casters_are_listed() {
+    gpu_test("it_does_not_matter_how_casters_are_listed", |context| {
+        let at = |i: u16| [i % 9, i / 9 % 9, i / 81].map(|place| 0.125 * f32::from(place) - 0.5);
+        let sphere = |i: u16| Particle { position: at(i), radius: 0.25, extinction: 0.5 + f32::from(i % 7) };
+        let mut scene = scenes::directional("planes", [0.3, 0.2, -0.9], (0..729).map(sphere).collect());
+        let (position, target) = (4.0 * DVec3::Z, DVec3::ZERO);
+        scene.camera = Camera { position, target, up: DVec3::Y, fov_y_degrees: 30.0 };
+        let technique = built(context, &scene, "none");
+        let listed = both(context, &scene, technique.as_ref(), Shading::Forward);
+        let mut random = scenes::Random::new(3);
+        for last in (1..scene.particles.len()).rev() {
+            scene.particles.swap(last, random.between(0.0, last as f32) as usize);
+        }
+        let shuffled = both(context, &scene, technique.as_ref(), Shading::Forward);
+        for (listed, shuffled) in listed.iter().zip(&shuffled) {
+            assert!(listed.pixels == shuffled.pixels, "the order of a file shows in the picture");
+        }
+    });
+}
