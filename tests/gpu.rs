@@ -20,6 +20,8 @@ mod limits;
 #[path = "gpu/profile.rs"]
 mod profile;
 
+#[path = "gpu/raster_worth.rs"]
+mod raster_worth;
 #[path = "gpu/stages.rs"]
 mod stages;
 

@@ -3,7 +3,7 @@
 use super::say;
 use crate::Result;
 use crate::gpu::{Context, Features, Options, Requirement, devices};
-use crate::measure::{StageRates, stage_rates};
+use crate::measure::{RasterWork, StageRates, raster_worth, stage_rates};
 use crate::technique::{Entry, REGISTRY};
 use clap::Args;
 use serde_json::json;
@@ -14,6 +14,10 @@ pub struct Arguments {
     /// All facts as JSON
     #[arg(long)]
     json: bool,
+
+    /// What each device's rasterizer is worth: the same work drawn and in compute
+    #[arg(long)]
+    raster: bool,
 }
 
 /// Requirements of options that all techniques have, besides those of their paths.
@@ -38,8 +42,48 @@ fn stages(index: usize) -> Result<Option<StageRates>> {
     stage_rates(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
 }
 
+/// What the rasterizer of the device of this index is worth.
+fn worth(index: usize) -> Result<Vec<RasterWork>> {
+    raster_worth(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
+}
+
+/// One kind of work: `blending 16 layers  0.123 ms drawn, 0.045 ms computed: 2.7 times as long`.
+fn worth_line(work: &RasterWork) -> String {
+    let ms = |ns: Option<f64>| ns.map(|ns| format!("{:.4} ms", 1e-6 * ns));
+    let times = match (ms(work.raster_ns), ms(work.compute_ns)) {
+        (Some(drawn), Some(computed)) => format!("{drawn} drawn, {computed} computed: "),
+        _ => String::new(),
+    };
+    match (work.needs, work.ratio) {
+        (Some(needs), _) => format!("{:<26} needs {needs}", work.name),
+        (None, Some(ratio)) => format!("{:<26} {times}{ratio:.2} times as long", work.name),
+        (None, None) => format!("{:<26} not timed: the device has no timestamps", work.name),
+    }
+}
+
+/// Prints what each device's rasterizer is worth.
+fn say_worth(all: &[Features], json: bool) -> Result<ExitCode> {
+    if json {
+        let of = |(index, features): (usize, &Features)| {
+            Ok(json!({ "index": index, "facts": features, "raster": worth(index)? }))
+        };
+        say(serde_json::Value::from(all.iter().enumerate().map(of).collect::<Result<Vec<_>>>()?))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    for (index, features) in all.iter().enumerate() {
+        say(format!("{index}  {} ({}, {}, Vulkan {})", features.name, features.kind, features.driver, features.api))?;
+        for work in worth(index)? {
+            say(format!("     {}", worth_line(&work)))?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let all = devices()?;
+    if arguments.raster {
+        return say_worth(&all, arguments.json);
+    }
     if arguments.json {
         let list: Vec<_> = all
             .iter()

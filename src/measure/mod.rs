@@ -20,6 +20,7 @@ mod picture_error;
 mod points;
 mod prepare;
 mod rank;
+mod raster_worth;
 mod repeats;
 mod results;
 mod seen;
@@ -50,6 +51,7 @@ pub use light_ray::{LightRay, RayLine, RayPoints, telling_texel};
 pub(crate) use passes::frame_ns;
 pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use rank::spearman;
+pub use raster_worth::{LAYERS, LayerWay, LayeredPictures, OPACITY, RasterWork, raster_worth};
 pub use results::{
     DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
 };

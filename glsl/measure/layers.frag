@@ -1,0 +1,8 @@
+#version 460
+// A layer's colour, to be blended. Inputs: the layer, push constants. Output: colour.
+#include "measure/layers.glsl"
+
+layout(location = 0) flat in uint layer;
+layout(location = 0) out vec4 color;
+
+void main() { color = layer_color(layer); }
