@@ -40,7 +40,7 @@ fn both(context: &Context, scene: &Scene, technique: &dyn Technique, shading: Sh
 /// Compares two pictures: the mean difference is that of rounding, and so is each pixel's but for so many. Those may be pixels through whose
 /// middle a triangle's edge runs, which one rasterizer counts in and the other not.
 fn alike(context: &Context, [a, b]: &[Picture; 2], left_out: usize, what: &str) {
-    // Of f32 over many layers, or of half floats where the device blends no others. A sphere's opacity rises at its edge as a square root.
+    // Rounding of f32 over many layers, or of half floats where the device blends no others. A sphere's opacity rises at its edge as a square root.
     let [mean, most] = if context.features().float32_blend { [1e-5, 5e-4] } else { [2e-3, 2e-2] };
     let pixel = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max);
     let mut all: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(pixel).collect();

@@ -93,7 +93,7 @@ impl Blending {
         self.stale.set(self.casters > 0);
     }
 
-    /// Of the casters those at the places `part` of the order, and the volumes that come before one of these, or behind the last of all.
+    /// The casters at the places `part` of the order, and the volumes that come before one of these, or behind the last of all.
     pub fn within(&self, part: &Range<u32>) -> impl Iterator<Item = Blended> {
         let (part, casters, mut behind) = (part.clone(), self.casters, 0);
         self.runs.iter().filter_map(move |next| match next {

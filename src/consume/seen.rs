@@ -32,7 +32,7 @@ impl Renderer {
         Ok(Some((seen, self.blending.order.read(casters as usize)?)))
     }
 
-    /// Bytes of the lists of casters that compute passes paint, and of what parts of them look like; none where no such kernels were made.
+    /// Bytes of the lists of casters that compute passes paint, with the layers of their parts; none where no such kernels were made.
     pub fn lists_bytes(&self) -> Option<u64> {
         self.lists.borrow().as_ref().map(|lists| lists.borrow().bytes())
     }

@@ -40,7 +40,7 @@ fn choices(page: &str) -> Vec<Choice<'_>> {
         for line in recipe.lines().filter(|line| line.starts_with("scene=")) {
             let cells: Vec<&str> = line.split(" | ").map(str::trim).collect();
             let [scene, need, budget, shown, named, ..] = cells[..] else { panic!("{line}") };
-            let name = line.split("{compute ").nth(1).and_then(|rest| rest.split('}').next()).expect(line);
+            let name = line.split("{cost ").nth(1).and_then(|rest| rest.split('}').next()).expect(line);
             let (spec, path) = shorts[name];
             let (folder, file) = path.split_once('/').expect(path);
             let scene = scene.trim_start_matches("scene=");
@@ -96,7 +96,7 @@ fn no_row_beats_a_choice() {
     let choices = choices(&page);
     for choice in &choices {
         let Choice { need, budget, spec, scene, folder, file } = *choice;
-        let columns = ["compute", "seen_mean", "resident"];
+        let columns = ["painted", "seen_mean", "resident"];
         let in_folder = std::fs::read_dir(root.join("results").join(folder)).expect(folder);
         let names = in_folder
             .filter_map(|entry| entry.expect("an entry").file_name().to_str()?.strip_suffix(".csv").map(str::to_owned));

@@ -62,6 +62,12 @@ impl Rows {
             "draw" => ms("draw_median_ns"),
             "frame" => ms("frame_ns"),
             "look-up" => ms("lookup_median_ns_per_million"),
+            "cost" => ms("cost_ns"),
+            // The cost of a row whose picture is painted in compute, and whose build does not draw.
+            "painted" => match row.get("painter").map(String::as_str) {
+                Some("compute") if row["marks"].is_empty() => ms("cost_ns"),
+                _ => Err(format!("{} is drawn", row["variant"])),
+            },
             // A build and a million look-ups, where neither draws; look-ups alone of a bake.
             "compute" => match row.get("path").map(String::as_str) {
                 Some("raster" | "two-pass" | "interlock" | "raster-order" | "list") => {

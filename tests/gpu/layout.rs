@@ -8,7 +8,7 @@
 
 use super::support::spirv::without_constant_choices;
 use gobo::consume::many_lights::{FrameData, QueueData};
-use gobo::consume::{FieldData, ReservoirData, SlotData};
+use gobo::consume::{FieldData, PaintTotals, PartData, ReservoirData, SlotData};
 use gobo::gpu::Shader;
 use gobo::grid::{GridData, ListTotals};
 use gobo::lights::indirect::ViewPointData;
@@ -74,6 +74,24 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("IsmPoints", twin!(PointsData, scale, total, radius, area)),
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),
+        ("Part", twin!(PartData, tile, number, count, slot)),
+        (
+            "PaintTotals",
+            twin!(
+                PaintTotals,
+                entries,
+                entry_groups,
+                wanted,
+                most_wanted,
+                sorted,
+                part_entries,
+                slots,
+                parts,
+                part_groups,
+                split,
+                split_groups
+            ),
+        ),
         (
             "BinTotals",
             twin!(
@@ -267,6 +285,7 @@ fn rust_name(ty: &Type) -> String {
         Type::Scalar(ScalarType::Float { bits: 32 }) => "f32".into(),
         Type::Scalar(ScalarType::Integer { bits: 32, is_signed: false }) => "u32".into(),
         Type::Scalar(ScalarType::Integer { bits: 32, is_signed: true }) => "i32".into(),
+        Type::Scalar(ScalarType::Integer { bits: 64, is_signed: false }) => "u64".into(),
         Type::Vector(v) => format!("[{}; {}]", rust_name(&Type::Scalar(v.scalar_ty.clone())), v.nscalar),
         Type::Array(a) => {
             let (stride, size) = (a.stride.expect("a stride"), size(&a.element_ty));
@@ -280,6 +299,7 @@ fn rust_name(ty: &Type) -> String {
 /// Bytes of a type, padding between and not after members counted.
 fn size(ty: &Type) -> usize {
     match ty {
+        Type::Scalar(ScalarType::Integer { bits, .. }) => *bits as usize / 8,
         Type::Scalar(_) => 4,
         Type::Vector(v) => 4 * v.nscalar as usize,
         Type::Array(a) => a.stride.expect("a stride") * a.nelement.expect("a length") as usize,
@@ -301,6 +321,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
             "float" => "f32",
             "int" => "i32",
             "uint" => "u32",
+            "uint64_t" => "u64",
             "uvec2" => "[u32; 2]",
             "uvec3" => "[u32; 3]",
             "uvec4" => "[u32; 4]",

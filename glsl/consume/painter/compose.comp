@@ -23,9 +23,9 @@ void main() {
     }
     vec3 color = vec3(0.0), left = vec3(1.0);
     for (uint i = tile.count; i-- > 0u && is_seen(left);) {
-        Layer layer = layers[(tile.slot + i) * TILE_PIXELS + thread];
-        color += left * layer.color;
-        left *= layer.left;
+        uint at = 2u * ((tile.slot + i) * TILE_PIXELS + thread);
+        color += left * layers[at];
+        left *= layers[at + 1u];
     }
     vec4 behind = imageLoad(colors, ivec2(pixel));
     imageStore(colors, ivec2(pixel), vec4(color + left * behind.rgb, behind.a));

@@ -14,7 +14,7 @@ LIST_RANGES
 shared uint sum;
 
 // The pixels whose centres are within a caster's bounds.
-PixelBox pixels_of(View camera, Caster caster) {
+uvec2 pixels_of(View camera, Caster caster) {
     vec2 low, high, pixels = vec2(size);
     if (!caster_bounds(camera, caster, low, high)) {
         return NO_PIXELS;
@@ -25,14 +25,14 @@ PixelBox pixels_of(View camera, Caster caster) {
         return NO_PIXELS;
     }
     uvec2 low_pixel = uvec2(first), high_pixel = uvec2(last);
-    return PixelBox(low_pixel.x | low_pixel.y << 16u, high_pixel.x | high_pixel.y << 16u);
+    return uvec2(low_pixel.x | low_pixel.y << 16u, high_pixel.x | high_pixel.y << 16u);
 }
 
 void main() {
     uint thread = gl_LocalInvocationIndex, i = list_group() * LIST_THREADS + thread;
     uvec2 tiles = tile_counts();
     for (uint tile = i; tile < tiles.x * tiles.y; tile += gl_NumWorkGroups.x * gl_NumWorkGroups.y * LIST_THREADS) {
-        ranges[tile] = TileRange(0u, 0u);
+        ranges[tile] = uvec2(0u);
     }
     if (thread == 0u) {
         sum = 0u;
@@ -40,7 +40,7 @@ void main() {
     barrier();
     if (i < count) {
         uint caster = order[first + i];
-        PixelBox box = pixels_of(list_camera(), casters[caster]);
+        uvec2 box = pixels_of(list_camera(), casters[caster]);
         boxes[caster] = box;
         uvec2 tile, reached;
         tiles_of(box, tile, reached);

@@ -8,16 +8,17 @@
 #define LIST_CASTERS layout(set = 0, binding = 0, scalar) readonly buffer Casters { Caster casters[]; };
 // Casters, far to near.
 #define LIST_ORDER layout(set = 0, binding = 1, scalar) readonly buffer Order { uint order[]; };
-// By caster.
-#define LIST_BOXES layout(set = 0, binding = 2, scalar) buffer Boxes { PixelBox boxes[]; };
+// By caster: see NO_PIXELS.
+#define LIST_BOXES layout(set = 0, binding = 2, scalar) buffer Boxes { uvec2 boxes[]; };
 // Entries of each workgroup's casters; then of those before.
 #define LIST_SUMS layout(set = 0, binding = 3, scalar) buffer Sums { uint sums[]; };
 #define LIST_ITEMS layout(set = 0, binding = 4, scalar) buffer Items { Item items[]; };
-#define LIST_RANGES layout(set = 0, binding = 5, scalar) buffer Ranges { TileRange ranges[]; };
+// Where the entries of each tile begin and end.
+#define LIST_RANGES layout(set = 0, binding = 5, scalar) buffer Ranges { uvec2 ranges[]; };
 #define LIST_PARTS layout(set = 0, binding = 6, scalar) writeonly buffer Parts { Part parts[]; };
 // The first part of each tile of several.
 #define LIST_SPLITS layout(set = 0, binding = 7, scalar) writeonly buffer Splits { Part splits[]; };
-#define LIST_TOTALS layout(set = 0, binding = 8, scalar) buffer Totals { ListTotals totals; };
+#define LIST_TOTALS layout(set = 0, binding = 8, scalar) buffer Totals { PaintTotals totals; };
 
 layout(push_constant, scalar) uniform ListPush {
     vec3 origin;  // of the camera; its axes and size below

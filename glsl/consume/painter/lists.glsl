@@ -10,18 +10,6 @@ struct Item {
     uint index;  // the caster
 };
 
-// The pixels that a caster may cover, low to high, both included: x in the lower 16 bits, y in the upper ones. None where low is beyond high.
-struct PixelBox {
-    uint low;
-    uint high;
-};
-
-// Where the entries of a tile are.
-struct TileRange {
-    uint start;
-    uint end;
-};
-
 // A part of a tile's list that one workgroup paints. Twin: consume::PartData.
 struct Part {
     uint tile;
@@ -30,13 +18,11 @@ struct Part {
     uint slot;    // where the layer of the tile's first part is kept, where there are several parts
 };
 
-// Twin: consume::ListTotals.
-struct ListTotals {
+// Twin: consume::PaintTotals.
+struct PaintTotals {
     uint entries;  // as far as there is room
     // VkDispatchIndirectCommand: a workgroup per ENTRY_BLOCK entries.
-    uint entry_groups_x;
-    uint entry_groups_y;
-    uint entry_groups_z;
+    uint entry_groups[3];
     uint wanted;        // entries, with room or not
     uint most_wanted;   // of all lists of the frame
     uint sorted;        // where the sorted ones begin
@@ -44,14 +30,10 @@ struct ListTotals {
     uint slots;         // layers that are kept
     uint parts;
     // VkDispatchIndirectCommand: rows of PART_GROUPS workgroups, one per part.
-    uint part_groups_x;
-    uint part_groups_y;
-    uint part_groups_z;
+    uint part_groups[3];
     uint split;  // tiles of several parts
     // VkDispatchIndirectCommand: likewise, one per tile of several parts.
-    uint split_groups_x;
-    uint split_groups_y;
-    uint split_groups_z;
+    uint split_groups[3];
 };
 
 // Pixels per side of a tile. Twin: TILE.
@@ -64,13 +46,15 @@ const uint PART_GROUPS = 64u;
 CONSTANT(uint, SORT_BLOCK, 512u)
 const uint ENTRY_BLOCK = SORT_BLOCK;
 const uint NO_SLOT = 0xFFFFFFFFu;
-const PixelBox NO_PIXELS = PixelBox(1u, 0u);
+// The box of a caster that covers no pixel. A box is the first and the last pixel that a caster may cover, both included, in a word each: x in
+// the lower 16 bits, y in the upper ones.
+const uvec2 NO_PIXELS = uvec2(1u, 0u);
 
 uvec2 both(uint word) { return uvec2(word & 0xFFFFu, word >> 16u); }
 
 // The first tile that a box reaches, and how many tiles across and down; 0 for none.
-void tiles_of(PixelBox box, out uvec2 first, out uvec2 count) {
-    uvec2 low = both(box.low), high = both(box.high);
+void tiles_of(uvec2 box, out uvec2 first, out uvec2 count) {
+    uvec2 low = both(box.x), high = both(box.y);
     first = low / PAINT_TILE;
     count = low.x > high.x ? uvec2(0u) : high / PAINT_TILE - first + 1u;
 }

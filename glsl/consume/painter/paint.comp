@@ -32,12 +32,11 @@ CONSTANT(bool, STAGED, true)
 // Whether neighbouring parts are painted at different times.
 CONSTANT(bool, SPREAD, false)
 
-const uint STAGE = STAGED ? TILE_PIXELS : 1u;
 // Casters on stage: the pixels that they may cover; places and radii; axes and densities; numbers.
-shared PixelBox staged_boxes[STAGE];
-shared vec4 staged_places[STAGE];
-shared vec4 staged_axes[STAGE];
-shared uint staged_numbers[STAGE];
+shared uvec2 staged_boxes[TILE_PIXELS];
+shared vec4 staged_places[TILE_PIXELS];
+shared vec4 staged_axes[TILE_PIXELS];
+shared uint staged_numbers[TILE_PIXELS];
 // Not 0 while some pixel sees what is behind the stage.
 shared uint seeing;
 
@@ -60,13 +59,8 @@ Caster listed_caster(uint i, uint number) {
 }
 
 bool may_cover(uint i, uint number, uvec2 pixel) {
-    PixelBox box = NO_PIXELS;
-    if (STAGED) {
-        box = staged_boxes[i];
-    } else {
-        box = boxes[number];
-    }
-    return all(greaterThanEqual(pixel, both(box.low))) && all(lessThanEqual(pixel, both(box.high)));
+    uvec2 box = STAGED ? staged_boxes[i] : boxes[number];
+    return all(greaterThanEqual(pixel, both(box.x))) && all(lessThanEqual(pixel, both(box.y)));
 }
 
 // Where threads take a row of workgroups each (llvmpipe), each gets parts from all over the picture.
@@ -120,10 +114,10 @@ void main() {
         return;
     }
     Part part = parts[paint_order(listed, totals.parts)];
-    TileRange range = ranges[part.tile];
+    uvec2 range = ranges[part.tile];
     // The first parts are longer by one, where lengths differ.
-    uint each = (range.end - range.start) / part.count, longer = (range.end - range.start) % part.count;
-    uint start = range.start + part.number * each + min(part.number, longer);
+    uint each = (range.y - range.x) / part.count, longer = (range.y - range.x) % part.count;
+    uint start = range.x + part.number * each + min(part.number, longer);
     uint length_left = each + uint(part.number < longer);
     View camera = pushed_camera();
     uvec2 pixel = tile_pixel(size, part.tile, thread);
@@ -159,7 +153,9 @@ void main() {
         return;
     }
     if (part.slot != NO_SLOT) {
-        layers[(part.slot + part.number) * TILE_PIXELS + thread] = Layer(color, left);
+        uint at = 2u * ((part.slot + part.number) * TILE_PIXELS + thread);
+        layers[at] = color;
+        layers[at + 1u] = left;
     } else {
         vec4 behind = imageLoad(colors, ivec2(pixel));
         imageStore(colors, ivec2(pixel), vec4(color + left * behind.rgb, behind.a));

@@ -16,17 +16,17 @@ void main() {
     if (tile >= tiles.x * tiles.y) {
         return;
     }
-    uint entries = ranges[tile].end - ranges[tile].start;
+    uint entries = ranges[tile].y - ranges[tile].x;
     if (entries == 0u) {
         return;
     }
     uint cut = (entries + totals.part_entries - 1u) / totals.part_entries;
     uint at = atomicAdd(totals.parts, cut), slot = NO_SLOT;
-    atomicMax(totals.part_groups_y, (at + cut + PART_GROUPS - 1u) / PART_GROUPS);
+    atomicMax(totals.part_groups[1], (at + cut + PART_GROUPS - 1u) / PART_GROUPS);
     if (cut > 1u) {
         slot = atomicAdd(totals.slots, cut);
         uint split = atomicAdd(totals.split, 1u);
-        atomicMax(totals.split_groups_y, split / PART_GROUPS + 1u);
+        atomicMax(totals.split_groups[1], split / PART_GROUPS + 1u);
         splits[split] = Part(tile, 0u, cut, slot);
     }
     for (uint i = 0u; i < cut; ++i) {

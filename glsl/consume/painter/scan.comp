@@ -38,21 +38,21 @@ void main() {
     if (thread == LIST_THREADS - 1u) {
         uint entries = min(sum, capacity), blocks = (entries + ENTRY_BLOCK - 1u) / ENTRY_BLOCK, rows = (blocks + 65534u) / 65535u;
         totals.entries = entries;
-        totals.entry_groups_x = min(blocks, 65535u);
-        totals.entry_groups_y = max(rows, 1u);
-        totals.entry_groups_z = 1u;
+        totals.entry_groups[0] = min(blocks, 65535u);
+        totals.entry_groups[1] = max(rows, 1u);
+        totals.entry_groups[2] = 1u;
         totals.wanted = sum;
         totals.most_wanted = is_first != 0u ? sum : max(totals.most_wanted, sum);
         totals.sorted = sorted;
         totals.part_entries = max(least_part, (entries + most_parts - 1u) / most_parts);
         totals.slots = 0u;
         totals.parts = 0u;
-        totals.part_groups_x = PART_GROUPS;
-        totals.part_groups_y = 0u;
-        totals.part_groups_z = 1u;
+        totals.part_groups[0] = PART_GROUPS;
+        totals.part_groups[1] = 0u;
+        totals.part_groups[2] = 1u;
         totals.split = 0u;
-        totals.split_groups_x = PART_GROUPS;
-        totals.split_groups_y = 0u;
-        totals.split_groups_z = 1u;
+        totals.split_groups[0] = PART_GROUPS;
+        totals.split_groups[1] = 0u;
+        totals.split_groups[2] = 1u;
     }
 }

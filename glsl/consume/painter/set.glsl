@@ -4,25 +4,20 @@
 #define CONSUME_PAINTER_SET_GLSL
 #include "consume/painter/lists.glsl"
 
-// What a part of a tile's list looks like at a pixel: premultiplied color, and the light that it lets through.
-struct Layer {
-    vec3 color;
-    vec3 left;
-};
-
 #define PAINTED_LIGHTS layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 #define PAINTED_CASTERS layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 #define PAINTED_SPLATS layout(set = 0, binding = 2, scalar) readonly buffer Splats { uint splats[]; };
 #define PAINTED_ITEMS layout(set = 0, binding = 3, scalar) readonly buffer Items { Item items[]; };
-#define PAINTED_RANGES layout(set = 0, binding = 4, scalar) readonly buffer Ranges { TileRange ranges[]; };
+#define PAINTED_RANGES layout(set = 0, binding = 4, scalar) readonly buffer Ranges { uvec2 ranges[]; };
 #define PAINTED_PARTS layout(set = 0, binding = 5, scalar) readonly buffer Parts { Part parts[]; };
 #define PAINTED_SPLITS layout(set = 0, binding = 6, scalar) readonly buffer Splits { Part splits[]; };
-#define PAINTED_TOTALS layout(set = 0, binding = 7, scalar) readonly buffer Totals { ListTotals totals; };
-// 64 per slot: the pixels of a tile, row by row.
-#define PAINTED_LAYERS layout(set = 0, binding = 8, scalar) buffer Layers { Layer layers[]; };
+#define PAINTED_TOTALS layout(set = 0, binding = 7, scalar) readonly buffer Totals { PaintTotals totals; };
+// What parts of tiles' lists look like. 64 pairs per slot, the pixels of a tile row by row: premultiplied color, and the light that is let
+// through.
+#define PAINTED_LAYERS layout(set = 0, binding = 8, scalar) buffer Layers { vec3 layers[]; };
 
 // By caster.
-#define PAINTED_BOXES layout(set = 0, binding = 9, scalar) readonly buffer Boxes { PixelBox boxes[]; };
+#define PAINTED_BOXES layout(set = 0, binding = 9, scalar) readonly buffer Boxes { uvec2 boxes[]; };
 
 const uint TILE_PIXELS = PAINT_TILE * PAINT_TILE;
 

@@ -14,10 +14,10 @@ void main() {
     for (uint e = begin + gl_LocalInvocationIndex; e < end; e += LIST_THREADS) {
         uint tile = items[sorted + e].key;
         if (e == 0u || items[sorted + e - 1u].key != tile) {
-            ranges[tile].start = e;
+            ranges[tile].x = e;
         }
         if (e + 1u == totals.entries || items[sorted + e + 1u].key != tile) {
-            ranges[tile].end = e + 1u;
+            ranges[tile].y = e + 1u;
         }
     }
 }

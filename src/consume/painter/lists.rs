@@ -75,10 +75,10 @@ pub struct PartData {
     pub slot: u32,
 }
 
-/// Twin: ListTotals in glsl/consume/painter/lists.glsl.
+/// Twin: PaintTotals in glsl/consume/painter/lists.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct ListTotals {
+pub struct PaintTotals {
     /// Entries, as far as there is room.
     pub entries: u32,
     /// A dispatch over blocks of them.
@@ -112,7 +112,7 @@ pub struct ListsSeen {
     /// The parts into which lists are cut, in no order.
     pub parts: Vec<PartData>,
     /// How many there are.
-    pub totals: ListTotals,
+    pub totals: PaintTotals,
 }
 
 /// Buffers and passes of the lists of one renderer.
@@ -196,7 +196,7 @@ impl Lists {
         let least = renderer.least_part();
         let cut = [least, MOST_PARTS];
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
-        let totals = buffer("painter.totals", size_of::<ListTotals>() as u64)?;
+        let totals = buffer("painter.totals", size_of::<PaintTotals>() as u64)?;
         let capacity = casters.saturating_mul(FIRST_ENTRIES).clamp(1024, most_entries(context));
         let grown = Grown::new(context, &totals, capacity, tiles, cut)?;
         let boxes = buffer("painter.boxes", 8 * u64::from(casters))?;
@@ -310,7 +310,7 @@ impl Lists {
 
     fn tiles(&self, commands: &mut Commands, push: &ListPush) {
         commands.pass("painter.tiles", |pass| {
-            let offset = std::mem::offset_of!(ListTotals, entry_groups) as u64;
+            let offset = std::mem::offset_of!(PaintTotals, entry_groups) as u64;
             pass.dispatch_indirect(&self.kernels.tiles, push, &self.totals, offset);
         });
     }
@@ -322,13 +322,13 @@ impl Lists {
 
     /// Runs a shader with a workgroup for each part.
     pub(super) fn per_part<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
-        let offset = std::mem::offset_of!(ListTotals, part_groups) as u64;
+        let offset = std::mem::offset_of!(PaintTotals, part_groups) as u64;
         pass.dispatch_indirect(kernel, push, &self.totals, offset);
     }
 
     /// Runs a shader with a workgroup for each tile of several parts.
     pub(super) fn per_split<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
-        let offset = std::mem::offset_of!(ListTotals, split_groups) as u64;
+        let offset = std::mem::offset_of!(PaintTotals, split_groups) as u64;
         pass.dispatch_indirect(kernel, push, &self.totals, offset);
     }
 
@@ -339,7 +339,7 @@ impl Lists {
 
     /// Makes room for what the frame `frame`, which is over, had no room for. Returns whether it did: then that frame lacks casters.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
-        let Some(totals) = self.totalled.read::<ListTotals>(frame, 1)? else { return Ok(false) };
+        let Some(totals) = self.totalled.read::<PaintTotals>(frame, 1)? else { return Ok(false) };
         let (wanted, capacity) = (totals.first().map_or(0, |t| t.most_wanted), self.grown.order.capacity());
         if wanted <= capacity {
             return Ok(false);
@@ -364,7 +364,7 @@ impl Lists {
 
     /// What the last frame's passes wrote, of a world of `casters` casters.
     pub(in crate::consume) fn seen(&self, casters: u32) -> Result<ListsSeen> {
-        let totals: Vec<ListTotals> = self.totals.read(1)?;
+        let totals: Vec<PaintTotals> = self.totals.read(1)?;
         let totals = totals[0];
         let items: Vec<[u32; 2]> = self.grown.order.items.read_from(totals.sorted as usize, totals.entries as usize)?;
         let ranges: Vec<[u32; 2]> = self.ranges.read(self.tiles as usize)?;

@@ -8,7 +8,7 @@ mod shade;
 
 pub(super) use canvas::Canvas;
 pub(super) use lists::Lists;
-pub use lists::{ListTotals, ListsSeen, PartData};
+pub use lists::{ListsSeen, PaintTotals, PartData};
 pub(super) use shade::Shade;
 
 use super::Renderer;
