@@ -12,7 +12,7 @@ use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show,
 use gobo::technique::{Entry, REGISTRY, Technique, open};
 use gobo::world::World;
 use gobo::{Error, Result};
-use support::{built, gpu_test, ran, scenes, some, spec, those_that_run};
+use support::{all, built, gpu_test, ran, scenes, some, spec, those_that_run};
 
 const SIZE: [u32; 2] = [75, 52];
 const PAINTERS: [PainterKind; 2] = [PainterKind::Raster, PainterKind::Compute];
@@ -279,5 +279,36 @@ fn it_does_not_matter_how_casters_are_listed() {
         for (listed, shuffled) in listed.iter().zip(&shuffled) {
             assert!(listed.pixels == shuffled.pixels, "the order of a file shows in the picture");
         }
+    });
+}
+
+/// A world in motion, recorded frame after frame as an engine does: memory stays what it was, and the last picture is that of a new renderer.
+#[test]
+fn frames_in_motion_take_no_more_memory() {
+    gpu_test("frames_in_motion_take_no_more_memory", |context| {
+        let scene = scenes::random();
+        let technique = built(context, &scene, "none");
+        let mut world = World::new(context, &scene).expect("room");
+        let [_, mut renderer] = renderers(context, &world, &camera(&scene));
+        let kernels = renderer.kernels_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("kernels");
+        let (mut state, mut bytes) = (scene.clone(), None);
+        for frame in 0..if all() { 1000u16 } else { 120 } {
+            for (particle, still) in state.particles.iter_mut().zip(&scene.particles) {
+                particle.position[0] = still.position[0] + 0.3 * (0.1 * f32::from(frame) + still.position[1]).sin();
+            }
+            world.replace(&state).expect("as many");
+            renderer.look(&world, &camera(&state)).expect("the next frame");
+            let ran = ran(context, |commands| renderer.record(commands, &kernels).expect("recorded"));
+            let is_whole = renderer.settle(&kernels, ran).expect("settled");
+            if frame >= 8 {
+                let now = context.allocated_bytes();
+                assert!(
+                    is_whole && now == *bytes.get_or_insert(now),
+                    "frame {frame}: {now} bytes, and before {bytes:?}"
+                );
+            }
+        }
+        let [fresh, _] = both(context, &state, technique.as_ref(), Shading::Forward);
+        alike(context, &[fresh, renderer.read().expect("read")], 0, "after all frames");
     });
 }

@@ -5,11 +5,12 @@
 #define MAPS_OPAQUE_STORE_GLSL
 #include "maps/stored.glsl"
 
+// set 2: maps_seen
 #if SEEN == 1
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_atomic_int64 : require
-// set 2: maps_seen
-layout(set = 2, binding = 0, scalar) buffer Seen64 { uint64_t seen_words[]; };
+// The same buffer as below, two words at once.
+layout(set = 2, binding = 1, scalar) buffer SeenPairs { uint64_t seen_pairs[]; };
 #elif SEEN > 1
 // The number of each pixel's triangle, then its z as bits, which order as the z do.
 layout(set = 2, binding = 0, scalar) buffer SeenWords { uint seen_words[]; };
@@ -26,7 +27,7 @@ void store(View view, Ray ray, ivec2 texel, float z, uint number) {
     uint pixel = uint(texel.y) * view.width + uint(texel.x), bits = floatBitsToUint(z);
     if (z < view.far) {
 #if SEEN == 1
-        atomicMin(seen_words[pixel], packUint2x32(uvec2(number, bits)));
+        atomicMin(seen_pairs[pixel], packUint2x32(uvec2(number, bits)));
 #elif SEEN == 2
         atomicMin(seen_words[2u * pixel + 1u], bits);
 #else

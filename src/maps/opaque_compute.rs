@@ -214,7 +214,7 @@ impl SeenTriangles {
         let scene = set::MapsScene { maps: &view, casters, triangles, opaque_map: &Resource::Gathered(none.clone()) };
         let scene = scene.bind(context, "picture.triangles")?;
         let list = TriangleList::new(context, &none, [size[0], size[1], 1])?;
-        let seen = set::MapsSeen { seen_words: &pixels }.bind(context, "picture.seen")?;
+        let seen = set::MapsSeen { seen_words: &pixels, seen_pairs: &pixels }.bind(context, "picture.seen")?;
         let constants = Constants::new().set(OPAQUE_SMALL, SMALL);
         let kernel = |shader| Kernel::compute(context, shader, &[&scene, &list.set, &seen], &constants);
         let pair = |[triangles, tiles]: [_; 2]| Ok([kernel(triangles)?, kernel(tiles)?]);
