@@ -227,7 +227,10 @@ fn lists_grow() {
         let scene = crowded();
         let technique = built(context, &scene, "none");
         let pictures = both(context, &scene, technique.as_ref(), Shading::Forward);
-        alike(context, &pictures, 0, "waited for");
+        // In half floats, blending 300 layers is all rounding.
+        if context.features().float32_blend {
+            alike(context, &pictures, 0, "waited for");
+        }
         let world = World::new(context, &scene).expect("room");
         let [_, renderer] = renderers(context, &world, &camera(&scene));
         let kernels = renderer.kernels_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("kernels");
@@ -237,7 +240,7 @@ fn lists_grow() {
         };
         assert!(!record().expect("ran"), "the lists had room");
         assert!(record().expect("ran"), "the lists have not grown");
-        alike(context, &[pictures[0].clone(), renderer.read().expect("read")], 0, "recorded");
+        alike(context, &[pictures[1].clone(), renderer.read().expect("read")], 0, "recorded");
     });
 }
 

@@ -91,7 +91,7 @@ pub struct Case<'a> {
     /// Means over areas, once asked for.
     pub(super) footprints: OnceCell<Footprints>,
     /// Pictures without shadows, once they are drawn.
-    pub(super) unshadowed: Vec<((Shading, Lighting, Option<PainterKind>), Unshadowed)>,
+    pub(super) unshadowed: Vec<(PictureWay, Unshadowed)>,
     /// What makes the pictures of the row that is measured.
     pub(super) painter: Option<PainterKind>,
     pub(super) clock: Arc<ClockMeter>,
@@ -100,6 +100,9 @@ pub struct Case<'a> {
     /// Techniques and paths whose first build is like the later ones.
     pub(super) alike: BTreeSet<(String, String)>,
 }
+
+/// How a row's picture is made.
+pub(super) type PictureWay = (Shading, Lighting, Option<PainterKind>);
 
 /// Uploads a scene, whose state in each frame is in `frames`, and calls `measure` with it. The truth is computed during the measuring where
 /// the device is no CPU and there are CPU cores to spare.

@@ -4,10 +4,12 @@
 #include "consume/painter/picture.glsl"
 #include "consume/painter/set.glsl"
 
-PAINTED_SPLITS
 PAINTED_TOTALS
 PAINTED_LAYERS
 PAINTED_COLORS
+
+// set 1: painter_splits
+layout(set = 1, binding = 0, scalar) readonly buffer Splits { Part splits[]; };
 
 layout(local_size_x = 64) in;
 

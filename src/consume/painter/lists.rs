@@ -133,6 +133,8 @@ pub(in crate::consume) struct Lists {
     set: Bindings,
     /// Set 0 of the passes that paint.
     pub(super) scene: Bindings,
+    /// Set 1 of the pass that puts parts over each other.
+    pub(super) split: Bindings,
     kinds: Constants,
     kernels: Kernels,
 }
@@ -222,12 +224,12 @@ impl Lists {
             items: &grown.order.items,
             ranges: &ranges,
             parts: &grown.parts,
-            splits: &splits,
             totals: &totals,
             layers: &grown.layers,
             boxes: &boxes,
         };
         let scene = scene.bind(context, "painter.scene")?;
+        let split = set::PainterSplits { splits: &splits }.bind(context, "painter.splits")?;
         let kinds = renderer.with_kinds(Constants::new());
         Ok(Self {
             context: context.clone(),
@@ -245,6 +247,7 @@ impl Lists {
             runs: 1,
             set,
             scene,
+            split,
         })
     }
 

@@ -40,7 +40,7 @@ struct CasterPainter {
 impl CasterPainter {
     fn new(renderer: &Renderer, canvas: &Canvas, answer: &Answer, constants: &Constants) -> Result<Self> {
         let lists = renderer.lists()?;
-        let scene = lists.borrow().scene.clone();
+        let (scene, split) = (lists.borrow().scene.clone(), lists.borrow().split.clone());
         let sets = [&scene, answer.bindings, &canvas.bindings];
         let is_staged = lists.borrow().may_split();
         let spreads = renderer.context.features().is_software();
@@ -48,8 +48,7 @@ impl CasterPainter {
         let kernel = |shader, sets: &[_]| Kernel::compute(&renderer.context, shader, sets, &constants);
         Ok(Self {
             paint: kernel(shaders::PAINT.of(answer.folder), &sets)?,
-            // The pass asks no technique; some set is bound in its place.
-            compose: kernel(&shaders::COMPOSE, &[&scene, &canvas.bindings, &canvas.bindings])?,
+            compose: kernel(&shaders::COMPOSE, &[&scene, &split, &canvas.bindings])?,
             lists,
         })
     }
