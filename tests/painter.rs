@@ -12,7 +12,7 @@ use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show,
 use gobo::technique::{Entry, REGISTRY, Technique, open};
 use gobo::world::World;
 use gobo::{Error, Result};
-use support::{all, built, gpu_test, ran, scenes, some, spec, those_that_run};
+use support::{all, built, gpu_test, ran, scenes, skipped, some, spec, those_that_run};
 
 const SIZE: [u32; 2] = [75, 52];
 const PAINTERS: [PainterKind; 2] = [PainterKind::Raster, PainterKind::Compute];
@@ -78,6 +78,11 @@ fn small(entry: &&Entry) -> String {
     if has_size { format!("{}:size=64", entry.name) } else { entry.name.into() }
 }
 
+/// Whether compute passes may have too few buffers for a technique.
+fn has_few_buffers(context: &Context) -> bool {
+    context.features().max_per_stage_descriptor_storage_buffers < 24
+}
+
 /// Every technique, in smoke alone and among all that there is, from outside and from within.
 #[test]
 fn both_painters_make_one_picture() {
@@ -94,6 +99,12 @@ fn both_painters_make_one_picture() {
                     opened => opened.expect(text),
                 };
                 technique.build(&world).expect(text);
+                let [_, renderer] = renderers(context, &world, &camera(&scene));
+                let kernels = renderer.kernels_of(technique.technique.as_ref(), Shading::Forward, Lighting::Fragment);
+                if let (true, Err(Error::Refused { needs })) = (has_few_buffers(context), kernels) {
+                    skipped(TEST, &format!("{text}: needs {needs}"));
+                    continue;
+                }
                 let pictures = both(context, &scene, technique.technique.as_ref(), Shading::Forward);
                 let edges = if scene.meshes.is_empty() { 0 } else { 8 };
                 alike(context, &pictures, edges, &format!("{text} in {}", scene.name));

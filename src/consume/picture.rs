@@ -19,6 +19,9 @@ use crate::{Error, Result};
 use std::cell::RefCell;
 use std::rc::Rc;
 
+/// Storage buffers per shader stage with which compute passes paint under every technique.
+const BUFFERS: u32 = 24;
+
 /// Images and bindings for one scene and size.
 pub struct Renderer {
     pub(super) context: Context,
@@ -195,8 +198,9 @@ impl Renderer {
     /// What makes pictures, where nothing else was said.
     pub(super) fn painter_kind(&self) -> PainterKind {
         // On lavapipe, quads and blending are faster: docs/notebook/pictures.md.
-        let is_software = self.context.features().is_software();
-        self.painter.unwrap_or(if is_software { PainterKind::Raster } else { PainterKind::Compute })
+        let features = self.context.features();
+        let draws = features.is_software() || features.max_per_stage_descriptor_storage_buffers < BUFFERS;
+        self.painter.unwrap_or(if draws { PainterKind::Raster } else { PainterKind::Compute })
     }
 
     /// What finds the triangles that pixels see, which all kernels of this renderer share.
