@@ -6,7 +6,7 @@ mod support;
 
 use glam::DVec3;
 use gobo::Error;
-use gobo::consume::{Asked, Lighting, Query, Renderer, Shading, VERTEX_SPACING};
+use gobo::consume::{Asked, Lighting, PainterKind, Query, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};
@@ -14,7 +14,7 @@ use gobo::reference::twin::vertex_lit;
 use gobo::scene::{Camera, Light, LightKind, Particle, Picture, SKY, Scene, Strand, View};
 use gobo::technique::{Name, REGISTRY};
 use gobo::world::World;
-use support::{built, gpu_test_needing, runs, scenes, some, spec};
+use support::{built, gpu_test, gpu_test_needing, runs, scenes, skipped, some, spec};
 
 /// A spec of every technique that shadows smoke and that the device takes; in a short run of the first.
 fn techniques(test: &str, context: &Context) -> Vec<String> {
@@ -29,7 +29,24 @@ fn techniques(test: &str, context: &Context) -> Vec<String> {
     some(shadow_smoke, 1).into_iter().map(|entry| spec(entry.name)).filter(|text| runs(test, context, text)).collect()
 }
 
-const NEEDS: &[Requirement] = &[Requirement::Tessellation];
+/// What the device can make pictures with that are lit at vertices. With few buffers compute passes are refused some techniques.
+fn painters(context: &Context) -> Vec<PainterKind> {
+    let features = context.features();
+    let tessellates = features.tessellation_shader.then_some(PainterKind::Raster);
+    let computes = (features.max_per_stage_descriptor_storage_buffers >= 24).then_some(PainterKind::Compute);
+    tessellates.into_iter().chain(computes).collect()
+}
+
+/// Runs a test with each of them.
+fn by_each(name: &str, test: impl Fn(&Context, PainterKind)) {
+    gpu_test(name, |context| {
+        let painters = painters(context);
+        if painters.is_empty() {
+            skipped(name, "needs tessellation, or 24 storage buffers per stage");
+        }
+        painters.into_iter().for_each(|painter| test(context, painter));
+    });
+}
 
 const FRAGMENT: Lighting = Lighting::Fragment;
 
@@ -43,14 +60,15 @@ fn camera(scene: &Scene, size: [u32; 2]) -> View {
 
 /// The pictures of `scene` as the technique of a spec lights it.
 fn pictures<const N: usize>(
-    context: &Context,
+    (context, painter): (&Context, PainterKind),
     scene: &Scene,
     size: [u32; 2],
     text: &str,
     lightings: [Lighting; N],
 ) -> [Picture; N] {
     let world = World::new(context, scene).expect("room for the scene");
-    let renderer = Renderer::new(context, &world, &camera(scene, size)).expect("a renderer");
+    let mut renderer = Renderer::new(context, &world, &camera(scene, size)).expect("a renderer");
+    renderer.paint_by(Some(painter));
     let technique = built(context, scene, text);
     let drawn = lightings.map(|l| renderer.picture(&technique.answer(), Shading::Forward, l).expect("drawn"));
     assert!(drawn.iter().flat_map(|p| p.pixels.iter().flatten()).all(|c| c.is_finite()), "{text}: not a number");
@@ -97,7 +115,7 @@ fn flank() -> Scene {
 /// the distance. (Where light is smooth, four times; at the silhouette, where vertices are outside, less.)
 #[test]
 fn finer_vertices_come_nearer() {
-    gpu_test_needing("finer_vertices_come_nearer", NEEDS, |context| {
+    by_each("finer_vertices_come_nearer", |context, painter| {
         // In a grid light jumps from voxel to voxel, or bends there, of which a picture of that size has ten pixels each, and few samples are noise from
         // texel to texel.
         let is_smooth = |text: &String| {
@@ -107,7 +125,7 @@ fn finer_vertices_come_nearer() {
         };
         for text in techniques("finer_vertices_come_nearer", context).into_iter().filter(is_smooth) {
             let [pixels, drawn @ ..] = pictures(
-                context,
+                (context, painter),
                 &flank(),
                 [160, 160],
                 &text,
@@ -125,11 +143,11 @@ fn finer_vertices_come_nearer() {
 /// is almost linear: interpolated light is that of the closed form.
 #[test]
 fn light_has_its_closed_form() {
-    gpu_test_needing("light_has_its_closed_form", NEEDS, |context| {
+    by_each("light_has_its_closed_form", |context, painter| {
         let scene = flank();
         let size = [160, 160];
         let camera = camera(&scene, size);
-        let [drawn] = pictures(context, &scene, size, "uncompressed:size=512", [vertex(8.0)]);
+        let [drawn] = pictures((context, painter), &scene, size, "uncompressed:size=512", [vertex(8.0)]);
         let (radius, extinction, z) = OCCLUDER;
         let (mut least, mut most, mut seen) = (f64::INFINITY, 0.0f64, 0);
         for (i, pixel) in drawn.pixels.iter().enumerate() {
@@ -175,7 +193,7 @@ fn vertices_ask_by_their_width() {
     if crate::support::is_costly("vertices_ask_by_their_width") {
         return;
     }
-    gpu_test_needing("vertices_ask_by_their_width", NEEDS, |context| {
+    by_each("vertices_ask_by_their_width", |context, painter| {
         let (scene, size, spacing) = (shutters(), [160, 160], 20.0);
         let camera = camera(&scene, size);
         let caster = scene.casters()[0];
@@ -199,7 +217,7 @@ fn vertices_ask_by_their_width() {
             if !runs("vertices_ask_by_their_width", context, &text) {
                 continue;
             }
-            let [drawn] = pictures(context, &scene, size, &text, [Lighting::Vertex { spacing }]);
+            let [drawn] = pictures((context, painter), &scene, size, &text, [Lighting::Vertex { spacing }]);
             let technique = built(context, &scene, &text);
             let ask = |sides: &[f32]| {
                 let asked = [Asked { light: 0, points: &points, normals: &[] }];
@@ -281,13 +299,13 @@ fn still_life() -> Scene {
 /// picture, up to the map's resolution. A twin whose vertices stand elsewhere, or that asks at each pixel, is well outside.
 #[test]
 fn the_device_draws_what_its_twin_does() {
-    gpu_test_needing("the_device_draws_what_its_twin_does", NEEDS, |context| {
+    by_each("the_device_draws_what_its_twin_does", |context, painter| {
         let scene = still_life();
         let size = [160, 120];
         let camera = camera(&scene, size);
         let casters = Casters::new(&scene);
         let spacing = 18.0;
-        let [drawn] = pictures(context, &scene, size, "uncompressed:size=256", [vertex(spacing)]);
+        let [drawn] = pictures((context, painter), &scene, size, "uncompressed:size=256", [vertex(spacing)]);
         // By how much pixels lie outside the bounds, as a mean over all pixels and channels, and how many do by much.
         let outside = |[low, high]: &[Picture; 2]| {
             let bounds = low.pixels.iter().flatten().zip(high.pixels.iter().flatten());
@@ -316,7 +334,7 @@ fn the_device_draws_what_its_twin_does() {
 /// Where every point has the same light, it does not matter where it is asked for.
 #[test]
 fn even_light_is_the_same_everywhere() {
-    gpu_test_needing("even_light_is_the_same_everywhere", NEEDS, |context| {
+    by_each("even_light_is_the_same_everywhere", |context, painter| {
         // None: a spot that looks away. Every edge of every caster counts.
         let mut dark = still_life();
         let direction = DVec3::X;
@@ -332,7 +350,7 @@ fn even_light_is_the_same_everywhere() {
         }
         for (scene, brightest) in [(&dark, 0.15 * 0.95), (&layer, 0.7 * 1.1)] {
             for text in techniques("even_light_is_the_same_everywhere", context) {
-                let [pixels, drawn] = pictures(context, scene, [128, 96], &text, [FRAGMENT, vertex(8.0)]);
+                let [pixels, drawn] = pictures((context, painter), scene, [128, 96], &text, [FRAGMENT, vertex(8.0)]);
                 let difference = largest(&pixels, &drawn);
                 println!("{}, {text}: largest difference {difference:.1e}", scene.name);
                 assert!(difference < 1e-4, "{}, {text}: {difference}", scene.name);
@@ -347,7 +365,7 @@ fn even_light_is_the_same_everywhere() {
 /// asks at a point that is none. (`pictures` looks at every pixel.)
 #[test]
 fn a_camera_inside_smoke_sees_numbers() {
-    gpu_test_needing("a_camera_inside_smoke_sees_numbers", NEEDS, |context| {
+    by_each("a_camera_inside_smoke_sees_numbers", |context, painter| {
         let mut scene = from_the_front(scenes::random(), 60.0);
         let eye = [0.0f32, -5.0, 0.0];
         scene.particles.truncate(60);
@@ -363,7 +381,7 @@ fn a_camera_inside_smoke_sees_numbers() {
         let point = scenes::point([0.0, -5.0, 0.0], scene.clone());
         for scene in [scene, point] {
             for text in techniques("a_camera_inside_smoke_sees_numbers", context) {
-                let [pixels, drawn] = pictures(context, &scene, [96, 54], &text, [FRAGMENT, vertex(4.0)]);
+                let [pixels, drawn] = pictures((context, painter), &scene, [96, 54], &text, [FRAGMENT, vertex(4.0)]);
                 let apart = rms(&pixels, &drawn);
                 println!("{text}: {apart:.1e} apart");
                 assert!(apart < 0.05, "{text}: {apart}");
@@ -378,11 +396,12 @@ fn smoke_is_nearly_identical() {
     if crate::support::is_costly("smoke_is_nearly_identical") {
         return;
     }
-    gpu_test_needing("smoke_is_nearly_identical", NEEDS, |context| {
+    by_each("smoke_is_nearly_identical", |context, painter| {
         for (name, size, bound) in some([("hair", [320, 240], 0.02), ("three-emitters", [640, 360], 0.003)], 1) {
             let scene = Scene::load(name, 20.0).expect("built in");
             let lightings = [FRAGMENT, vertex(16.0), vertex(VERTEX_SPACING), vertex(4.0)];
-            let [pixels, drawn @ ..] = pictures(context, &scene, size, "avsm:size=128,path=two-pass", lightings);
+            let [pixels, drawn @ ..] =
+                pictures((context, painter), &scene, size, "avsm:size=128,path=two-pass", lightings);
             let errors = drawn.map(|p| picture_error(&p, &pixels));
             println!("{name}, 16, {VERTEX_SPACING} and 4 pixels from vertex to vertex: {errors:?}");
             assert!(errors[1].rmse < bound, "{name}: {errors:?}");
@@ -394,12 +413,12 @@ fn smoke_is_nearly_identical() {
 /// More vertices than 16 bits can number, which lavapipe loses when they are of one draw.
 #[test]
 fn many_vertices_are_all_drawn() {
-    gpu_test_needing("many_vertices_are_all_drawn", NEEDS, |context| {
+    by_each("many_vertices_are_all_drawn", |context, painter| {
         let sphere = |i: u16| Particle { position: [f32::from(i) * 0.02, 0.0, 0.0], radius: 1.0, extinction: 0.1 };
         let scene = from_the_front(scenes::directional("row", [0.5, 0.3, -0.81], (0..20).map(sphere).collect()), 40.0);
         // 20 quads of 65² vertices.
         let [pixels, drawn] =
-            pictures(context, &scene, [128, 128], "avsm:size=64,path=two-pass", [FRAGMENT, vertex(1.0)]);
+            pictures((context, painter), &scene, [128, 128], "avsm:size=64,path=two-pass", [FRAGMENT, vertex(1.0)]);
         let quads =
             scene.casters().iter().map(|c| vertex_lit::quad(&camera(&scene, [128, 128]), c, 1.0)).collect::<Vec<_>>();
         assert!(quads.iter().flatten().filter(|q| q.parts == [64, 64]).count() == 20, "{quads:?}");
@@ -418,7 +437,9 @@ fn lines_are_drawn_over_casters_alone() {
         let size = [160, 120];
         let world = World::new(context, &scene).expect("room for the scene");
         let camera = camera(&scene, size);
-        let renderer = Renderer::new(context, &world, &camera).expect("a renderer");
+        let mut renderer = Renderer::new(context, &world, &camera).expect("a renderer");
+        // Without lines too, the rasterizer's: between vertices compute passes have other values.
+        renderer.paint_by(Some(PainterKind::Raster));
         let technique = built(context, &scene, "psm:size=64,slices=64");
         let answer = technique.answer();
         let count = |spacing: f32| {
@@ -453,10 +474,13 @@ fn a_device_without_tessellation_refuses() {
     gpu_test_needing("a_device_without_tessellation_refuses", &[], |context| {
         let mut features = context.features().clone();
         (features.tessellation_shader, features.fill_mode_non_solid) = (false, false);
-        let lighting = |text: &str| Lighting::of(&spec(text).settings());
+        let settings = |text: &str| spec(text).settings::<ShadingSettings>();
         for technique in REGISTRY.iter().map(|entry| entry.name) {
-            features.require(lighting(technique).requires()).expect("light at each pixel needs nothing");
-            let error = features.require(lighting(&format!("{technique}:lighting=vertex")).requires());
+            settings(technique).check(&features).expect("light at each pixel needs nothing");
+            settings(&format!("{technique}:lighting=vertex,painter=compute"))
+                .check(&features)
+                .expect("no tessellation");
+            let error = settings(&format!("{technique}:lighting=vertex,painter=raster")).check(&features);
             assert_eq!(error.map_err(|e| e.to_string()), Err("refused: needs tessellationShader".into()));
         }
         let error = features.require(&[Requirement::Lines]).expect_err("lines");

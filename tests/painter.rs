@@ -255,22 +255,55 @@ fn lists_grow() {
     });
 }
 
-/// What the rasterizer alone draws is refused where compute passes are asked for by name.
+/// Light at vertices by both painters: apart by which diagonal cuts a part of a quad, so with colors, fog and hair among splats too.
 #[test]
-fn vertices_and_slices_are_the_rasterizers() {
-    gpu_test("vertices_and_slices_are_the_rasterizers", |context| {
-        let scene = scenes::random();
-        let world = World::new(context, &scene).expect("room");
-        let [_, renderer] = renderers(context, &world, &camera(&scene));
-        let refused =
-            |result: Result<_>| matches!(result, Err(Error::Refused { needs }) if needs.contains("painter=raster"));
-        let answer = built(context, &scene, "none");
-        if context.features().tessellation_shader {
-            let vertices = Lighting::Vertex { spacing: 8.0 };
-            assert!(refused(renderer.kernels(&answer.answer(), Shading::Forward, vertices).map(drop)));
+fn vertices_are_lit_alike() {
+    gpu_test("vertices_are_lit_alike", |context| {
+        if !context.features().tessellation_shader || has_few_buffers(context) {
+            return skipped("vertices_are_lit_alike", "needs tessellation and 24 storage buffers per stage");
         }
-        let slices = built(context, &scene, "half-angle:size=64");
-        assert!(refused(renderer.kernels_of(slices.as_ref(), Shading::Forward, Lighting::Fragment).map(drop)));
+        let mut inks = mixed();
+        inks.extinction_ratio = [1.0, 0.5, 2.0];
+        for scene in [mixed(), inks, within()] {
+            let world = World::new(context, &scene).expect("room");
+            let technique = built(context, &scene, "layers:size=64");
+            let draw = |renderer: Renderer| {
+                let lightings = [Lighting::Vertex { spacing: 4.0 }, Lighting::Fragment];
+                lightings.map(|l| renderer.picture(&technique.answer(), Shading::Forward, l).expect("drawn"))
+            };
+            let [[drawn, at_pixels], [painted, _]] = renderers(context, &world, &camera(&scene)).map(draw);
+            let rms = |a: &Picture, b: &Picture| {
+                let all = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+                all.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>().sqrt() / (a.pixels.len() as f64).sqrt()
+            };
+            let (apart, from_pixels) = (rms(&drawn, &painted), rms(&drawn, &at_pixels));
+            println!("{}: {apart:.1e} apart, {from_pixels:.1e} from light at pixels", scene.name);
+            assert!(apart < 0.5 * from_pixels, "{}: {apart} apart, and {from_pixels} from pixels", scene.name);
+        }
+    });
+}
+
+/// So many vertices that they have no room at first: a picture that is waited for has their light, and a recorded one says that it lacks some.
+#[test]
+fn vertices_get_room() {
+    gpu_test("vertices_get_room", |context| {
+        let scene = crowded();
+        let technique = built(context, &scene, "none");
+        let world = World::new(context, &scene).expect("room");
+        let lighting = Lighting::Vertex { spacing: 1.0 };
+        let [[_, waited], [_, recorded]] = [(), ()].map(|()| renderers(context, &world, &camera(&scene)));
+        let waited = waited.picture(&technique.answer(), Shading::Forward, lighting).expect("drawn");
+        let kernels = recorded.kernels(&technique.answer(), Shading::Forward, lighting).expect("kernels");
+        let record = || -> Result<bool> {
+            let frame = ran(context, |commands| recorded.record(commands, &kernels).expect("recorded"));
+            recorded.settle(&kernels, frame)
+        };
+        assert!(!record().expect("ran"), "vertices had room");
+        assert!((0..8).any(|_| record().expect("ran")), "there is no room after eight frames");
+        alike(context, &[waited.clone(), recorded.read().expect("read")], 0, "recorded");
+        // Without shadows, light is the same at all vertices and pixels.
+        let [_, pixels] = both(context, &scene, technique.as_ref(), Shading::Forward);
+        alike(context, &[waited, pixels], 0, "at each pixel");
     });
 }
 

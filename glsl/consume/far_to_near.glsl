@@ -13,7 +13,7 @@ layout(push_constant, scalar) uniform FarToNearPush {
 
 uint far_to_near(Caster caster) {
     // The origin goes first: far from the world's origin the rest would be rounded away.
-    vec3 middle = caster.position - origin + 0.5 * caster_axis(caster);
+    precise vec3 middle = caster.position - origin + 0.5 * caster_axis(caster);
     precise float z = middle.x * forward.x + middle.y * forward.y + middle.z * forward.z;
     return ~float_order(z);
 }

@@ -82,7 +82,7 @@ pub(super) fn by_technique(
 ) -> Result<Vec<String>> {
     let settings = spec.settings();
     let lighting = Lighting::of(&settings);
-    context.features().require(lighting.requires())?;
+    settings.check(context.features())?;
     let (show, air, size) = (arguments.show()?, arguments.air()?, arguments.size());
     let first = states.at(0)?;
     let mut world = World::new(context, &first)?;

@@ -22,8 +22,8 @@ pub(super) struct Blending {
     sort: Option<FarToNear>,
     /// Whether the order is out of date, and is sorted with the next picture.
     stale: Cell<bool>,
-    /// Whether something has moved since [`Blending::moved`] was last called.
-    moved: Cell<bool>,
+    /// How often casters or the camera have moved.
+    moves: u64,
     /// What was last sorted.
     made: Made,
 }
@@ -41,16 +41,8 @@ impl Blending {
             None => Buffer::new(context, "picture.order", 4, Memory::Device)?,
         };
         let made = Made::of(Parts::CASTERS);
-        let mut blending = Self {
-            runs: Vec::new(),
-            casters: 0,
-            order,
-            room,
-            sort,
-            stale: Cell::default(),
-            moved: Cell::default(),
-            made,
-        };
+        let mut blending =
+            Self { runs: Vec::new(), casters: 0, order, room, sort, stale: Cell::default(), moves: 0, made };
         blending.look(world, camera, true)?;
         Ok(blending)
     }
@@ -67,7 +59,7 @@ impl Blending {
             return Err(Error::input(world.name(), cause, "make a new one"));
         }
         self.stale.set((self.stale.get() || moved) && self.casters > 0);
-        self.moved.set(self.moved.get() || moved);
+        self.moves += u64::from(moved);
         let mut volumes = Vec::new();
         if world.kinds().volumes {
             let needs = "a scene that the host knows, for volumes in a picture: draw these otherwise";
@@ -83,9 +75,9 @@ impl Blending {
         self.room
     }
 
-    /// Whether casters or the camera have moved since the last call.
-    pub fn moved(&self) -> bool {
-        self.moved.take()
+    /// How often casters or the camera have moved, with the first time that they were looked at.
+    pub fn moves(&self) -> u64 {
+        self.moves
     }
 
     /// Sorts with the next picture, whatever has moved.

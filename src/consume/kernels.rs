@@ -4,7 +4,7 @@ use super::colored::colored;
 use super::gbuffer::GBuffer;
 use super::interleaved::Interleaved;
 use super::many_lights::{Asking, ManyLights, Targets};
-use super::painter::{Painter, Shade};
+use super::painter::{Painter, Shade, Slices};
 use super::reservoir::Reservoirs;
 use super::sliced::Sliced;
 use super::volumes::VolumeKernel;
@@ -28,6 +28,8 @@ pub struct Kernels {
     pub(super) volumes: Option<VolumeKernel>,
     /// A picture was drawn by them, in a short time.
     pub(super) is_short: Cell<bool>,
+    /// For which state of casters and camera there is room in lists: see [`super::blending::Blending::moves`].
+    pub(super) has_room_for: Cell<u64>,
 }
 
 /// Draws the meshes.
@@ -53,6 +55,7 @@ pub(super) enum Casters {
     },
     Sliced(Sliced),
     Painted(Painter),
+    PaintedSlices(Slices),
 }
 
 impl Casters {
@@ -60,6 +63,7 @@ impl Casters {
     pub(super) fn settle(&self, frame: u64) -> Result<bool> {
         match self {
             Self::Painted(painter) => painter.settle(frame),
+            Self::PaintedSlices(slices) => slices.settle(frame),
             _ => Ok(false),
         }
     }
@@ -68,7 +72,8 @@ impl Casters {
 impl Kernels {
     /// What draws or paints the casters.
     pub fn painter(&self) -> PainterKind {
-        if matches!(self.casters, Casters::Painted(_)) { PainterKind::Compute } else { PainterKind::Raster }
+        let paints = matches!(self.casters, Casters::Painted(_) | Casters::PaintedSlices(_));
+        if paints { PainterKind::Compute } else { PainterKind::Raster }
     }
 
     /// With `shading=reservoir`, restarts at the frame number `frame` and forgets the kept lights. The frame number seeds the choice of
@@ -106,13 +111,42 @@ impl Renderer {
     /// shading meets smoke with a color; [`Error::Input`] where there are more lights than a tile has room for; [`Error::Gpu`] where the
     /// driver rejects a shader.
     pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
-        self.context.features().require(lighting.requires())?;
+        self.context.features().require(lighting.requires(self.painter_kind()))?;
         self.check_colored(shading)?;
-        if lighting != Lighting::Fragment && self.painter == Some(PainterKind::Compute) {
-            return Err(Error::Refused { needs: "painter=raster: vertices are the rasterizer's".into() });
-        }
         let constants = colored(answer.constants, self.extinction_ratio);
         let answer = &Answer { constants: &constants, ..*answer };
+        let casters = match (self.painter_kind(), lighting) {
+            (PainterKind::Compute, _) => Casters::Painted(Painter::new(self, answer, lighting)?),
+            (PainterKind::Raster, Lighting::Fragment) => Casters::Fragment(self.fragment_kernels(answer)?),
+            (PainterKind::Raster, Lighting::Vertex { spacing }) => {
+                Casters::Vertex(self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?, SpacingPush { spacing })
+            }
+        };
+        self.with_casters(answer, shading, casters)
+    }
+
+    /// Kernels that draw casters lit at each pixel: one kernel, or one per channel.
+    fn fragment_kernels(&self, answer: &Answer) -> Result<Vec<Kernel>> {
+        let sets = [&self.scene, answer.bindings, &self.distances];
+        let fragment = shaders::CASTER_FRAG.of(answer.folder);
+        let kernel = |(blend, constants): (Blend, Constants)| {
+            let colors = [(self.color_format, blend)];
+            let state = Graphics { vertex: &shaders::CASTER_VERT, fragment, colors: &colors, depth: None };
+            Kernel::graphics(&self.context, &state, &sets, &constants)
+        };
+        self.channels(answer.constants).into_iter().map(kernel).collect()
+    }
+
+    fn with_casters(&self, answer: &Answer, shading: Shading, casters: Casters) -> Result<Kernels> {
+        let is_round = self.shown.as_ref().is_some_and(|shown| shown.normals.is_some());
+        // Smooth normals exist in the G-buffer alone, so forward becomes deferred. Apart from normals, both draw the same picture.
+        let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
+        let meshes = self.mesh_kernels(answer, shading)?;
+        let (is_short, has_room_for) = (Cell::new(false), Cell::new(0));
+        Ok(Kernels { meshes, casters, volumes: self.volume_kernel(answer)?, is_short, has_room_for })
+    }
+
+    fn mesh_kernels(&self, answer: &Answer, shading: Shading) -> Result<Meshes> {
         let make = |vertex, fragment, colors: &[(Format, Blend)], depth, sets: &[&Bindings]| {
             let state = Graphics { vertex, fragment, colors, depth };
             Kernel::graphics(&self.context, &state, sets, answer.constants)
@@ -121,59 +155,29 @@ impl Renderer {
         let color = (self.color_format, Blend::None);
         let distance = (Format::R32_SFLOAT, Blend::None);
         let depth = Some(Format::D32_SFLOAT);
-        let surface = &shaders::SURFACE_VERT;
         let forward = shaders::FORWARD_FRAG.of(answer.folder);
         let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
         let lit = [scene, asked, &self.buffers];
         let gbuffer = || GBuffer::new(self);
-        let is_round = self.shown.as_ref().is_some_and(|shown| shown.normals.is_some());
-        // Smooth normals exist in the G-buffer alone, so forward becomes deferred. Apart from normals, both draw the same picture.
-        let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
-        Ok(Kernels {
-            meshes: match shading {
-                Shading::Forward | Shading::Deferred if self.painter_kind() == PainterKind::Compute => {
-                    Meshes::Shaded(Shade::new(self, answer)?)
-                }
-                Shading::Forward => {
-                    Meshes::Forward(make(surface, forward, &[color, distance], depth, &[scene, asked])?)
-                }
-                Shading::Deferred => Meshes::Deferred {
-                    gbuffer: gbuffer()?,
-                    deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,
-                },
-                Shading::Tiled(tiled) => {
-                    let tiles = self.tiles(tiled)?;
-                    Meshes::Tiled { gbuffer: gbuffer()?, asking: tiles.asking(answer)?, tiles }
-                }
-                Shading::Interleaved => {
-                    Meshes::Interleaved { gbuffer: gbuffer()?, interleaved: Interleaved::new(self, answer)? }
-                }
-                Shading::Reservoir => {
-                    Meshes::Reservoir { gbuffer: gbuffer()?, reservoirs: Reservoirs::new(self, answer)? }
-                }
+        Ok(match shading {
+            Shading::Forward | Shading::Deferred if self.painter_kind() == PainterKind::Compute => {
+                Meshes::Shaded(Shade::new(self, answer)?)
+            }
+            Shading::Forward => {
+                Meshes::Forward(make(&shaders::SURFACE_VERT, forward, &[color, distance], depth, &[scene, asked])?)
+            }
+            Shading::Deferred => Meshes::Deferred {
+                gbuffer: gbuffer()?,
+                deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,
             },
-            casters: match lighting {
-                Lighting::Fragment if self.painter_kind() == PainterKind::Compute => {
-                    Casters::Painted(Painter::new(self, answer)?)
-                }
-                Lighting::Fragment => {
-                    let sets = [scene, asked, &self.distances];
-                    let fragment = shaders::CASTER_FRAG.of(answer.folder);
-                    let kernel = |(blend, constants): (Blend, Constants)| {
-                        let colors = [(self.color_format, blend)];
-                        let vertex = &shaders::CASTER_VERT;
-                        let state = Graphics { vertex, fragment, colors: &colors, depth: None };
-                        Kernel::graphics(&self.context, &state, &sets, &constants)
-                    };
-                    Casters::Fragment(self.channels(&constants).into_iter().map(kernel).collect::<Result<_>>()?)
-                }
-                Lighting::Vertex { spacing } => Casters::Vertex(
-                    self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?,
-                    SpacingPush { spacing },
-                ),
-            },
-            volumes: self.volume_kernel(answer)?,
-            is_short: Cell::new(false),
+            Shading::Tiled(tiled) => {
+                let tiles = self.tiles(tiled)?;
+                Meshes::Tiled { gbuffer: gbuffer()?, asking: tiles.asking(answer)?, tiles }
+            }
+            Shading::Interleaved => {
+                Meshes::Interleaved { gbuffer: gbuffer()?, interleaved: Interleaved::new(self, answer)? }
+            }
+            Shading::Reservoir => Meshes::Reservoir { gbuffer: gbuffer()?, reservoirs: Reservoirs::new(self, answer)? },
         })
     }
 
@@ -183,10 +187,12 @@ impl Renderer {
     /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::kernels`].
     pub fn wireframe_kernels(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Kernels> {
         self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
-        let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
+        self.check_colored(shading)?;
+        let constants = colored(answer.constants, self.extinction_ratio);
+        let answer = &Answer { constants: &constants, ..*answer };
         let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
         let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
-        Ok(Kernels { casters: Casters::Outlined { filled, lines, push: SpacingPush { spacing } }, ..kernels })
+        self.with_casters(answer, shading, Casters::Outlined { filled, lines, push: SpacingPush { spacing } })
     }
 
     /// Makes the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Technique::painter`]).
@@ -199,16 +205,18 @@ impl Renderer {
         if lighting != Lighting::Fragment {
             return Err(Error::Refused { needs: "lighting=fragment: it paints casters itself".into() });
         }
-        if self.painter == Some(PainterKind::Compute) {
-            return Err(Error::Refused { needs: "painter=raster: it draws its casters slice by slice".into() });
-        }
         if !self.is_grey() {
             return Err(Error::Refused {
                 needs: "a scene without [color]: it paints all colors with one opacity".into(),
             });
         }
-        let kernels = self.kernels(&technique.answer(), shading, lighting)?;
-        Ok(Kernels { casters: Casters::Sliced(Sliced::new(self, &technique.answer(), painter)?), ..kernels })
+        self.check_colored(shading)?;
+        let answer = &technique.answer();
+        let casters = match self.painter_kind() {
+            PainterKind::Compute => Casters::PaintedSlices(Slices::new(self, answer, painter)?),
+            PainterKind::Raster => Casters::Sliced(Sliced::new(self, answer, painter)?),
+        };
+        self.with_casters(answer, shading, casters)
     }
 
     /// The buffers and passes of `shading=tiled`: those kept from earlier kernels where the settings are the same, else new ones.

@@ -41,13 +41,21 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Where casters or the camera have moved: sorts the casters, and makes the lists of compute passes as long as they need to be.
+    /// Where casters or the camera have moved since `kernels` last drew: sorts the casters, and makes the lists of compute passes as long as
+    /// they need to be.
     fn make_room(&self, kernels: &Kernels) -> Result<()> {
-        let Casters::Painted(painter) = &kernels.casters else { return Ok(()) };
-        if self.blending.moved() && self.blending.casters > 0 {
-            self.context.submit(|commands| self.sort(commands, kernels))?;
-            painter.make_room(self)?;
-            self.blending.forget();
+        let moves = self.blending.moves();
+        if kernels.has_room_for.replace(moves) == moves {
+            return Ok(());
+        }
+        match &kernels.casters {
+            Casters::Painted(painter) if self.blending.casters > 0 => {
+                self.context.submit(|commands| self.sort(commands, kernels))?;
+                painter.make_room(self)?;
+                self.blending.forget();
+            }
+            Casters::PaintedSlices(slices) if self.caster_count > 0 => slices.make_room(self)?,
+            _ => {}
         }
         Ok(())
     }

@@ -57,13 +57,14 @@ impl Renderer {
             Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
             Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),
             Casters::Sliced(sliced) => sliced.record(commands, self),
+            Casters::PaintedSlices(slices) => slices.record(commands, self),
         }
     }
 
     /// Puts casters in the order in which they are drawn.
     pub(super) fn sort(&self, commands: &mut Commands, kernels: &Kernels) {
         // A technique that paints casters sorts them for itself.
-        if !matches!(kernels.casters, Casters::Sliced(_)) {
+        if !matches!(kernels.casters, Casters::Sliced(_) | Casters::PaintedSlices(_)) {
             self.blending.record(commands, &self.camera);
         }
     }

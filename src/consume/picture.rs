@@ -19,9 +19,6 @@ use crate::{Error, Result};
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Storage buffers per shader stage with which compute passes paint under every technique.
-const BUFFERS: u32 = 24;
-
 /// Images and bindings for one scene and size.
 pub struct Renderer {
     pub(super) context: Context,
@@ -46,7 +43,7 @@ pub struct Renderer {
     pub(super) has_strands: bool,
     pub(super) has_packed: bool,
     pub(super) camera: View,
-    camera_data: Buffer,
+    pub(super) camera_data: Buffer,
     pub(super) splats: Buffer,
     /// What makes pictures: see [`Renderer::paint_by`].
     pub(super) painter: Option<PainterKind>,
@@ -197,10 +194,7 @@ impl Renderer {
 
     /// What makes pictures, where nothing else was said.
     pub(super) fn painter_kind(&self) -> PainterKind {
-        // On lavapipe, quads and blending are faster: docs/notebook/pictures.md.
-        let features = self.context.features();
-        let draws = features.is_software() || features.max_per_stage_descriptor_storage_buffers < BUFFERS;
-        self.painter.unwrap_or(if draws { PainterKind::Raster } else { PainterKind::Compute })
+        self.painter.unwrap_or(PainterKind::usual(self.context.features()))
     }
 
     /// What finds the triangles that pixels see, which all kernels of this renderer share.

@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use super::interleaved::PartsSeen;
-use super::kernels::{Kernels, Meshes};
+use super::kernels::{Casters, Kernels, Meshes};
 use super::many_lights::TilesSeen;
 use super::painter::ListsSeen;
 use crate::Result;
@@ -32,9 +32,14 @@ impl Renderer {
         Ok(Some((seen, self.blending.order.read(casters as usize)?)))
     }
 
-    /// Bytes of the lists of casters that compute passes paint, with the layers of their parts; none where no such kernels were made.
-    pub fn lists_bytes(&self) -> Option<u64> {
-        self.lists.borrow().as_ref().map(|lists| lists.borrow().bytes())
+    /// Bytes of the lists of casters that compute passes paint, with the layers of their parts and the light at vertices; none where
+    /// `kernels` draw casters.
+    pub fn lists_bytes(&self, kernels: &Kernels) -> Option<u64> {
+        match &kernels.casters {
+            Casters::Painted(painter) => painter.bytes(),
+            Casters::PaintedSlices(slices) => Some(slices.bytes()),
+            _ => None,
+        }
     }
 
     /// Bytes of the buffers between G-buffer and picture with `shading=interleaved` or `shading=reservoir`; none with other shading.

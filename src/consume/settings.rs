@@ -1,6 +1,8 @@
 //! Settings of pictures, as keys that a spec may have besides its technique's own.
 
+use super::Lighting;
 use crate::Result;
+use crate::gpu::Features;
 use crate::technique::keys::{word_of, words};
 use crate::technique::runs::{self, List};
 use crate::technique::settings::{Keyed, Setting, settings};
@@ -16,6 +18,9 @@ words! {
     }
 }
 
+/// Storage buffers per shader stage with which compute passes paint under every technique.
+const BUFFERS: u32 = 24;
+
 words! {
     /// What makes the picture.
     pub enum PainterKind {
@@ -30,6 +35,13 @@ impl PainterKind {
     /// Its word in specs.
     pub fn word(self) -> &'static str {
         word_of(self)
+    }
+
+    /// What makes the picture where nothing is said: what is faster on most devices of such a kind.
+    pub fn usual(features: &Features) -> Self {
+        // On lavapipe, quads and blending are faster: docs/notebook/painted.md.
+        let draws = features.is_software() || features.max_per_stage_descriptor_storage_buffers < BUFFERS;
+        if draws { Self::Raster } else { Self::Compute }
     }
 }
 
@@ -98,6 +110,15 @@ settings! {
         shadows: ShadowsKind = Setting::word(
             "direct", "with shading=tiled, each pixel asks for its lights, or a list of them is shared out evenly")
             .with(TILED.0, TILED.1);
+    }
+}
+
+impl ShadingSettings {
+    /// # Errors
+    /// [`Error::Refused`] where the device lacks a feature that these settings need.
+    pub fn check(&self, features: &Features) -> Result<()> {
+        let painter = self.painter.unwrap_or(PainterKind::usual(features));
+        features.require(Lighting::of(self).requires(painter))
     }
 }
 

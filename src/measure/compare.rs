@@ -277,7 +277,7 @@ impl Case<'_> {
         let settings = spec.settings();
         let (lighting, shading) = (Lighting::of(&settings), Shading::of(&settings));
         self.painter = settings.painter;
-        self.context.features().require(lighting.requires())?;
+        settings.check(self.context.features())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
         let first = Ran::of(|| {
@@ -336,9 +336,10 @@ impl Case<'_> {
         row.draw_ns = Timing::of(&counted_ns);
         row.draw_passes = pass_timings(&drawn);
         if self.effort.counts {
+            renderer.forget_order();
             row.counts.extend(self.counted(|| renderer.draw(&kernels))?);
         }
-        row.counters.extend(renderer.lists_bytes().map(|bytes| ("lists_bytes".into(), bytes)));
+        row.counters.extend(renderer.lists_bytes(&kernels).map(|bytes| ("lists_bytes".into(), bytes)));
         row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.counters.extend(renderer.estimates_bytes(&kernels).map(|bytes| ("estimates_bytes".into(), bytes)));
         // A bake is no part of a frame in which nothing moved.

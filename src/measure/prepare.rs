@@ -46,7 +46,7 @@ impl Case<'_> {
 fn make(context: &Context, world: &World, renderer: &mut Renderer, spec: &Spec) -> Result<()> {
     let settings = spec.settings();
     let (lighting, shading) = (Lighting::of(&settings), Shading::of(&settings));
-    context.features().require(lighting.requires())?;
+    settings.check(context.features())?;
     let opened = technique::open(context, world, spec)?;
     let technique = opened.technique.as_ref();
     Query::new(context, 0, &[[0.0; 3]])?.kernel(&technique.answer())?;

@@ -4,8 +4,8 @@
 
 use super::Technique;
 use crate::gpu::{
-    Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Pass, Resource, Shader, Target,
-    groups, push_struct,
+    Bindings, Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Pass, Resource, Shader,
+    Target, groups, push_struct,
 };
 use crate::maps::{Maps, Order, Splat, SplatPush};
 use crate::scene::View;
@@ -112,6 +112,11 @@ impl Painter {
         let slices = self.slices;
         let at = move |slice: u32| (u64::from(slice) * u64::from(count) / u64::from(slices)) as u32;
         (0..slices).map(move |slice| at(slice)..at(slice + 1)).filter(|places| !places.is_empty())
+    }
+
+    /// Indices of casters in the order of the slices.
+    pub fn order(&self) -> &Buffer {
+        &self.order.sorted
     }
 
     /// Draws casters into the light's buffer; with no casters the buffer holds full light.

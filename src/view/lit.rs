@@ -51,7 +51,7 @@ impl Lit {
     pub fn open(context: &Context, world: &World, spec: &Spec, seen: (u64, View), look: Option<Show>) -> Result<Self> {
         let settings = spec.settings();
         let lighting = Lighting::of(&settings);
-        context.features().require(lighting.requires())?;
+        settings.check(context.features())?;
         let technique = open(context, world, spec)?.technique;
         let size = [seen.1.width, seen.1.height];
         let mut pictures = Pictures::new(context, world, world.scene()?, size, look)?;

@@ -1,5 +1,5 @@
 #version 460
-// Which pixels each caster may cover, and how many tiles the casters of a workgroup reach. Clears the ranges of all tiles. Inputs: casters,
+// Which pixels each caster may cover, and how many tiles the casters of a workgroup reach. Clears the ranges of all tiles. Inputs: camera, casters,
 // order. Outputs: boxes, sums, ranges. Twin: reference::twin::painter.
 #include "consume/painter/list_set.glsl"
 
@@ -10,11 +10,12 @@ LIST_ORDER
 LIST_BOXES
 LIST_SUMS
 LIST_RANGES
+LIST_CAMERA
 
 shared uint sum;
 
 // The pixels whose centres are within a caster's bounds.
-uvec2 pixels_of(View camera, Caster caster) {
+uvec2 pixels_of(Caster caster) {
     vec2 low, high, pixels = vec2(size);
     if (!caster_bounds(camera, caster, low, high)) {
         return NO_PIXELS;
@@ -40,7 +41,7 @@ void main() {
     barrier();
     if (i < count) {
         uint caster = order[first + i];
-        uvec2 box = pixels_of(list_camera(), casters[caster]);
+        uvec2 box = pixels_of(casters[caster]);
         boxes[caster] = box;
         uvec2 tile, reached;
         tiles_of(box, tile, reached);

@@ -19,17 +19,10 @@
 // The first part of each tile of several.
 #define LIST_SPLITS layout(set = 0, binding = 7, scalar) writeonly buffer Splits { Part splits[]; };
 #define LIST_TOTALS layout(set = 0, binding = 8, scalar) buffer Totals { PaintTotals totals; };
+#define LIST_CAMERA layout(set = 0, binding = 9, scalar) readonly buffer Cameras { View camera; };
 
 layout(push_constant, scalar) uniform ListPush {
-    vec3 origin;  // of the camera; its axes and size below
-    float scale_x;
-    vec3 right;
-    float scale_y;
-    vec3 up;
-    float near;
-    vec3 forward;
-    float far;
-    uvec2 size;
+    uvec2 size;       // of the picture
     uint first;       // place in the order of the first caster that is painted
     uint count;       // casters that are painted
     uint capacity;    // entries
@@ -38,10 +31,6 @@ layout(push_constant, scalar) uniform ListPush {
     uint most_parts;  // there are at most so many parts, and at most one more per tile
     uint is_first;    // 1 for the first lists of a frame
 };
-
-View list_camera() {
-    return View(origin, VIEW_PERSPECTIVE, right, scale_x, up, scale_y, forward, near, far, size.x, size.y);
-}
 
 uint list_group() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
 uvec2 tile_counts() { return (size + PAINT_TILE - 1u) / PAINT_TILE; }

@@ -52,6 +52,12 @@ const uvec2 NO_PIXELS = uvec2(1u, 0u);
 
 uvec2 both(uint word) { return uvec2(word & 0xFFFFu, word >> 16u); }
 
+// The pixel of a thread of the workgroup that paints a tile.
+uvec2 tile_pixel(uvec2 size, uint tile, uint thread) {
+    uint across = (size.x + PAINT_TILE - 1u) / PAINT_TILE;
+    return PAINT_TILE * uvec2(tile % across, tile / across) + uvec2(thread % PAINT_TILE, thread / PAINT_TILE);
+}
+
 // The first tile that a box reaches, and how many tiles across and down; 0 for none.
 void tiles_of(uvec2 box, out uvec2 first, out uvec2 count) {
     uvec2 low = both(box.x), high = both(box.y);

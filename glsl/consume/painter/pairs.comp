@@ -10,6 +10,9 @@ LIST_BOXES
 LIST_SUMS
 LIST_ITEMS
 
+// Whether an entry says the caster's place in the order, and not which caster it is.
+CONSTANT(bool, BY_PLACE, false)
+
 shared uint ends[LIST_THREADS];
 // The first tile of each caster and how many tiles it has across, and which caster it is.
 shared uvec2 group_tiles[LIST_THREADS];
@@ -25,7 +28,7 @@ void main() {
     if (i < count) {
         uint caster = order[first + i];
         tiles_of(boxes[caster], tile, reached);
-        group_casters[thread] = caster;
+        group_casters[thread] = BY_PLACE ? first + i : caster;
     }
     group_tiles[thread] = tile;
     group_across[thread] = reached.x;

@@ -19,9 +19,4 @@
 #define PAINTED_BOXES layout(set = 0, binding = 8, scalar) readonly buffer Boxes { uvec2 boxes[]; };
 
 const uint TILE_PIXELS = PAINT_TILE * PAINT_TILE;
-
-uvec2 tile_pixel(uvec2 size, uint tile, uint thread) {
-    uint across = (size.x + PAINT_TILE - 1u) / PAINT_TILE;
-    return PAINT_TILE * uvec2(tile % across, tile / across) + uvec2(thread % PAINT_TILE, thread / PAINT_TILE);
-}
 #endif

@@ -7,8 +7,7 @@ use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Pass, Push, ReadBack, groups, push_struct,
 };
 use crate::maps::CountedOrder;
-use crate::scene::View;
-use crate::shaders::constant::SORT_BLOCK;
+use crate::shaders::constant::{BY_PLACE, SORT_BLOCK};
 use crate::shaders::{painter as shaders, set};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -42,14 +41,6 @@ const ENTRY_BYTES: u32 = 16;
 push_struct! {
     /// Twin: ListPush in glsl/consume/painter/list_set.glsl.
     struct ListPush {
-        origin: [f32; 3],
-        scale_x: f32,
-        right: [f32; 3],
-        scale_y: f32,
-        up: [f32; 3],
-        near: f32,
-        forward: [f32; 3],
-        far: f32,
         size: [u32; 2],
         first: u32,
         count: u32,
@@ -115,7 +106,19 @@ pub struct ListsSeen {
     pub totals: PaintTotals,
 }
 
-/// Buffers and passes of the lists of one renderer.
+/// Which casters are listed.
+pub(super) struct Listed<'a> {
+    /// Indices of casters, in the order that each tile's list has.
+    pub order: &'a Buffer,
+    /// The most casters that there may be.
+    pub room: u32,
+    /// A part's least length.
+    pub least: u32,
+    /// Entries say a caster's place in the order, and not which caster it is.
+    pub by_place: bool,
+}
+
+/// Buffers and passes of lists.
 pub(in crate::consume) struct Lists {
     context: Context,
     tiles: u32,
@@ -135,7 +138,10 @@ pub(in crate::consume) struct Lists {
     pub(super) scene: Bindings,
     /// Set 1 of the pass that puts parts over each other.
     pub(super) split: Bindings,
-    kinds: Constants,
+    /// Set 3 of the pass that paints a slice.
+    pub(super) slices: Bindings,
+    size: [u32; 2],
+    constants: Constants,
     kernels: Kernels,
 }
 
@@ -149,8 +155,8 @@ struct Kernels {
 }
 
 impl Kernels {
-    fn new(context: &Context, set: &Bindings, kinds: &Constants, block: u32) -> Result<Self> {
-        let constants = kinds.clone().set(SORT_BLOCK, block);
+    fn new(context: &Context, set: &Bindings, constants: &Constants, block: u32) -> Result<Self> {
+        let constants = constants.clone().set(SORT_BLOCK, block);
         let kernel = |shader| Kernel::compute(context, shader, &[set], &constants);
         Ok(Self {
             count: kernel(&shaders::COUNT)?,
@@ -191,11 +197,11 @@ impl Grown {
 
 impl Lists {
     /// For the pictures of `renderer`.
-    pub(in crate::consume) fn new(renderer: &Renderer) -> Result<Self> {
-        let context = &renderer.context;
-        let [x, y] = renderer.color.size().map(|side| side.div_ceil(TILE));
-        let (tiles, casters) = (x * y, renderer.blending.room().max(1));
-        let least = renderer.least_part();
+    pub(super) fn new(renderer: &Renderer, listed: &Listed) -> Result<Self> {
+        let Listed { order, room, least, by_place } = *listed;
+        let (context, size) = (&renderer.context, renderer.color.size());
+        let [x, y] = size.map(|side| side.div_ceil(TILE));
+        let (tiles, casters) = (x * y, room.max(1));
         let cut = [least, MOST_PARTS];
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let totals = buffer("painter.totals", size_of::<PaintTotals>() as u64)?;
@@ -207,7 +213,7 @@ impl Lists {
         let splits = buffer("painter.splits", u64::from(tiles) * size_of::<PartData>() as u64)?;
         let set = set::PainterLists {
             casters: &renderer.caster_buffer,
-            order: &renderer.blending.order,
+            order,
             boxes: &boxes,
             sums: &sums,
             items: &grown.order.items,
@@ -215,6 +221,7 @@ impl Lists {
             parts: &grown.parts,
             splits: &splits,
             totals: &totals,
+            camera: &renderer.camera_data,
         };
         let set = set.bind(context, "painter.lists")?;
         let scene = set::PainterScene {
@@ -230,14 +237,23 @@ impl Lists {
         };
         let scene = scene.bind(context, "painter.scene")?;
         let split = set::PainterSplits { splits: &splits }.bind(context, "painter.splits")?;
-        let kinds = renderer.with_kinds(Constants::new());
+        let slices = set::PainterSlices {
+            sorted: order,
+            items: &grown.order.items,
+            ranges: &ranges,
+            parts: &grown.parts,
+            totals: &totals,
+        };
+        let slices = slices.bind(context, "painter.slices")?;
+        let constants = renderer.with_kinds(Constants::new()).set(BY_PLACE, by_place);
         Ok(Self {
             context: context.clone(),
             tiles,
             cut,
             totalled: ReadBack::new(context, "painter.totalled", totals.bytes())?,
-            kernels: Kernels::new(context, &set, &kinds, grown.order.block())?,
-            kinds,
+            kernels: Kernels::new(context, &set, &constants, grown.order.block())?,
+            constants,
+            size,
             boxes,
             sums,
             ranges,
@@ -248,6 +264,7 @@ impl Lists {
             set,
             scene,
             split,
+            slices,
         })
     }
 
@@ -258,19 +275,10 @@ impl Lists {
         (0..runs).map(move |i| at(i)..at(i + 1)).filter(|run| !run.is_empty())
     }
 
-    fn push(&self, camera: &View, run: &Range<u32>, is_first: bool) -> ListPush {
-        let View { origin, scale_x, right, scale_y, up, near, forward, far, width, height, .. } = *camera;
+    fn push(&self, run: &Range<u32>, is_first: bool) -> ListPush {
         let [least_part, most_parts] = self.cut;
         ListPush {
-            origin,
-            scale_x,
-            right,
-            scale_y,
-            up,
-            near,
-            forward,
-            far,
-            size: [width, height],
+            size: self.size,
             first: run.start,
             count: run.end - run.start,
             capacity: self.grown.order.capacity(),
@@ -282,17 +290,17 @@ impl Lists {
     }
 
     /// Records how many entries the casters at the places `run` of the order have.
-    pub(super) fn measure(&self, commands: &mut Commands, camera: &View, run: &Range<u32>, is_first: bool) {
-        let push = self.push(camera, run, is_first);
+    pub(super) fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
+        let push = self.push(run, is_first);
         self.count(commands, &push);
         self.scan(commands, &push);
         commands.read_back(&self.totals, &self.totalled);
     }
 
     /// Records the lists of the casters at the places `run` of the order.
-    pub(super) fn record(&self, commands: &mut Commands, camera: &View, run: &Range<u32>, is_first: bool) {
-        let push = self.push(camera, run, is_first);
-        self.measure(commands, camera, run, is_first);
+    pub(super) fn record(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
+        let push = self.push(run, is_first);
+        self.measure(commands, run, is_first);
         self.pairs(commands, &push);
         self.grown.order.sort(commands);
         self.tiles(commands, &push);
@@ -352,17 +360,24 @@ impl Lists {
             // An eighth more than is needed, so that a scene in motion does not make the lists grow every frame.
             let wanted = wanted.saturating_add(wanted / 8).min(most);
             self.grown = Grown::new(&self.context, &self.totals, wanted, self.tiles, self.cut)?;
-            self.kernels = Kernels::new(&self.context, &self.set, &self.kinds, self.grown.order.block())?;
+            self.kernels = Kernels::new(&self.context, &self.set, &self.constants, self.grown.order.block())?;
             self.set.replace(set::PainterLists::ITEMS, &self.grown.order.items)?;
             self.set.replace(set::PainterLists::PARTS, &self.grown.parts)?;
             self.scene.replace(set::PainterScene::ITEMS, &self.grown.order.items)?;
             self.scene.replace(set::PainterScene::PARTS, &self.grown.parts)?;
             self.scene.replace(set::PainterScene::LAYERS, &self.grown.layers)?;
+            self.slices.replace(set::PainterSlices::ITEMS, &self.grown.order.items)?;
+            self.slices.replace(set::PainterSlices::PARTS, &self.grown.parts)?;
         } else {
-            self.runs = self.runs.saturating_mul(2);
+            self.halve_runs();
         }
         self.totalled.forget();
         Ok(true)
+    }
+
+    /// Paints half as many casters at a time from now on.
+    pub(super) fn halve_runs(&mut self) {
+        self.runs = self.runs.saturating_mul(2);
     }
 
     /// What the last frame's passes wrote, of a world of `casters` casters.

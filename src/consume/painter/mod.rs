@@ -5,23 +5,28 @@
 mod canvas;
 mod lists;
 mod shade;
+mod slices;
+mod vertices;
 
 pub(super) use canvas::Canvas;
 pub(super) use lists::Lists;
 pub use lists::{ListsSeen, PaintTotals, PartData};
 pub(super) use shade::Shade;
+pub(super) use slices::Slices;
 
-use super::Renderer;
 use super::volumes::VolumePush;
+use super::{Lighting, Renderer};
 use crate::Result;
 use crate::gpu::{Commands, Constants, Kernel};
 use crate::scene::{Blended, Scene};
 use crate::shaders::{constant, consume, painter as shaders};
 use crate::technique::Answer;
 use crate::world::CameraPush;
+use lists::Listed;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
+use vertices::Vertices;
 
 /// Paints casters and volumes.
 pub(super) struct Painter {
@@ -33,44 +38,76 @@ pub(super) struct Painter {
 
 struct CasterPainter {
     lists: Rc<RefCell<Lists>>,
+    /// Where light is asked for at vertices.
+    vertices: Option<RefCell<Vertices>>,
     paint: Kernel<CameraPush>,
     compose: Kernel<CameraPush>,
 }
 
 impl CasterPainter {
-    fn new(renderer: &Renderer, canvas: &Canvas, answer: &Answer, constants: &Constants) -> Result<Self> {
+    fn new(
+        renderer: &Renderer,
+        canvas: &Canvas,
+        answer: &Answer,
+        lighting: Lighting,
+        constants: &Constants,
+    ) -> Result<Self> {
         let lists = renderer.lists()?;
         let (scene, split) = (lists.borrow().scene.clone(), lists.borrow().split.clone());
-        let sets = [&scene, answer.bindings, &canvas.bindings];
+        let vertices = match lighting {
+            Lighting::Fragment => None,
+            Lighting::Vertex { spacing } => Some(Vertices::new(renderer, answer, constants, spacing)?),
+        };
         let is_staged = lists.borrow().may_split();
         let spreads = renderer.context.features().is_software();
         let constants = constants.clone().set(constant::SPREAD, spreads).set(constant::STAGED, is_staged);
         let kernel = |shader, sets: &[_]| Kernel::compute(&renderer.context, shader, sets, &constants);
-        Ok(Self {
-            paint: kernel(shaders::PAINT.of(answer.folder), &sets)?,
-            compose: kernel(&shaders::COMPOSE, &[&scene, &split, &canvas.bindings])?,
-            lists,
-        })
+        let paint = match &vertices {
+            None => kernel(shaders::PAINT.of(answer.folder), &[&scene, answer.bindings, &canvas.bindings])?,
+            Some(vertices) => kernel(&shaders::PAINT_LIT, &[&scene, &vertices.lit, &canvas.bindings])?,
+        };
+        let compose = kernel(&shaders::COMPOSE, &[&scene, &split, &canvas.bindings])?;
+        Ok(Self { lists, vertices: vertices.map(RefCell::new), paint, compose })
     }
 
     fn record(&self, commands: &mut Commands, renderer: &Renderer, run: &Range<u32>, is_first: bool) {
         let (lists, push) = (self.lists.borrow(), CameraPush::of(&renderer.camera));
-        lists.record(commands, &renderer.camera, run, is_first);
+        lists.record(commands, run, is_first);
+        self.light(commands, run, is_first);
         commands.pass("painter.paint", |pass| lists.per_part(pass, &self.paint, &push));
         if lists.may_split() {
             commands.pass("painter.compose", |pass| lists.per_split(pass, &self.compose, &push));
         }
     }
+
+    /// What [`CasterPainter::record`] needs room for.
+    fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
+        self.lists.borrow().measure(commands, run, is_first);
+        self.light(commands, run, is_first);
+    }
+
+    fn light(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
+        if let Some(vertices) = &self.vertices {
+            vertices.borrow().record(commands, run, is_first);
+        }
+    }
+
+    fn settle(&self, frame: u64) -> Result<bool> {
+        let mut lists = self.lists.borrow_mut();
+        let has_grown = lists.settle(frame)?;
+        let Some(vertices) = &self.vertices else { return Ok(has_grown) };
+        Ok(vertices.borrow_mut().settle(frame, &mut lists)? || has_grown)
+    }
 }
 
 impl Painter {
     /// For pictures of `renderer`, lit by `answer`.
-    pub(super) fn new(renderer: &Renderer, answer: &Answer) -> Result<Self> {
+    pub(super) fn new(renderer: &Renderer, answer: &Answer, lighting: Lighting) -> Result<Self> {
         let canvas = renderer.canvas()?;
         let constants = renderer.painted(answer.constants);
         let casters = match renderer.blending.room() {
             0 => None,
-            _ => Some(CasterPainter::new(renderer, &canvas, answer, &constants)?),
+            _ => Some(CasterPainter::new(renderer, &canvas, answer, lighting, &constants)?),
         };
         let march = |fields| {
             let sets = [&renderer.scene, answer.bindings, &canvas.bindings, fields];
@@ -114,16 +151,17 @@ impl Painter {
             let mut frame = 0;
             renderer.context.submit(|commands| {
                 frame = commands.frame();
-                let (lists, mut is_first) = (casters.lists.borrow(), true);
+                let mut is_first = true;
                 for next in &renderer.blending.runs {
                     let Blended::Casters(places) = next else { continue };
-                    for run in lists.runs(places) {
-                        lists.measure(commands, &renderer.camera, &run, is_first);
+                    let runs = casters.lists.borrow().runs(places);
+                    for run in runs {
+                        casters.measure(commands, &run, is_first);
                         is_first = false;
                     }
                 }
             })?;
-            if !casters.lists.borrow_mut().settle(frame)? {
+            if !casters.settle(frame)? {
                 return Ok(());
             }
         }
@@ -131,7 +169,14 @@ impl Painter {
 
     /// See [`Renderer::settle`].
     pub(super) fn settle(&self, frame: u64) -> Result<bool> {
-        self.casters.as_ref().map_or(Ok(false), |casters| casters.lists.borrow_mut().settle(frame))
+        self.casters.as_ref().map_or(Ok(false), |casters| casters.settle(frame))
+    }
+
+    /// Bytes of lists, and of the light at vertices; none where there are no casters but cells of volumes.
+    pub(super) fn bytes(&self) -> Option<u64> {
+        let casters = self.casters.as_ref()?;
+        let vertices = casters.vertices.as_ref().map_or(0, |vertices| vertices.borrow().bytes());
+        Some(casters.lists.borrow().bytes() + vertices)
     }
 }
 
@@ -159,7 +204,9 @@ impl Renderer {
         if let Some(lists) = &*kept {
             return Ok(lists.clone());
         }
-        let lists = Rc::new(RefCell::new(Lists::new(self)?));
+        let (order, room) = (&self.blending.order, self.blending.room());
+        let listed = Listed { order, room, least: self.least_part(), by_place: false };
+        let lists = Rc::new(RefCell::new(Lists::new(self, &listed)?));
         *kept = Some(lists.clone());
         Ok(lists)
     }
