@@ -27,7 +27,7 @@ fn hows() -> [(&'static str, How); 3] {
 
 fn options(how: How, optional: Optional, timestamps: bool) -> Options {
     let choice = Choice { device: None, validation: true, optional, timestamps };
-    Options { how, choice, device_light: false, size: [48, 36] }
+    Options { how, choice, device_light: false, painted: false, size: [48, 36] }
 }
 
 /// Runs an engine under the validation layer, which has said nothing by the time that it is closed; Gobo has called no function that
@@ -365,11 +365,39 @@ fn a_thousand_frames_take_no_more_memory() {
     }
     for (i, (name, how)) in some(hows(), 1).into_iter().enumerate() {
         let [before, after] = if all() && i == 0 { [100, 900] } else { [10, 40] };
-        engine_test(name, &options(how, Optional::All, true), |engine| {
+        // The first has its picture made by Gobo too.
+        let options = Options { painted: i == 0, ..options(how, Optional::All, true) };
+        engine_test(name, &options, |engine| {
             frames(engine, before);
             let (all, gobo) = (engine.gpu().allocated_bytes(), engine.shadows().bytes());
             frames(engine, after);
             assert_eq!((engine.gpu().allocated_bytes(), engine.shadows().bytes()), (all, gobo), "{name}");
         });
     }
+}
+
+/// Gobo's picture in the renderer's frame: where the renderer's own has smoke before the sky, this one has too.
+#[test]
+fn smoke_is_where_the_renderer_draws_it() {
+    let [(_, how), ..] = hows();
+    let picture = |painted| {
+        let mut pixels = Vec::new();
+        let options = Options { painted, ..options(how.clone(), Optional::All, true) };
+        engine_test("smoke_is_where_the_renderer_draws_it", &options, |engine| {
+            frames(engine, 5);
+            pixels = engine.picture().expect("read");
+        });
+        pixels
+    };
+    let [drawn, painted] = [false, true].map(picture);
+    // Whether a pixel differs from the sky, which is the same along a row of the upper third.
+    let smoky = |pixels: &[u8], i: usize| {
+        let pixel = |i: usize| &pixels[4 * i..4 * i + 3];
+        pixel(i).iter().zip(pixel(i / 48 * 48)).any(|(a, b)| a.abs_diff(*b) > 6)
+    };
+    let upper = || (0..48 * 12).filter(|i| i % 48 != 0);
+    let both = upper().filter(|&i| smoky(&drawn, i) && smoky(&painted, i)).count();
+    let one = upper().filter(|&i| smoky(&drawn, i) != smoky(&painted, i)).count();
+    println!("{both} pixels have smoke in both, {one} in one");
+    assert!(both > 30 && one * 5 < both, "{both} pixels have smoke in both, {one} in one");
 }

@@ -14,7 +14,7 @@ mod reservoir;
 
 use glam::DVec3;
 use gobo::consume::many_lights::FrameData;
-use gobo::consume::{Lighting, PartsSeen, Renderer, Shading, Tiled, VERTEX_SPACING};
+use gobo::consume::{Lighting, PainterKind, PartsSeen, Renderer, Shading, Tiled, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::{Effort, Extent, Frames, Traced, picture_error, with_case};
 use gobo::reference::truth::{Casters, picture};
@@ -328,7 +328,8 @@ fn virtual_lights_stand_for_what_is_ambient() {
             let mut pictures = shadings.map(|s| drawn(context, &built, size, s, Lighting::Fragment)).to_vec();
             pictures.push(picture(&Casters::new(&scene), &scene, &camera(&scene, size)));
             let vertex = Lighting::Vertex { spacing: VERTEX_SPACING };
-            if context.features().require(vertex.requires()).is_ok() {
+            let needs = vertex.requires(PainterKind::usual(context.features()));
+            if context.features().require(needs).is_ok() {
                 pictures.push(drawn(context, &built, size, Shading::Interleaved, vertex));
             }
             for (i, picture) in pictures.iter().enumerate() {

@@ -16,6 +16,7 @@ usage: embed avsm|psm|beer-shadow-map [options]
 usage: embed avsm:nodes=8,path=binned [options]   as the program has what is not said
   -o FILE             the picture, a PNG (smoke.png)
   --device-light      the device turns the sun, and the host does not know where it is
+  --painted           Gobo's compute passes make the picture, of smoke and sky alone
   --frames N          frames before it, 60 a second (180)
   --size WIDTHxHEIGHT pixels (640x480)
   --device NAME       part of the device's name
@@ -56,7 +57,7 @@ fn arguments() -> Result<Run> {
     let mut words = std::env::args().skip(1);
     let how = how(&words.next().ok_or(USAGE)?)?;
     let choice = Choice { timestamps: true, ..Choice::default() };
-    let options = Options { how, choice, device_light: false, size: [640, 480] };
+    let options = Options { how, choice, device_light: false, painted: false, size: [640, 480] };
     let mut run = Run {
         options,
         output: "smoke.png".into(),
@@ -78,6 +79,7 @@ fn arguments() -> Result<Run> {
             "--size" => options.size = size(&value()?).ok_or("--size is as in 640x480")?,
             "--device" => options.choice.device = Some(value()?),
             "--device-light" => options.device_light = true,
+            "--painted" => options.painted = true,
             "--validation" => options.choice.validation = true,
             "--no-interlock" => options.choice.optional = Optional::NoInterlock,
             "--nothing-optional" => options.choice.optional = Optional::Nothing,

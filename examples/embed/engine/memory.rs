@@ -71,7 +71,11 @@ impl Target {
             .mip_levels(1)
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
-            .usage(vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC);
+            .usage(
+                vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+                    | vk::ImageUsageFlags::TRANSFER_DST,
+            );
         // SAFETY: `info` is whole, and the handle is kept at once.
         let image = unsafe { gpu.device.create_image(&info, None) }?;
         gpu.keep(Kept::Image(image));

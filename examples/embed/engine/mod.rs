@@ -5,6 +5,7 @@ pub mod counted;
 mod device;
 mod frames;
 mod memory;
+mod painted;
 mod pipelines;
 mod shadows;
 mod spirv;
@@ -38,6 +39,17 @@ pub const TO_SUN: Vec3 = Vec3::new(-0.64, -0.32, 0.7);
 
 /// By how much the device turns the sun about z, radians per second, where it does.
 pub const TURN_PER_S: f32 = 0.4;
+
+/// The camera: its place, what it looks at, and its angle from bottom to top, radians.
+const EYE: Vec3 = Vec3::new(0.8, -5.2, 1.9);
+const MIDDLE: Vec3 = Vec3::new(0.35, 0.0, 0.95);
+const FOV_Y: f32 = 0.7;
+
+/// The same camera as Gobo has it.
+fn camera() -> gobo::scene::Camera {
+    let fov_y_degrees = f64::from(FOV_Y).to_degrees();
+    gobo::scene::Camera { position: EYE.as_dvec3(), target: MIDDLE.as_dvec3(), up: glam::DVec3::Z, fov_y_degrees }
+}
 
 /// Bytes of a particle as the shaders have it. Twin: Particle in shaders/scene.glsl.
 #[repr(C)]
@@ -76,6 +88,8 @@ pub struct Options {
     pub choice: Choice,
     /// The device turns the sun, and the host does not know where it is.
     pub device_light: bool,
+    /// Gobo makes the picture, of smoke and sky alone.
+    pub painted: bool,
     /// The picture's width and height, pixels.
     pub size: [u32; 2],
 }
@@ -125,7 +139,10 @@ impl Engine {
         let mut frames = Frames::new(gpu)?;
         let commands = frames.begin(0)?;
         let theirs = (&particles, options.device_light.then_some(&sun));
-        let shadows = Shadows::new(gpu, &options.how, theirs, (commands, 0), &mut steps)?;
+        let mut shadows = Shadows::new(gpu, &options.how, theirs, (commands, 0), &mut steps)?;
+        if options.painted {
+            step(&mut steps, "painter", || shadows.paint(options.size))?;
+        }
         frames.submit(0, false)?;
 
         let start = Instant::now();
@@ -219,8 +236,13 @@ impl Engine {
         self.shadows.record(commands, frame)?;
         self.recording = start.elapsed();
         self.frames.stamp(frame, 2);
-        self.bind(commands, &push, &[self.set.handle, self.shadows.set(frame)]);
-        self.draw(commands);
+        match self.shadows.painted() {
+            Some(image) => self.show(commands, image.handle()),
+            None => {
+                self.bind(commands, &push, &[self.set.handle, self.shadows.set(frame)]);
+                self.draw(commands);
+            }
+        }
         self.frames.stamp(frame, 3);
 
         self.frames.submit(frame, true)?;
@@ -230,9 +252,9 @@ impl Engine {
     }
 
     fn push(&self, time_s: f32) -> Push {
-        let (eye, middle) = (Vec3::new(0.8, -5.2, 1.9), Vec3::new(0.35, 0.0, 0.95));
+        let (eye, middle) = (EYE, MIDDLE);
         let aspect = self.target.size[0] as f32 / self.target.size[1] as f32;
-        let clip = perspective(0.7, aspect, 0.1, 200.0) * look_at_mat4(eye, middle, Vec3::Z);
+        let clip = perspective(FOV_Y, aspect, 0.1, 200.0) * look_at_mat4(eye, middle, Vec3::Z);
         let to_light = TO_SUN.normalize();
         Push { clip: clip.to_cols_array_2d(), eye, time_s, to_light, turn_per_s: self.turn_per_s }
     }
@@ -281,6 +303,26 @@ impl Engine {
             device.cmd_draw(commands, 6 * PARTICLES, 1, 0, 0);
             device.cmd_end_rendering(commands);
         }
+    }
+
+    /// Takes over a picture of as many pixels, in `VK_IMAGE_LAYOUT_GENERAL`.
+    fn show(&self, commands: vk::CommandBuffer, from: vk::Image) {
+        let [width, height] = self.target.size;
+        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+        let corners = [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }];
+        let regions = [vk::ImageBlit::default()
+            .src_subresource(layers)
+            .src_offsets(corners)
+            .dst_subresource(layers)
+            .dst_offsets(corners)];
+        let (general, to) = (vk::ImageLayout::GENERAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        self.change_layout(commands, vk::ImageLayout::UNDEFINED, to);
+        // SAFETY: the commands are being recorded, outside a render; both images are as large, and Gobo's passes end with a barrier.
+        unsafe {
+            let target = self.target.image;
+            self.gpu.device.cmd_blit_image(commands, from, general, target, to, &regions, vk::Filter::NEAREST);
+        }
+        self.change_layout(commands, to, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
     }
 
     fn change_layout(&self, commands: vk::CommandBuffer, from: vk::ImageLayout, to: vk::ImageLayout) {

@@ -181,15 +181,21 @@ impl View {
         fit_all(scene, size, Casting::Opaque)
     }
 
-    /// The camera's view.
+    /// The camera's view of a scene, all of which it reaches.
     pub fn camera(camera: &Camera, scene: &Scene, size: [u32; 2]) -> Self {
         let forward = (camera.target - camera.position).normalize();
-        let (right, up) = across(forward, camera.up);
         let far = mesh_points(&scene.meshes)
             .chain(lasting_spheres(scene))
             .map(|(p, radius)| (p - camera.position).dot(forward) + radius)
             .fold(1e-3, f64::max)
             * 1.01;
+        Self::perspective(camera, [far * 1e-4, far], size)
+    }
+
+    /// The camera's view between two distances along its axis, near and far, `size` pixels wide and high.
+    pub fn perspective(camera: &Camera, [near, far]: [f64; 2], size: [u32; 2]) -> Self {
+        let forward = (camera.target - camera.position).normalize();
+        let (right, up) = across(forward, camera.up);
         let tangent = (camera.fov_y_degrees.to_radians() * 0.5).tan();
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         Self {
@@ -200,7 +206,7 @@ impl View {
             up: up.as_vec3().into(),
             scale_y: (-1.0 / tangent) as f32,
             forward: forward.as_vec3().into(),
-            near: (far * 1e-4) as f32,
+            near: near as f32,
             far: far as f32,
             width: size[0],
             height: size[1],
