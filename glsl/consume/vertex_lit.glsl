@@ -55,7 +55,7 @@ vec3 caster_asked(View camera, Ray ray, Caster caster, float farthest) {
     return caster.position + across + (0.5 * (z.x + z.y) - middle) * ray.direction;
 }
 
-// Pixels per side of what a vertex stands for: all that is as near to it as to no other.
+// The side of the square that a vertex stands for, pixels: it is nearer to that vertex than to any other.
 float vertex_side(View camera, vec4 corners, vec2 level) {
     vec2 apart = 0.5 * (corners.zw - corners.xy) * vec2(camera.width, camera.height) / level;
     return sqrt(apart.x * apart.y);

@@ -33,7 +33,7 @@ pub use fog::FogKernel;
 pub use interleaved::PartsSeen;
 pub use kernels::Kernels;
 pub use lighting::{Lighting, VERTEX_SPACING};
-pub use painter::{ListsSeen, PaintTotals, PartData};
+pub use painter::{ListsSeen, PaintTotals, PartData, PatchData};
 pub use picture::Renderer;
 pub use pictures::Pictures;
 pub use points::{Colours, Points};

@@ -8,7 +8,7 @@
 
 use super::support::spirv::without_constant_choices;
 use gobo::consume::many_lights::{FrameData, QueueData};
-use gobo::consume::{FieldData, PaintTotals, PartData, ReservoirData, SlotData};
+use gobo::consume::{FieldData, PaintTotals, PartData, PatchData, ReservoirData, SlotData};
 use gobo::gpu::Shader;
 use gobo::grid::{GridData, ListTotals};
 use gobo::lights::indirect::ViewPointData;
@@ -75,6 +75,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),
         ("Part", twin!(PartData, tile, number, count, slot)),
+        ("Patch", twin!(PatchData, corners, first, parts)),
         (
             "PaintTotals",
             twin!(

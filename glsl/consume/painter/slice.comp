@@ -31,7 +31,7 @@ CONSTANT(bool, UNDER, false)
 
 layout(local_size_x = 64) in;
 
-layout(push_constant, scalar) uniform SlicePush {
+layout(push_constant, scalar) uniform SlicedPush {
     uint first;  // place in the order of the slice's first caster
     uint last;   // behind the place of its last
 };

@@ -13,6 +13,7 @@ pub(super) use lists::Lists;
 pub use lists::{ListsSeen, PaintTotals, PartData};
 pub(super) use shade::Shade;
 pub(super) use slices::Slices;
+pub use vertices::PatchData;
 
 use super::volumes::VolumePush;
 use super::{Lighting, Renderer};

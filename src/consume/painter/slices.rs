@@ -13,8 +13,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 push_struct! {
-    /// Twin: SlicePush in glsl/consume/painter/slice.comp.
-    struct SlicePush {
+    /// Twin: SlicedPush in glsl/consume/painter/slice.comp.
+    struct SlicedPush {
         first: u32,
         last: u32,
     }
@@ -26,9 +26,9 @@ pub(in crate::consume) struct Slices {
     canvas: Rc<Canvas>,
     lists: RefCell<Lists>,
     /// Slices from far to near, over the picture.
-    over: Kernel<SlicePush>,
+    over: Kernel<SlicedPush>,
     /// Slices from near to far, behind those in `seen`.
-    under: Kernel<SlicePush>,
+    under: Kernel<SlicedPush>,
     seen: Image,
     behind: Kernel,
 }
@@ -84,7 +84,7 @@ impl Slices {
                     if first >= last {
                         continue;
                     }
-                    lists.per_part(pass, kernel, &SlicePush { first, last });
+                    lists.per_part(pass, kernel, &SlicedPush { first, last });
                     // A slice of two runs is drawn once it is whole.
                     if last == slice.end {
                         pass.barrier();

@@ -19,9 +19,6 @@ const FIRST_VERTICES: u32 = 4;
 /// The most vertices at a time. Where there would be more, casters are painted some after the others.
 const MOST_VERTICES: u32 = 1 << 24;
 
-/// Bytes of a quad: Patch in glsl/consume/painter/patches.glsl.
-const PATCH_BYTES: u64 = 24;
-
 /// Bytes of the light at a vertex.
 const LIGHT_BYTES: u32 = 12;
 
@@ -33,6 +30,18 @@ push_struct! {
         count: u32,
         capacity: u32,
     }
+}
+
+/// A caster's quad. Twin: Patch in glsl/consume/painter/patches.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PatchData {
+    /// Two opposite corners in NDC, low then high.
+    pub corners: [f32; 4],
+    /// The first of its vertices, row by row.
+    pub first: u32,
+    /// Parts along x in the lower 16 bits, along y in the upper ones; 0 where vertices had no room.
+    pub parts: u32,
 }
 
 /// Twin: Counts in glsl/consume/painter/vertices.comp.
@@ -63,7 +72,8 @@ impl Vertices {
     /// For pictures of `renderer`, lit by `answer`, with at most `spacing` pixels from vertex to vertex.
     pub(super) fn new(renderer: &Renderer, answer: &Answer, constants: &Constants, spacing: f32) -> Result<Self> {
         let (context, casters) = (&renderer.context, renderer.blending.room());
-        let patches = Buffer::new(context, "painter.patches", u64::from(casters) * PATCH_BYTES, Memory::Device)?;
+        let patches = u64::from(casters) * size_of::<PatchData>() as u64;
+        let patches = Buffer::new(context, "painter.patches", patches, Memory::Device)?;
         let capacity = casters.saturating_mul(FIRST_VERTICES).clamp(1024, most_vertices(context));
         let light = light_buffer(context, capacity)?;
         let counts = Buffer::new(context, "painter.counts", size_of::<Counts>() as u64, Memory::Device)?;
