@@ -1,7 +1,7 @@
 //! `gobo curve`
 
 use super::{ChangeArguments, DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
-use crate::measure::{LightRay, Standing, telling_texel};
+use crate::measure::{LightRay, BuiltTechniques, telling_texel};
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
 use crate::technique::{Name, usual};
@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Err(Error::usage("--technique", "maps of different sizes", "give all the same size="));
     }
     let context = arguments.device.open()?;
-    let standing = Standing::new(&context, &scene, &specs)?;
+    let standing = BuiltTechniques::new(&context, &scene, &specs)?;
     let casters = Casters::new(&scene);
     let texel = match arguments.texel {
         Some(texel) => texel,

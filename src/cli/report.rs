@@ -2,7 +2,7 @@
 
 use super::{say, say_json};
 use crate::Result;
-use crate::measure::{Beside, Results, join};
+use crate::measure::{Comparison, Results, join};
 use crate::report::{Store, devices_answer, devices_csv, devices_json, devices_markdown, devices_page};
 use clap::Args;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let read = |path: &PathBuf| Ok((path.display().to_string(), Results::read(path)?));
-    let beside = Beside::of(whole_runs(arguments.results.iter().map(read).collect::<Result<_>>()?)?)?;
+    let beside = Comparison::of(whole_runs(arguments.results.iter().map(read).collect::<Result<_>>()?)?)?;
     let store = Store::open(&arguments.out)?;
     store.write_text("devices.md", &devices_markdown(&beside))?;
     store.write_text("devices.csv", &devices_csv(&beside)?)?;

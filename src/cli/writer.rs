@@ -1,6 +1,6 @@
 //! The files of a comparison, written row after row.
 
-use crate::measure::{Case, Drawn, Results, Row, difference_srgb8};
+use crate::measure::{SceneCase, CasePictures, Results, Row, difference_srgb8};
 use crate::report::Store;
 use crate::scene::Picture;
 use crate::{Error, Result};
@@ -21,7 +21,7 @@ impl Writer<'_> {
 
     /// Writes a row's picture, numbered by the row's place among its scene's rows, and its difference from the truth.
     /// The truth itself is written the first time, and the bounce of light too, where it was traced.
-    pub fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &Case, drawn: &Drawn) {
+    pub fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &SceneCase, drawn: &CasePictures) {
         // A row that was kept from an earlier run, in another order, may already have that number.
         let number = (place..).find(|n| results.rows.iter().all(|r| r.picture != Some(picture_name(row, *n, ""))));
         let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, number.unwrap_or(place), suffix));

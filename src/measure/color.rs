@@ -2,7 +2,7 @@
 
 use super::points::at_once;
 use super::truth::{Points, Truth};
-use super::{Answers, Case, PointError};
+use super::{Answers, SceneCase, PointError};
 use crate::Result;
 use crate::consume::Query;
 use crate::scene::Scene;
@@ -44,7 +44,7 @@ impl ColorAnswers {
     }
 }
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// Asks the technique for each color of light at the points that the truth has at one moment, unless casters absorb
     /// all colors alike. A technique that paints is not asked in space, where it has no look-up.
     pub(super) fn ask_colors(&self, technique: &dyn Technique, truth: &Truth, asked: &mut ColorAnswers) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use super::frames::Drawing;
 use super::passes::frame_ns;
-use super::{Case, Extent, Row, Timing, picture_error};
+use super::{SceneCase, Extent, Row, Timing, picture_error};
 use crate::Result;
 use crate::consume::{Lighting, Shading, parse};
 use crate::technique;
@@ -39,7 +39,7 @@ pub(super) fn add_cost(row: &mut Row, build: Option<Timing>, unshadowed: Unshado
     row.cost_band_ns = Some([median - off(below, above), median + off(above, below)]);
 }
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// The picture without shadows in this shading and lighting, drawn when it is first asked for.
     pub(super) fn unshadowed(&mut self, shading: Shading, lighting: Lighting) -> Result<Unshadowed> {
         let way_of = (shading, lighting, self.painter);

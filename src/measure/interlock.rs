@@ -1,8 +1,8 @@
 //! The gain of fragment shader interlock: it is compared with the other paths that build the same representation, on
 //! each device.
 
-use super::beside::ratio;
-use super::{Beside, Line, Row, Status, Verdict};
+use super::cross_device::ratio;
+use super::{Comparison, Line, Row, Status, Verdict};
 
 /// The path with interlock, and paths that do without: two passes, rasterization order, bins.
 pub const PATHS: [&str; 4] = ["interlock", "two-pass", "raster-order", "binned"];
@@ -16,7 +16,7 @@ pub struct Built {
     pub lines: [Option<usize>; PATHS.len()],
 }
 
-impl Beside {
+impl Comparison {
     /// Every scene and spec for which two columns have a row with path=interlock, built or refused; if there is none,
     /// one column is enough. They are in the order of the lines. For each, the result lists all columns that have at
     /// least two of its paths.

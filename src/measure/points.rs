@@ -1,6 +1,6 @@
 //! How many points are asked per case, and how many at a time.
 
-use super::compare::LOOKUPS;
+use super::case::LOOKUPS;
 use super::truth::Points;
 use crate::consume::Asked;
 

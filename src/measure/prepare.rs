@@ -1,7 +1,7 @@
 //! Pipelines of rows to come, made on all processors before anything is timed. A driver takes longer to make them than to run them,
 //! and makes one on one processor.
 
-use super::compare::Case;
+use super::case::SceneCase;
 use crate::Result;
 use crate::consume::{Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, fault};
@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Techniques that are open at once, at most: each has its maps.
 const AT_ONCE: usize = 8;
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// Makes the pipelines with which rows of these specs build, ask and draw, as far as they are made before the first
     /// build. A pipeline that fails is made again where its row is measured, and that row says why. To be called before
     /// anything is timed.

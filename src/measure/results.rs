@@ -5,7 +5,7 @@
 
 use crate::gpu::{Executable, Features, PassCounts};
 use crate::measure::{
-    CasterError, ColorError, FootprintError, PointError, SeenError, Shard, StageRates, Steadiness, Timing, Unshadowed,
+    CasterError, ColorError, FootprintError, PointError, SeenError, Shard, StageRates, Stability, Timing, Unshadowed,
 };
 use crate::technique::settings::AUTO;
 use crate::{Error, Result};
@@ -127,7 +127,7 @@ pub struct Row {
     pub first_host_ns: Option<f64>,
     /// How far the times of the builds may be trusted. New in version 3.
     #[serde(default)]
-    pub steadiness: Option<Steadiness>,
+    pub steadiness: Option<Stability>,
     /// One build of the representation, host time: recording, submitting, waiting and settling. New in version 2.
     #[serde(default)]
     pub host_ns: Option<Timing>,

@@ -1,6 +1,6 @@
 //! Seen error: the share of the light in the picture that is wrong.
 
-use super::Case;
+use super::SceneCase;
 use super::points::{FULLY_ASKED, at_once};
 use super::truth::{Points, Truth};
 use crate::consume::Query;
@@ -214,7 +214,7 @@ impl SeenAnswers {
     }
 }
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// Asks the technique at the seen points of one frame.
     pub(super) fn ask_seen(&self, technique: &dyn Technique, truth: &Truth, asked: &mut SeenAnswers) -> Result<()> {
         let seen = truth.seen();

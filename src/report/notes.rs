@@ -1,7 +1,7 @@
 //! Notes that a reader needs besides the figures.
 
 use super::wording::grouped;
-use crate::measure::{PartError, PointError, Results, Row, StageRates, Status, Steadiness, spearman};
+use crate::measure::{PartError, PointError, Results, Row, StageRates, Status, Stability, spearman};
 
 /// With fewer rows of a scene, the orders of two figures say nothing.
 const ENOUGH_ROWS: usize = 5;
@@ -19,14 +19,14 @@ pub(super) fn notes(rows: &[Row], name: impl Fn(&Row) -> String) -> Vec<String> 
 }
 
 fn note_of_times(rows: &[Row], name: &dyn Fn(&Row) -> String) -> Option<String> {
-    let found: Vec<(&Row, Steadiness)> = rows.iter().filter_map(|row| Some((row, unsteady(row)?))).collect();
+    let found: Vec<(&Row, Stability)> = rows.iter().filter_map(|row| Some((row, unsteady(row)?))).collect();
     if let [(row, _)] = found[..] {
         return Some(format!("{}: {}", name(row), not_steady(row)?));
     }
-    let all: Vec<Steadiness> = found.iter().map(|(_, steadiness)| *steadiness).collect();
+    let all: Vec<Stability> = found.iter().map(|(_, steadiness)| *steadiness).collect();
     let again = all.iter().filter(|steadiness| steadiness.measured_again).count();
     let again = (again > 0).then(|| format!("the steadier of two ({again})"));
-    let reasons: Vec<_> = Steadiness::warnings_of(&all).into_iter().chain(again).collect();
+    let reasons: Vec<_> = Stability::warnings_of(&all).into_iter().chain(again).collect();
     let (some, all) = (found.len(), rows.len());
     (some > 0).then(|| format!("{some} of {all} rows were not steady: {}", reasons.join(", ")))
 }
@@ -47,7 +47,7 @@ type Place = (&'static str, fn(&Row) -> Option<PointError>);
 const PLACES: [Place; 2] =
     [("in space", |row| row.error.as_ref()?.space), ("on surfaces", |row| row.error.as_ref()?.surface)];
 
-fn unsteady(row: &Row) -> Option<Steadiness> {
+fn unsteady(row: &Row) -> Option<Stability> {
     row.steadiness.filter(|steadiness| !steadiness.warnings().is_empty())
 }
 

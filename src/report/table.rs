@@ -249,7 +249,7 @@ mod tests {
         let mut odd = row("8", Status::Ok, "");
         odd.unseen = vec!["smoke".into()];
         odd.steadiness =
-            Some(crate::measure::Steadiness { spread: Some(1.8), measured_again: true, ..Default::default() });
+            Some(crate::measure::Stability { spread: Some(1.8), measured_again: true, ..Default::default() });
         let within = Some(PartError { points: 16, mean_abs: Some(0.05), leaks: 1, false_shadows: 0 });
         let points =
             PointError { points: Some(64), leaks: Some(3), false_shadows: Some(0), within, ..PointError::default() };
@@ -300,7 +300,7 @@ mod tests {
                 let mut row = row(&i.to_string(), Status::Ok, "");
                 let busy = Some(0.1 * f64::from(i));
                 row.steadiness =
-                    Some(crate::measure::Steadiness { busy, measured_again: i == 8, ..Default::default() });
+                    Some(crate::measure::Stability { busy, measured_again: i == 8, ..Default::default() });
                 let error = row.error.as_mut().expect("measured");
                 (error.space, error.surface) = (points(u64::from(i)), points(1));
                 row

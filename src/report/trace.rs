@@ -2,7 +2,7 @@
 //! microseconds.
 
 use crate::gpu::{Calibration, PassTime};
-use crate::measure::{DeviceFacts, LookupTimes, Ran, Row, TimedBuilds, frame_ns};
+use crate::measure::{DeviceFacts, LookupTimes, TimedRun, Row, TimedBuilds, frame_ns};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -50,7 +50,7 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
                 }
             }
         }
-        let mut alone = |name: &str, ran: &Ran, clock: Option<Calibration>, arguments: &dyn Fn(f64) -> Value| {
+        let mut alone = |name: &str, ran: &TimedRun, clock: Option<Calibration>, arguments: &dyn Fn(f64) -> Value| {
             let start = first.map_or(0.0, |first| ran.began.duration_since(first).as_nanos() as f64);
             slice(HOST, name, [start, start + ran.host_ns], arguments(ran.host_ns));
             let spans = spans(clock, ran, first, start);
@@ -88,7 +88,7 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
 
 /// When the passes of a build, of look-ups or of a picture ran: nanoseconds since the first build of all began. Where
 /// the device's clock cannot be related to the host's, the device is taken to have begun with the build, at `start`.
-fn spans(clock: Option<Calibration>, ran: &Ran, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
+fn spans(clock: Option<Calibration>, ran: &TimedRun, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
     let clock = clock.zip(first);
     let span = |pass: &PassTime| {
         let begin = clock.map_or(start + pass.start_ns, |(clock, first)| clock.ns_since(first, pass.began));

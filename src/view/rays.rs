@@ -4,7 +4,7 @@
 
 use super::state::{Side, State};
 use crate::gpu::{Context, Options};
-use crate::measure::{LightRay, SeenError, SeenTruth, Standing};
+use crate::measure::{LightRay, SeenError, SeenTruth, BuiltTechniques};
 use crate::reference::truth::Casters;
 use crate::report;
 use crate::scene::{Camera, FACES, Scene, View};
@@ -243,7 +243,7 @@ impl Shared {
         let scene = Scene { camera: first.camera, ..Scene::clone(&first.scene) };
         let standing = match first.specs.is_empty() {
             true => Err(Error::input("the curve", "nobody but the reference is shown", "name a technique")),
-            false => Standing::new(context, &scene, &first.specs),
+            false => BuiltTechniques::new(context, &scene, &first.specs),
         };
         let standing = match standing {
             Ok(standing) => standing,
@@ -271,7 +271,7 @@ impl Shared {
 }
 
 /// How wrong the picture is that the camera sees.
-fn seen(context: &Context, casters: &Casters, standing: &Standing, camera: &View) -> Seen {
+fn seen(context: &Context, casters: &Casters, standing: &BuiltTechniques, camera: &View) -> Seen {
     let truth = SeenTruth::new(casters, casters.scene(), camera, SEEN, 0);
     let of = |(opened, name): (&Opened, &String)| {
         let answers = truth.ask(context, &standing.world, opened.technique.as_ref()).ok()?;
@@ -281,7 +281,7 @@ fn seen(context: &Context, casters: &Casters, standing: &Standing, camera: &View
 }
 
 /// The light ray through the point that is seen at the pixel's middle.
-fn found(context: &Context, casters: &Casters, standing: &Standing, key: &Key) -> Result<Found> {
+fn found(context: &Context, casters: &Casters, standing: &BuiltTechniques, key: &Key) -> Result<Found> {
     let scene = casters.scene();
     let place = casters.seen(&key.camera, DVec2::from(key.pixel.map(f64::from)) + 0.5);
     let [x, y] = key.pixel;

@@ -1,18 +1,18 @@
 //! The head of the report: which device is fastest and by how much, which technique is best there, what interlock buys.
 
 use super::Names;
-use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Column, Line, Row, Status, Times, Verdict};
+use crate::measure::{Agreement, BUILD_PATHS, Comparison, Built, Column, Line, Row, Status, Times, Verdict};
 use crate::report::answer::{answer, measure};
 use crate::report::notes::marked;
 use crate::report::wording::{one_line, outcome, significant, status_word};
 
 /// The answer in one sentence.
-pub fn devices_answer(beside: &Beside) -> String {
+pub fn devices_answer(beside: &Comparison) -> String {
     one_line(&format!("{}; {}.", fastest(beside), errors(beside, &beside.agreement())))
 }
 
 /// The time of a frame, or of a build.
-pub(super) fn what(beside: &Beside) -> &'static str {
+pub(super) fn what(beside: &Comparison) -> &'static str {
     match beside.times {
         Times::Frame => "frame",
         Times::Build => "build",
@@ -24,7 +24,7 @@ fn rows(count: usize) -> String {
 }
 
 /// How fast fragments are on each device where that was measured, and how many of its rows are marked for it.
-pub(super) fn stages(beside: &Beside) -> Vec<String> {
+pub(super) fn stages(beside: &Comparison) -> Vec<String> {
     let of = |column: &Column| {
         let stages = column.results.device.stages.map(|stages| stages.sentence());
         let told = [stages, marked(&column.results.rows, None)];
@@ -47,7 +47,7 @@ struct Pair {
     same: usize,
 }
 
-fn pair(beside: &Beside, of: usize, to: usize) -> Option<Pair> {
+fn pair(beside: &Comparison, of: usize, to: usize) -> Option<Pair> {
     let counts = |line: &&Line| [of, to].iter().all(|&column| !is_marked(beside.row(line, column)));
     let all: Vec<_> = beside.lines.iter().filter(counts).filter_map(|line| beside.ratio(line, of, to)).collect();
     let same = all.iter().filter(|(_, verdict)| matches!(verdict, Verdict::Same | Verdict::Unknown)).count();
@@ -61,7 +61,7 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     Some((low * values.get(middle)?).sqrt())
 }
 
-fn fastest(beside: &Beside) -> String {
+fn fastest(beside: &Comparison) -> String {
     let count = beside.columns.len();
     if count == 1 {
         let column = &beside.columns[0];
@@ -127,7 +127,7 @@ pub(super) fn listed(parts: &[String]) -> String {
     }
 }
 
-fn errors(beside: &Beside, agreement: &Agreement) -> String {
+fn errors(beside: &Comparison, agreement: &Agreement) -> String {
     let (all, wrong) = (agreement.compared, agreement.disagreements.len());
     let Some(worst) = agreement.disagreements.first() else {
         return match all {
@@ -157,7 +157,7 @@ pub(super) fn share(share: f64) -> String {
 }
 
 /// For each scene, the best balanced technique on each device, among the rows that all devices with that scene have.
-pub(super) fn best(beside: &Beside, names: &Names) -> Vec<String> {
+pub(super) fn best(beside: &Comparison, names: &Names) -> Vec<String> {
     let mut scenes: Vec<&str> = Vec::new();
     for line in &beside.lines {
         let scene = beside.any(line).scene.as_str();
@@ -168,7 +168,7 @@ pub(super) fn best(beside: &Beside, names: &Names) -> Vec<String> {
     scenes.into_iter().filter_map(|scene| best_on(beside, names, scene)).collect()
 }
 
-fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
+fn best_on(beside: &Comparison, names: &Names, scene: &str) -> Option<String> {
     let of_scene: Vec<usize> =
         (0..beside.lines.len()).filter(|&line| beside.any(&beside.lines[line]).scene == scene).collect();
     let measured = |column: usize, line: usize| {
@@ -223,7 +223,7 @@ pub(super) struct Bought {
 }
 
 /// What interlock buys on each device that has rows of it.
-pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
+pub(super) fn interlock(beside: &Comparison, all: &[Vec<Built>]) -> Vec<Bought> {
     let of = |column: usize| {
         let built: Vec<&Built> = all.iter().flatten().filter(|built| built.column == column).collect();
         let device = beside.columns[column].name.clone();

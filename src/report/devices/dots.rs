@@ -3,7 +3,7 @@
 //! its letters have the size of all other letters.
 
 use super::Names;
-use crate::measure::Beside;
+use crate::measure::Comparison;
 use crate::report::scatter::{escaped, shape};
 use crate::report::series::{range_with_air, ticks};
 use crate::report::wording::{one_line, significant};
@@ -13,7 +13,7 @@ use std::fmt::Write;
 const BEHIND: f64 = 72.0;
 
 /// HTML; empty where no line has a time.
-pub(super) fn dots(beside: &Beside, names: &Names, lines: &[usize]) -> String {
+pub(super) fn dots(beside: &Comparison, names: &Names, lines: &[usize]) -> String {
     let count = beside.columns.len();
     let has = |column: &usize| lines.iter().any(|&line| beside.row(&beside.lines[line], *column).is_some());
     let columns: Vec<usize> = (0..count).filter(has).collect();

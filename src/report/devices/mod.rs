@@ -7,7 +7,7 @@ mod table;
 pub use answer::devices_answer;
 pub use table::{devices_csv, devices_json, devices_markdown};
 
-use crate::measure::{BUILD_PATHS, Beside, Built, Line, ROUNDING, Row, Status, Timing, Verdict};
+use crate::measure::{BUILD_PATHS, Comparison, Built, Line, ROUNDING, Row, Status, Timing, Verdict};
 use crate::report::colours::named;
 use crate::report::notes::{MARK, warnings};
 use crate::report::scatter::shape;
@@ -22,18 +22,18 @@ use std::collections::BTreeSet;
 
 /// The names of lines: the keys in which shared lines differ, without the keys that are the same in all.
 struct Names<'a> {
-    beside: &'a Beside,
+    beside: &'a Comparison,
     specs: Specs,
 }
 
 impl<'a> Names<'a> {
-    fn of(beside: &'a Beside) -> Self {
+    fn of(beside: &'a Comparison) -> Self {
         let rows: Vec<Row> = beside.shared().map(|line| beside.any(&beside.lines[line]).clone()).collect();
         Self { beside, specs: Specs::of(&rows) }
     }
 
     /// Names of all lines, also of those that only one column has.
-    fn of_all(beside: &'a Beside) -> Self {
+    fn of_all(beside: &'a Comparison) -> Self {
         let rows: Vec<Row> = beside.lines.iter().map(|line| beside.any(line).clone()).collect();
         Self { beside, specs: Specs::of(&rows) }
     }
@@ -73,7 +73,7 @@ struct Cell {
     marked: bool,
 }
 
-fn cell(beside: &Beside, line: &Line, column: usize) -> Cell {
+fn cell(beside: &Comparison, line: &Line, column: usize) -> Cell {
     let Some(row) = beside.row(line, column) else { return Cell { text: NOTHING.into(), ..Cell::default() } };
     let mut cell = timed(row, beside.time(row));
     if row.variant.get("path").is_some_and(|path| path == "auto") && !row.path.is_empty() {
@@ -89,7 +89,7 @@ fn cell(beside: &Beside, line: &Line, column: usize) -> Cell {
 }
 
 /// The build of a path, over the build by interlock.
-fn interlock_cell(beside: &Beside, built: &Built, path: usize) -> Cell {
+fn interlock_cell(beside: &Comparison, built: &Built, path: usize) -> Cell {
     let Some(row) = beside.built_row(built, path) else { return Cell { text: NOTHING.into(), ..Cell::default() } };
     let mut cell = timed(row, row.build_ns);
     if path > 0 {
@@ -215,7 +215,7 @@ fn parts(name: &str) -> Vec<String> {
     name.split_inclusive([',', ':']).map(String::from).collect()
 }
 
-fn page_line(beside: &Beside, names: &Names, place: usize) -> PageLine {
+fn page_line(beside: &Comparison, names: &Names, place: usize) -> PageLine {
     let line = &beside.lines[place];
     let row = beside.any(line);
     PageLine {
@@ -227,7 +227,7 @@ fn page_line(beside: &Beside, names: &Names, place: usize) -> PageLine {
     }
 }
 
-fn scenes(beside: &Beside, names: &Names) -> Vec<PageScene> {
+fn scenes(beside: &Comparison, names: &Names) -> Vec<PageScene> {
     let mut scenes: Vec<(String, Vec<usize>)> = Vec::new();
     for place in beside.shared() {
         let name = &beside.any(&beside.lines[place]).scene;
@@ -246,7 +246,7 @@ fn scenes(beside: &Beside, names: &Names) -> Vec<PageScene> {
 }
 
 /// Notes on a scene that differs between columns under one name, or of which a column does not say which scene it was.
-fn prints(beside: &Beside, scene: &str) -> Vec<String> {
+fn prints(beside: &Comparison, scene: &str) -> Vec<String> {
     let key = format!("scene {scene}");
     let print = |column: usize| beside.columns[column].results.conditions.get(&key);
     let has = |column: &usize| beside.columns[*column].results.rows.iter().any(|row| row.scene == scene);
@@ -270,7 +270,7 @@ fn prints(beside: &Beside, scene: &str) -> Vec<String> {
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.
-pub fn devices_page(beside: &Beside) -> Result<String> {
+pub fn devices_page(beside: &Comparison) -> Result<String> {
     let names = Names::of(beside);
     let agreement = beside.agreement();
     let built = beside.built();
@@ -375,7 +375,7 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
 type Features = (Vec<(String, Vec<String>)>, Vec<(String, String)>);
 
 /// The features that differ between devices, with each device's value; and the other features.
-fn features(beside: &Beside) -> Features {
+fn features(beside: &Comparison) -> Features {
     let plain = |value: &serde_json::Value| match value {
         serde_json::Value::String(text) => text.clone(),
         serde_json::Value::Bool(true) => "yes".into(),

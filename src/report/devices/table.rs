@@ -1,7 +1,7 @@
 //! Devices side by side, as Markdown to paste and as CSV to work with.
 
 use super::{Cell, Names, answer, cell, interlock_cell};
-use crate::measure::{BUILD_PATHS, Beside, Timing, Verdict};
+use crate::measure::{BUILD_PATHS, Comparison, Timing, Verdict};
 use crate::report::notes::MARK;
 use crate::report::wording::{NOTHING, one_line, significant, status_word};
 use crate::{Error, Result};
@@ -34,7 +34,7 @@ fn header(cells: Vec<String>) -> String {
 
 /// Markdown: the answer in sentences, then one table per scene with rows that two devices or more have, what interlock
 /// buys, and errors that differ.
-pub fn devices_markdown(beside: &Beside) -> String {
+pub fn devices_markdown(beside: &Comparison) -> String {
     let names = Names::of(beside);
     let mut text = format!("{}\n", answer::devices_answer(beside));
     for sentence in answer::best(beside, &names) {
@@ -114,7 +114,7 @@ pub fn devices_markdown(beside: &Beside) -> String {
 ///
 /// # Errors
 /// [`Error::Output`] where memory runs out.
-pub fn devices_csv(beside: &Beside) -> Result<String> {
+pub fn devices_csv(beside: &Comparison) -> Result<String> {
     let fail = |cause: &dyn std::fmt::Display| Error::output("devices.csv".as_ref(), cause);
     let mut writer = csv::Writer::from_writer(Vec::new());
     let is_marked = beside.columns.iter().flat_map(|column| &column.results.rows).any(|row| !row.marks.is_empty());
@@ -200,7 +200,7 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
 ///
 /// # Errors
 /// As [`devices_csv`].
-pub fn devices_json(beside: &Beside) -> Result<Value> {
+pub fn devices_json(beside: &Comparison) -> Result<Value> {
     let csv = devices_csv(beside)?;
     let fail = |cause: csv::Error| Error::output("devices.csv".as_ref(), cause);
     let mut reader = csv::Reader::from_reader(csv.as_bytes());

@@ -1,6 +1,6 @@
 //! Pictures of consecutive frames compared with the true pictures, while the camera goes around.
 
-use super::compare::Case;
+use super::case::SceneCase;
 use super::{FramesError, States, picture_error, picture_flicker};
 use crate::Result;
 use crate::consume::{Lighting, Shading};
@@ -20,7 +20,7 @@ pub(super) fn references(states: &States) -> Result<Vec<Picture>> {
     (0..states.count().min(MOST_FRAMES)).map(|frame| Ok(of(states.at(frame)?.as_ref()))).collect()
 }
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// Draws each frame once, in order. Returns the errors against the truth, and the changes that the truth does not
     /// have. The first frame is not counted, since it has no frame before it.
     pub(super) fn turn(

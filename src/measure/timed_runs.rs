@@ -1,10 +1,10 @@
 //! How long builds, look-ups and pictures of a row take.
 
-use super::compare::Case;
+use super::case::SceneCase;
 use super::frames::Drawing;
 use super::passes::frame_ns;
-use super::repeats::{Repeats, SLOW_WARM_UP, WARM_UP, is_first_like_others, is_long_for_a_choice};
-use super::steadiness::{Steadiness, Watch};
+use super::repetition::{Repetition, SLOW_WARM_UP, WARM_UP, is_first_like_others, is_long_for_a_choice};
+use super::stability::{Stability, Watch};
 use super::{Row, Timing};
 use crate::Result;
 use crate::consume::{Asked, Kernels, Query, Renderer, Shading};
@@ -39,7 +39,7 @@ fn are_enough(samples: usize, took: Duration, budget: Duration, software: bool) 
 #[derive(Default)]
 pub(super) struct Timed {
     /// How far their times may be trusted.
-    pub(super) steadiness: Steadiness,
+    pub(super) steadiness: Stability,
     /// Each build, and both clocks after the last one.
     pub(super) built: TimedBuilds,
     /// Per build, the passes before it that moved the world, where the world moves.
@@ -60,7 +60,7 @@ pub struct TimedBuilds {
     /// The clocks again, read after the last look-up.
     pub lookups_clock: Option<Calibration>,
     /// The pictures that were timed after the look-ups, in their order.
-    pub draws: Vec<Ran>,
+    pub draws: Vec<TimedRun>,
     /// The clocks again, read after the last picture.
     pub draws_clock: Option<Calibration>,
 }
@@ -69,24 +69,24 @@ pub struct TimedBuilds {
 #[derive(Clone, Debug)]
 pub struct BuildTimes {
     /// With each pass timed.
-    pub each: Ran,
+    pub each: TimedRun,
     /// The same build once more, with one timestamp pair around all passes, so that timestamps between passes cost
     /// nothing. None where the world moves, for a bake, and on a software device.
-    pub whole: Option<Ran>,
+    pub whole: Option<TimedRun>,
 }
 
 /// Timed look-ups at many points at once.
 #[derive(Clone, Debug)]
 pub struct LookupTimes {
     /// The pass that asked.
-    pub ran: Ran,
+    pub ran: TimedRun,
     /// How many points it asked about.
     pub points: usize,
 }
 
 /// A build, look-ups or a picture that ran.
 #[derive(Clone, Debug)]
-pub struct Ran {
+pub struct TimedRun {
     /// When the host began to record it.
     pub began: Instant,
     /// The host's time for it: recording, submitting, waiting, settling.
@@ -95,7 +95,7 @@ pub struct Ran {
     pub passes: Vec<PassTime>,
 }
 
-impl Ran {
+impl TimedRun {
     pub(super) fn of(build: impl FnOnce() -> Result<Built>) -> Result<Self> {
         let began = Instant::now();
         build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
@@ -117,7 +117,7 @@ impl LookupTimes {
 
 impl BuildTimes {
     /// The run that the row's times are taken from.
-    pub fn counted(&self) -> &Ran {
+    pub fn counted(&self) -> &TimedRun {
         self.whole.as_ref().unwrap_or(&self.each)
     }
 }
@@ -134,15 +134,15 @@ impl Timed {
     }
 }
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// Times builds. Where the times are not steady, times them once more and keeps the steadier of the two. `first`, the first build of all,
-    /// stands for others where it [`Case::builds_once`].
+    /// stands for others where it [`SceneCase::builds_once`].
     pub(super) fn time_builds(
         &mut self,
         technique: &mut Opened,
         lifetime: Lifetime,
         shading: Shading,
-        first: Option<Ran>,
+        first: Option<TimedRun>,
     ) -> Result<Timed> {
         if let Some(first) = first {
             let mut timed = Timed::default();
@@ -163,8 +163,8 @@ impl Case<'_> {
     }
 
     /// Whether a row's first build is enough: the row is only compared for a choice, on a software device, the build took long, and an
-    /// earlier row of its path had a first build like the later ones ([`Case::learn`]).
-    pub(super) fn builds_once(&self, technique: &str, path: &str, first: &Ran) -> bool {
+    /// earlier row of its path had a first build like the later ones ([`SceneCase::learn`]).
+    pub(super) fn builds_once(&self, technique: &str, path: &str, first: &TimedRun) -> bool {
         let stands_still = self.frames.count() == 1 && self.simulation.is_none();
         let is_known = self.alike.contains(&(technique.to_owned(), path.to_owned()));
         let is_long = frame_ns(&first.passes).is_some_and(is_long_for_a_choice);
@@ -199,7 +199,7 @@ impl Case<'_> {
         let meter = self.clock.clone();
         let mut watch = Watch::begin(&meter);
         let mut looked = 0;
-        let repeats = Repeats::of(lifetime, software, self.effort.warm_up, count);
+        let repeats = Repetition::of(lifetime, software, self.effort.warm_up, count);
         let repeats = if self.effort.is_choice() { repeats.of_choice(software) } else { repeats };
         // A device without work to build, as where only the camera moves, is idle: its clock then says nothing.
         let works = Cell::new(false);
@@ -213,11 +213,11 @@ impl Case<'_> {
             // Where frames differ, only the passes that depend on what has moved; where all frames are alike, all
             // passes.
             let more = self.frames.count() > 1;
-            let each = Ran::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
+            let each = TimedRun::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
             let mut whole = None;
             if twice {
                 self.context.time_passes(false);
-                let again = Ran::of(|| technique.rebuild(&self.world));
+                let again = TimedRun::of(|| technique.rebuild(&self.world));
                 self.context.time_passes(true);
                 whole = Some(again?);
             }
@@ -265,7 +265,7 @@ impl Case<'_> {
             if are_enough(frame, start.elapsed(), LOOKUP_BUDGET, software) {
                 break;
             }
-            samples.push(LookupTimes { ran: Ran::passes(ask)?, points: query.points() });
+            samples.push(LookupTimes { ran: TimedRun::passes(ask)?, points: query.points() });
         }
         Ok(samples)
     }
@@ -279,8 +279,8 @@ impl Case<'_> {
             renderer.forget_order();
             renderer.draw(kernels)
         };
-        let sample = || -> Result<(Ran, Option<f64>)> {
-            let each = Ran::passes(draw)?;
+        let sample = || -> Result<(TimedRun, Option<f64>)> {
+            let each = TimedRun::passes(draw)?;
             if software {
                 let ns = frame_ns(&each.passes);
                 return Ok((each, ns));
@@ -313,7 +313,7 @@ impl Case<'_> {
 /// Timed pictures.
 pub(super) struct DrawTimes {
     /// Each, with every pass timed.
-    pub frames: Vec<Ran>,
+    pub frames: Vec<TimedRun>,
     /// The times that count, where the device has timestamps.
     pub counted_ns: Vec<f64>,
 }

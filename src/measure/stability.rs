@@ -19,7 +19,7 @@ const QUIET: f64 = 0.25;
 
 /// Observations while builds were timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Steadiness {
+pub struct Stability {
     /// 95th over 5th percentile of a build's device time, or of its host time where there is no device time.
     pub spread: Option<f64>,
     /// The lowest and the highest clock of the device that were seen, MHz. Absent where nothing tells it.
@@ -32,7 +32,7 @@ pub struct Steadiness {
     pub measured_again: bool,
 }
 
-impl Steadiness {
+impl Stability {
     /// The same with the spread of times.
     pub(super) fn with_spread(self, timing: Option<Timing>) -> Self {
         Self { spread: timing.filter(|t| t.samples > 1 && t.p05 > 0.0).map(|t| t.p95 / t.p05), ..self }
@@ -113,12 +113,12 @@ impl<'a> Watch<'a> {
         self.clock_mhz = Some(self.clock_mhz.map_or([now; 2], |[low, high]| [low.min(now), high.max(now)]));
     }
 
-    pub(super) fn end(self, timing: Option<Timing>) -> Steadiness {
+    pub(super) fn end(self, timing: Option<Timing>) -> Stability {
         // The counters count hundredths of a second, and are useless for shorter times.
         let counted = self.others.filter(|_| self.began.elapsed().as_secs_f64() > 0.25);
         let busy = counted.and_then(|before| Jiffies::now()?.others_since(before));
         let highest_mhz = self.meter.highest_mhz;
-        let seen = Steadiness { clock_mhz: self.clock_mhz, highest_mhz, busy, ..Steadiness::default() };
+        let seen = Stability { clock_mhz: self.clock_mhz, highest_mhz, busy, ..Stability::default() };
         seen.with_spread(timing)
     }
 }
@@ -226,37 +226,37 @@ mod tests {
 
     #[test]
     fn what_is_not_steady_is_said() {
-        let steady = Steadiness { spread: Some(1.2), busy: Some(0.1), ..Steadiness::default() };
+        let steady = Stability { spread: Some(1.2), busy: Some(0.1), ..Stability::default() };
         assert_eq!(steady.warnings(), [] as [String; 0]);
-        let clock = |low| Steadiness { clock_mhz: Some([low, 1980.0]), highest_mhz: Some(1980.0), ..steady };
+        let clock = |low| Stability { clock_mhz: Some([low, 1980.0]), highest_mhz: Some(1980.0), ..steady };
         assert_eq!(
             (clock(1800.0).warnings().len(), clock(1260.0).warnings()),
             (0, vec!["clock 1260 of 1980 MHz".into()])
         );
-        let wild = Steadiness { spread: Some(1.5), busy: Some(0.6), ..steady };
+        let wild = Stability { spread: Some(1.5), busy: Some(0.6), ..steady };
         assert_eq!(wild.warnings(), ["p95/p05 1.5", "others used 60 % of the processors"]);
         assert!(steady.is_steadier_than(&wild) && !wild.is_steadier_than(&steady));
         let timing = Timing { median: 2.0, p05: 1.0, p95: 3.0, samples: 9 };
-        assert_eq!(Steadiness::default().with_spread(Some(timing)).spread, Some(3.0));
-        assert_eq!(Steadiness::default().with_spread(Some(Timing { samples: 1, ..timing })).spread, None);
+        assert_eq!(Stability::default().with_spread(Some(timing)).spread, Some(3.0));
+        assert_eq!(Stability::default().with_spread(Some(Timing { samples: 1, ..timing })).spread, None);
     }
 
     #[test]
     fn several_rows_are_said_at_their_worst() {
-        let spread = |spread| Steadiness { spread: Some(spread), ..Steadiness::default() };
-        let clock = |low| Steadiness { clock_mhz: Some([low, 1980.0]), highest_mhz: Some(1980.0), ..spread(1.2) };
-        let busy = |busy, of: Steadiness| Steadiness { busy: Some(busy), ..of };
+        let spread = |spread| Stability { spread: Some(spread), ..Stability::default() };
+        let clock = |low| Stability { clock_mhz: Some([low, 1980.0]), highest_mhz: Some(1980.0), ..spread(1.2) };
+        let busy = |busy, of: Stability| Stability { busy: Some(busy), ..of };
         let all =
             [spread(1.1), busy(0.6, spread(2.5)), busy(0.4, spread(4.25)), clock(1700.0), busy(0.3, clock(1260.0))];
         assert_eq!(
-            Steadiness::warnings_of(&all),
+            Stability::warnings_of(&all),
             [
                 "p95/p05 up to 4.2 (2)",
                 "clock down to 1260 of 1980 MHz (2)",
                 "others used up to 60 % of the processors (3)"
             ]
         );
-        assert_eq!(Steadiness::warnings_of(&all[..1]), [] as [String; 0]);
+        assert_eq!(Stability::warnings_of(&all[..1]), [] as [String; 0]);
     }
 
     /// This process may run on two of four processors, for ten seconds. Half of their time is idle, three seconds are this process, and

@@ -7,7 +7,7 @@ use crate::technique::{Opened, Spec, open};
 use crate::world::World;
 
 /// Techniques, each built for the same scene.
-pub struct Standing {
+pub struct BuiltTechniques {
     /// In the order of their specs.
     pub opened: Vec<Opened>,
     /// Spec and path of each.
@@ -16,7 +16,7 @@ pub struct Standing {
     pub world: World,
 }
 
-impl Standing {
+impl BuiltTechniques {
     /// Opens and builds the techniques of `specs`.
     ///
     /// # Errors

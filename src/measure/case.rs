@@ -1,16 +1,16 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
 
-use super::asked::{Moments, moments};
+use super::sampling::{SampledErrors, moments};
 use super::cost::{Unshadowed, add_cost};
 use super::footprint::Footprints;
 use super::frames::{Frames, States};
 use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
 use super::points::of_each_light;
-use super::steadiness::ClockMeter;
-use super::timed::{DrawTimes, LookupTimes, Ran, TimedBuilds};
+use super::stability::ClockMeter;
+use super::timed_runs::{DrawTimes, LookupTimes, TimedRun, TimedBuilds};
 use super::truth::{Known, LitPicture, Truth, Wanted};
-use super::turning::references;
+use super::camera_sweep::references;
 use super::{Extent, PassCount, Row, RowError, Status, Timing, picture_error};
 use crate::advice::advised;
 use crate::consume::{Lighting, PainterKind, Renderer, Shading};
@@ -73,7 +73,7 @@ impl Effort {
 }
 
 /// A scene with everything that its rows share: its states at one time or more.
-pub struct Case<'a> {
+pub struct SceneCase<'a> {
     pub(super) context: &'a Context,
     pub(super) frames: Frames<'a>,
     /// Moves the world on the device, where the device simulates it.
@@ -113,7 +113,7 @@ pub fn with_case<'a, R>(
     context: &Context,
     frames: impl Into<Frames<'a>>,
     effort: Effort,
-    measure: impl FnOnce(&mut Case) -> Result<R>,
+    measure: impl FnOnce(&mut SceneCase) -> Result<R>,
 ) -> Result<R> {
     let frames: Frames = frames.into();
     let states = frames.states;
@@ -151,7 +151,7 @@ pub fn with_case<'a, R>(
     let count = effort.lookups / first.lights.len().max(1);
     let asked = within(&|light, all| points_within(all, &first.lights[light], count));
     let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
-    let mut case = Case {
+    let mut case = SceneCase {
         context,
         frames,
         simulation,
@@ -207,7 +207,7 @@ fn prepare(truths: &[Truth], stop: &AtomicBool) {
     }
 }
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// The picture lit by the truth; none where it has not been made.
     pub fn reference(&self) -> Option<&Picture> {
         let known = self.known.last().filter(|known| self.effort.truth != Extent::None && known.has_picture())?;
@@ -247,7 +247,7 @@ impl Case<'_> {
     }
 
     /// Measures one variant. A missing feature or a failure gives a row too. Returns the picture if it was drawn.
-    pub fn measure(&mut self, spec: &Spec) -> (Row, Option<Drawn>) {
+    pub fn measure(&mut self, spec: &Spec) -> (Row, Option<CasePictures>) {
         let mut row = Row {
             scene: self.world.name().into(),
             technique: spec.entry.name.into(),
@@ -273,14 +273,14 @@ impl Case<'_> {
         Ok(renderer)
     }
 
-    fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Drawn> {
+    fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<CasePictures> {
         let settings = spec.settings();
         let (lighting, shading) = (Lighting::of(&settings), Shading::of(&settings));
         self.painter = settings.painter;
         settings.check(self.context.features())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
-        let first = Ran::of(|| {
+        let first = TimedRun::of(|| {
             let built = opened.build(&self.world)?;
             row.first_ns = built.device_ns;
             Ok(built)
@@ -313,7 +313,7 @@ impl Case<'_> {
             row.lookup_ns_per_million = Timing::of(&samples);
         }
 
-        let mut asked = Moments::default();
+        let mut asked = SampledErrors::default();
         if self.effort.truth != Extent::None {
             row.flicker_rms = self.ask_frames(&mut opened, &mut asked)?;
             self.count(&asked, facts.nodes, row);
@@ -383,7 +383,7 @@ impl Case<'_> {
         if self.effort.turning && self.effort.truth != Extent::None {
             row.frames = self.turn(&mut opened, shading, lighting)?;
         }
-        Ok(Drawn { picture, beside_truth, builds: timed.built })
+        Ok(CasePictures { picture, beside_truth, builds: timed.built })
     }
 
     /// Counts of passes, by name, in the submissions of `run`.
@@ -427,10 +427,10 @@ impl Case<'_> {
 }
 
 /// A picture, and the same picture at the size of its truth.
-pub struct Drawn {
+pub struct CasePictures {
     /// At the size that was asked for.
     pub picture: Picture,
-    /// At the size of [`Case::reference`], with which it is compared.
+    /// At the size of [`SceneCase::reference`], with which it is compared.
     pub beside_truth: Option<Picture>,
     /// The builds that were timed before.
     pub builds: TimedBuilds,

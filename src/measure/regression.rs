@@ -388,7 +388,7 @@ mod tests {
         let old = results(&[row("4", timing(10.0, 0.1), 0.1)]);
         for (build, slower) in [(15.0, false), (25.0, true)] {
             let mut now = row("4", timing(build, 0.1), 0.2);
-            now.steadiness = Some(crate::measure::Steadiness { spread: Some(2.0), ..Default::default() });
+            now.steadiness = Some(crate::measure::Stability { spread: Some(2.0), ..Default::default() });
             let now = results(&[now]);
             let found = changes(&old, &now, Margins::default());
             assert!(found[0].is_slower() == slower && found[0].is_worse(), "{build}");

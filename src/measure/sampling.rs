@@ -3,7 +3,7 @@
 use super::Answers;
 use super::Row;
 use super::color::ColorAnswers;
-use super::compare::Case;
+use super::case::SceneCase;
 use super::flicker::Flicker;
 use super::footprint::{FootprintError, footprint_errors, footprints};
 use super::points::at_once;
@@ -27,7 +27,7 @@ pub(super) fn moments(frames: usize) -> Vec<usize> {
 
 /// Answers at all kinds of points, over all moments.
 #[derive(Default)]
-pub(super) struct Moments {
+pub(super) struct SampledErrors {
     pub(super) map: Answers,
     pub(super) space: Answers,
     pub(super) surface: Answers,
@@ -36,9 +36,9 @@ pub(super) struct Moments {
     maps: Vec<Arc<MapsTruth>>,
 }
 
-impl Case<'_> {
+impl SceneCase<'_> {
     /// Writes the counts of the map points, and the figures that qualify the map error, into `row`.
-    pub(super) fn count(&self, asked: &Moments, nodes: Option<u32>, row: &mut Row) {
+    pub(super) fn count(&self, asked: &SampledErrors, nodes: Option<u32>, row: &mut Row) {
         let Some(first) = asked.maps.first() else { return };
         let n = asked.maps.len() as f64;
         let limit = LIMIT_NODES.iter().position(|k| Some(*k as u32) == nodes);
@@ -55,7 +55,7 @@ impl Case<'_> {
 
     /// Goes through all frames once more. Asks in all of them at seen points and for flicker, which it returns, and in some of them for
     /// the other errors.
-    pub(super) fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
+    pub(super) fn ask_frames(&mut self, opened: &mut Opened, asked: &mut SampledErrors) -> Result<Option<f64>> {
         let count = self.frames.states.count();
         let moments = moments(count);
         let mut flicker = Flicker::default();
@@ -82,7 +82,7 @@ impl Case<'_> {
     }
 
     /// Asks for errors in one frame.
-    fn ask_moment(&self, technique: &dyn Technique, truth: &Truth, asked: &mut Moments) -> Result<()> {
+    fn ask_moment(&self, technique: &dyn Technique, truth: &Truth, asked: &mut SampledErrors) -> Result<()> {
         let resolution = technique.resolution();
         let paints = technique.painter().is_some();
         if !paints {

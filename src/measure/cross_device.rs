@@ -1,6 +1,6 @@
 //! Results of several devices, drivers or editions side by side: one column per file, one line per scene and spec.
 
-use super::change::{ERRORS, FEWEST_SAMPLES, error_verdict, is_same, time_verdict};
+use super::regression::{ERRORS, FEWEST_SAMPLES, error_verdict, is_same, time_verdict};
 use super::{Results, Row, Status, Timing, Verdict};
 use crate::consume::keys;
 use crate::technique::REGISTRY;
@@ -75,7 +75,7 @@ pub struct Agreement {
 
 /// The comparison of all columns.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Beside {
+pub struct Comparison {
     /// In the order in which they were named.
     pub columns: Vec<Column>,
     /// Scene after scene.
@@ -84,7 +84,7 @@ pub struct Beside {
     pub times: Times,
 }
 
-impl Beside {
+impl Comparison {
     /// Puts results side by side, each with the name of its file. Files of one device and the same conditions that have
     /// no row in common become one column.
     ///

@@ -41,14 +41,14 @@ pub(super) fn is_first_like_others(first_ns: f64, later_ns: f64) -> bool {
 }
 
 /// How many builds warm up, how many are timed, and for how long.
-pub struct Repeats {
+pub struct Repetition {
     warm_up: usize,
     least: Duration,
     timed: usize,
     budget: Duration,
 }
 
-impl Repeats {
+impl Repetition {
     /// Techniques that build each frame get `warm_up` builds and `timed` timed builds. Baked techniques get one build to warm up, and at
     /// most `timed` timed builds. Where builds take long, there are only as many as the budget allows. A software device has no clock rate
     /// to reach: with `warm_up` 0 it does not warm up at all.
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     /// How many of the builds are timed, and the frames of all builds, where each build takes `takes`.
-    fn run(repeats: &Repeats, takes: Duration) -> (usize, Vec<usize>) {
+    fn run(repeats: &Repetition, takes: Duration) -> (usize, Vec<usize>) {
         let (mut frames, mut timed) = (Vec::new(), 0);
         let build = |frame, is_timed| {
             std::thread::sleep(takes);
@@ -126,14 +126,14 @@ mod tests {
     /// A clock that rises at its third look is waited for, and one that never rises is not waited for forever.
     #[test]
     fn a_slow_device_warms_up_for_longer() {
-        let repeats = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Frame, false, 1, 2) };
+        let repeats = Repetition { least: Duration::ZERO, ..Repetition::of(Lifetime::Frame, false, 1, 2) };
         let looks = std::cell::Cell::new(0);
         let is_slow = || looks.replace(looks.get() + 1) < 2;
         let start = Instant::now();
         let frames = repeats.run(is_slow, |frame, is_timed| Ok((frame, is_timed))).expect("built");
         assert_eq!((frames, looks.get()), (vec![(0, true), (1, true)], 3));
         assert!(start.elapsed() >= 2 * ASK_AGAIN, "{:?}", start.elapsed());
-        let stuck = Repeats { budget: Duration::from_secs(60), ..repeats };
+        let stuck = Repetition { budget: Duration::from_secs(60), ..repeats };
         let start = Instant::now();
         let build = |_, _| {
             std::thread::sleep(Duration::from_millis(10));
@@ -145,14 +145,14 @@ mod tests {
 
     #[test]
     fn what_is_built_each_frame_is_built_as_often_as_asked() {
-        let repeats = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Frame, true, 2, 3) };
+        let repeats = Repetition { least: Duration::ZERO, ..Repetition::of(Lifetime::Frame, true, 2, 3) };
         assert!(repeats.budget >= Duration::from_secs(30), "30 builds of a second are all timed");
         assert_eq!(run(&repeats, Duration::ZERO), (3, vec![0, 1, 0, 1, 2]));
     }
 
     #[test]
     fn a_gpu_warms_up_for_as_long_as_many_builds_need() {
-        let least = |software, timed| Repeats::of(Lifetime::Frame, software, 5, timed).least.as_millis();
+        let least = |software, timed| Repetition::of(Lifetime::Frame, software, 5, timed).least.as_millis();
         assert_eq!([1, 8, 30, 1000].map(|timed| least(false, timed)), [200, 400, 1500, 1500]);
         assert_eq!(least(true, 1000), 200);
     }
@@ -161,33 +161,33 @@ mod tests {
     #[test]
     fn a_software_device_need_not_warm_up() {
         for lifetime in [Lifetime::Frame, Lifetime::Baked] {
-            assert_eq!(run(&Repeats::of(lifetime, true, 0, 2), Duration::ZERO), (2, vec![0, 1]));
+            assert_eq!(run(&Repetition::of(lifetime, true, 0, 2), Duration::ZERO), (2, vec![0, 1]));
         }
-        assert_eq!(Repeats::of(Lifetime::Frame, false, 0, 2).least, WARM_UP);
+        assert_eq!(Repetition::of(Lifetime::Frame, false, 0, 2).least, WARM_UP);
     }
 
     #[test]
     fn a_build_that_takes_minutes_is_done_once() {
-        let repeats = Repeats { budget: Duration::from_millis(1), ..Repeats::of(Lifetime::Frame, true, 5, 30) };
+        let repeats = Repetition { budget: Duration::from_millis(1), ..Repetition::of(Lifetime::Frame, true, 5, 30) };
         assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
     }
 
     #[test]
     fn a_long_bake_is_done_once() {
-        let baked = Repeats::of(Lifetime::Baked, true, 5, 30);
+        let baked = Repetition::of(Lifetime::Baked, true, 5, 30);
         assert!(baked.budget < Duration::from_secs(60), "a bake of a minute spends it");
-        let repeats = Repeats { budget: Duration::from_millis(1), ..baked };
+        let repeats = Repetition { budget: Duration::from_millis(1), ..baked };
         assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
     }
 
     /// A sleep takes at least as long as it should, so these are the largest possible numbers.
     #[test]
     fn a_bake_is_repeated_until_the_budget_is_spent() {
-        let baked = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Baked, true, 5, 30) };
-        let repeats = Repeats { budget: Duration::from_millis(100), ..baked };
+        let baked = Repetition { least: Duration::ZERO, ..Repetition::of(Lifetime::Baked, true, 5, 30) };
+        let repeats = Repetition { budget: Duration::from_millis(100), ..baked };
         let (timed, frames) = run(&repeats, Duration::from_millis(30));
         assert!((1..=3).contains(&timed) && frames.len() <= 4, "{timed} timed of {frames:?}");
-        let endless = Repeats { budget: Duration::from_secs(3600), ..repeats };
+        let endless = Repetition { budget: Duration::from_secs(3600), ..repeats };
         assert_eq!(run(&endless, Duration::ZERO).0, 30);
     }
 
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn a_choice_is_made_sooner() {
         let budget = |software, lifetime| {
-            let repeats = Repeats::of(lifetime, software, 0, 2);
+            let repeats = Repetition::of(lifetime, software, 0, 2);
             (repeats.budget.as_secs(), repeats.of_choice(software).budget.as_secs())
         };
         assert_eq!(budget(false, Lifetime::Frame), (60, 5));
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn a_build_that_fails_is_the_last() {
-        let repeats = Repeats::of(Lifetime::Baked, true, 1, 2);
+        let repeats = Repetition::of(Lifetime::Baked, true, 1, 2);
         let failed =
             repeats.run(|| false, |_, _| -> Result<()> { Err(crate::Error::input("it", "fails", "leave it")) });
         assert!(failed.is_err());
