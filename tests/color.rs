@@ -7,7 +7,7 @@ mod support;
 
 use glam::{DVec2, DVec3};
 use gobo::Error;
-use gobo::consume::{Asked, Lighting, Query, Renderer, Shading, parse};
+use gobo::consume::{PointBatch, Lighting, Query, Renderer, Shading, parse};
 use gobo::gpu::{Context, Requirement};
 use gobo::reference::truth::{Casters, picture, space_points};
 use gobo::reference::twin::colors::color_left;
@@ -57,7 +57,7 @@ fn rounding(context: &Context) -> f64 {
 
 /// What is answered at points for light of that extinction.
 fn asked(context: &Context, technique: &dyn Technique, extinction: f32, points: &[[f32; 3]]) -> Vec<f32> {
-    let query = Query::of_lights(context, &[Asked { light: 0, points, normals: &[] }]).expect("room for the points");
+    let query = Query::of_lights(context, &[PointBatch { light: 0, points, normals: &[] }]).expect("room for the points");
     query.query(&query.color_kernel(&technique.answer(), extinction).expect("a kernel")).expect("asked");
     query.answers().expect("answered")
 }

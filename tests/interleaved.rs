@@ -14,7 +14,7 @@ mod reservoir;
 
 use glam::DVec3;
 use gobo::consume::many_lights::FrameData;
-use gobo::consume::{Lighting, PainterKind, PartsSeen, Renderer, Shading, Tiled, VERTEX_SPACING};
+use gobo::consume::{Lighting, PainterKind, PartReadback, Renderer, Shading, Tiled, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::{Effort, Extent, Frames, Traced, picture_error, with_case};
 use gobo::reference::truth::{Casters, picture};
@@ -52,7 +52,7 @@ fn drawn(context: &Context, built: &Built, size: [u32; 2], shading: Shading, lig
 }
 
 /// A frame, and what it left on the device.
-fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartsSeen) {
+fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartReadback) {
     let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
         .expect("a renderer");
     let answer = built.technique.technique.answer();
@@ -64,7 +64,7 @@ fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartsSeen
             || names
                 == ["consume.visible", "consume.gbuffer", "interleaved.ask", "interleaved.gather", "consume.caster"]
     );
-    (renderer.read().expect("read"), renderer.parts_seen(&kernels).expect("read").expect("parts"))
+    (renderer.read().expect("read"), renderer.read_parts(&kernels).expect("read").expect("parts"))
 }
 
 /// What rounding does to a colour: of f32, or of the half floats of a device that blends no others.

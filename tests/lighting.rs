@@ -6,7 +6,7 @@ mod support;
 
 use glam::DVec3;
 use gobo::Error;
-use gobo::consume::{Asked, Lighting, PainterKind, Query, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
+use gobo::consume::{PointBatch, Lighting, PainterKind, Query, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};
@@ -220,7 +220,7 @@ fn vertices_ask_by_their_width() {
             let [drawn] = pictures((context, painter), &scene, size, &text, [Lighting::Vertex { spacing }]);
             let technique = built(context, &scene, &text);
             let ask = |sides: &[f32]| {
-                let asked = [Asked { light: 0, points: &points, normals: &[] }];
+                let asked = [PointBatch { light: 0, points: &points, normals: &[] }];
                 Query::of_areas(context, &asked, sides).expect("room").ask(&technique.answer()).expect("answered")
             };
             // The least and the most of a pixel's light, since the device may cut a part along either diagonal.

@@ -15,7 +15,7 @@ mod queue;
 mod twins;
 
 use gobo::Error;
-use gobo::consume::many_lights::TilesSeen;
+use gobo::consume::many_lights::TileReadback;
 use gobo::consume::{Lighting, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::scene::{Picture, SKY, Scene, View};
@@ -48,13 +48,13 @@ pub fn picture(context: &Context, built: &Built, size: [u32; 2], shading: Shadin
 }
 
 /// What one frame leaves on the device, drawn from scratch.
-pub fn seen(context: &Context, built: &Built, size: [u32; 2], tiled: Tiled) -> TilesSeen {
+pub fn seen(context: &Context, built: &Built, size: [u32; 2], tiled: Tiled) -> TileReadback {
     let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
         .expect("a renderer");
     let answer = built.technique.technique.answer();
     let kernels = renderer.kernels(&answer, Shading::Tiled(tiled), Lighting::Fragment).expect("kernels");
     renderer.draw(&kernels).expect("drawn");
-    renderer.tiles_seen().expect("read").expect("tiles")
+    renderer.read_tiles().expect("read").expect("tiles")
 }
 
 pub fn largest_difference(a: &Picture, b: &Picture) -> f32 {

@@ -177,7 +177,7 @@ fn parts_make_the_whole() {
             let whole = cut(context, &scene, technique.as_ref(), 1 << 20);
             for least in [1, 3, 16] {
                 let (renderer, picture) = cut(context, &scene, technique.as_ref(), least);
-                let (seen, order) = renderer.lists_seen().expect("read").expect("lists");
+                let (seen, order) = renderer.read_lists().expect("read").expect("lists");
                 let twin = lists(SIZE, &seen.boxes, &order);
                 assert!(seen.lists == twin, "{}: lists", scene.name);
                 let all = twin.iter().map(Vec::len).sum::<usize>() as u32;
@@ -201,7 +201,7 @@ fn boxes_hold_what_is_seen() {
         let scene = scenes::random();
         let technique = built(context, &scene, "none");
         let (renderer, _) = cut(context, &scene, technique.as_ref(), 16);
-        let (seen, _) = renderer.lists_seen().expect("read").expect("lists");
+        let (seen, _) = renderer.read_lists().expect("read").expect("lists");
         let view = camera(&scene);
         for (particle, found) in scene.particles.iter().zip(&seen.boxes) {
             let centre = DVec3::from(particle.position.map(f64::from));

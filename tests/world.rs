@@ -138,9 +138,9 @@ fn answers(context: &Context, technique: &dyn Technique, lights: usize, points: 
 }
 
 /// Asks with kernels that were made before the world moved: they read what has grown since.
-struct Asked(Vec<(Query, QueryKernel)>);
+struct PointBatch(Vec<(Query, QueryKernel)>);
 
-impl Asked {
+impl PointBatch {
     fn new(context: &Context, technique: &dyn Technique, lights: usize, points: &[[f32; 3]]) -> Self {
         let query = |light| {
             let query = Query::new(context, light, points).expect("room for the points");
@@ -202,7 +202,7 @@ fn a_world_that_moved_is_a_new_world() {
             let mut world = world(context, &tiny());
             let mut moved = opened(context, &world, &spec);
             build(&mut moved, &world, &spec.short());
-            let asked = Asked::new(context, moved.technique.as_ref(), 2, &points);
+            let asked = PointBatch::new(context, moved.technique.as_ref(), 2, &points);
             let small = bytes(moved.technique.as_ref());
             let mut before = asked.answers();
             for (state, scene) in &states {

@@ -2,7 +2,7 @@
 //! from that number, once per pixel however many triangles overlap. Source: Burns and Hunt 2013, The visibility buffer. Twin:
 //! reference::twin::gbuffer.
 
-use super::shown::Smooth;
+use super::display::Smooth;
 use super::{PainterKind, Renderer};
 use crate::Result;
 use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target};

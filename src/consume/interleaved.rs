@@ -90,7 +90,7 @@ impl Gather {
 }
 
 /// Per-pixel values of the last frame with `shading=interleaved` or `shading=reservoir`, read from the device to compare with the twin.
-pub struct PartsSeen {
+pub struct PartReadback {
     /// The number of the pixel's triangle, counted from 1; 0 where there is sky.
     pub numbers: Vec<u32>,
     /// Light that the pixel reflects from its part of the lights; or from the one light that it keeps, times that light's weight.

@@ -6,7 +6,7 @@ use super::interleaved::Interleaved;
 use super::many_lights::{Asking, ManyLights, Targets};
 use super::painter::{Painter, Shade, Slices};
 use super::reservoir::Reservoirs;
-use super::sliced::Sliced;
+use super::half_angle_draw::Sliced;
 use super::volumes::VolumeKernel;
 use super::{Lighting, PainterKind, Renderer, Shading, Tiled};
 use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Requirement, Shader, Tessellated, push_struct};

@@ -6,7 +6,7 @@ use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
 use super::many_lights::ManyLights;
 use super::painter::{Canvas, Lists};
-use super::shown::Shown;
+use super::display::Shown;
 use super::volumes::Volumes;
 use super::{Lighting, PainterKind, Shading};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};

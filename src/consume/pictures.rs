@@ -1,6 +1,6 @@
 //! Pictures of a scene, in a form for people to look at or in the form that is measured. All commands that draw use this.
 
-use super::{Developed, Renderer};
+use super::{Tonemapped, Renderer};
 use crate::gpu::Context;
 use crate::scene::{Picture, Scene, Show, View};
 use crate::world::World;
@@ -11,7 +11,7 @@ pub struct Pictures {
     /// Draws one pixel per sample; a picture for people has several samples per final pixel.
     pub renderer: Renderer,
     size: [u32; 2],
-    developed: Option<(Show, Developed)>,
+    developed: Option<(Show, Tonemapped)>,
 }
 
 impl Pictures {
@@ -29,7 +29,7 @@ impl Pictures {
         let mut renderer = Renderer::new(context, world, &View::camera(&scene.camera, scene, sampled))?;
         let Some(show) = show else { return Ok(Self { renderer, size, developed: None }) };
         renderer.show(world)?;
-        let developed = Some((show, Developed::new(&renderer, &show)?));
+        let developed = Some((show, Tonemapped::new(&renderer, &show)?));
         Ok(Self { renderer, size, developed })
     }
 
@@ -43,7 +43,7 @@ impl Pictures {
     }
 
     /// The pass that turns the drawn samples into the picture for people; none where pictures are measured.
-    pub fn developed(&self) -> Option<&Developed> {
+    pub fn developed(&self) -> Option<&Tonemapped> {
         self.developed.as_ref().map(|(_, developed)| developed)
     }
 
@@ -52,6 +52,6 @@ impl Pictures {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
     pub fn read(&self) -> Result<Picture> {
-        self.developed().map_or_else(|| self.renderer.read(), Developed::picture)
+        self.developed().map_or_else(|| self.renderer.read(), Tonemapped::picture)
     }
 }

@@ -23,7 +23,7 @@ push_struct! {
 
 /// Points that one light is asked about.
 #[derive(Clone, Copy, Debug)]
-pub struct Asked<'a> {
+pub struct PointBatch<'a> {
     /// Among the scene's lights.
     pub light: usize,
     /// World positions.
@@ -52,14 +52,14 @@ impl Query {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, light: usize, points: &[[f32; 3]]) -> Result<Self> {
-        Self::of_lights(context, &[Asked { light, points, normals: &[] }])
+        Self::of_lights(context, &[PointBatch { light, points, normals: &[] }])
     }
 
     /// Like [`Query::new`], for several lights in one pass. Normals are used only where all points have one.
     ///
     /// # Errors
     /// As [`Query::new`].
-    pub fn of_lights(context: &Context, asked: &[Asked]) -> Result<Self> {
+    pub fn of_lights(context: &Context, asked: &[PointBatch]) -> Result<Self> {
         Self::of_areas(context, asked, &[])
     }
 
@@ -68,7 +68,7 @@ impl Query {
     ///
     /// # Errors
     /// As [`Query::new`].
-    pub fn of_areas(context: &Context, asked: &[Asked], sides: &[f32]) -> Result<Self> {
+    pub fn of_areas(context: &Context, asked: &[PointBatch], sides: &[f32]) -> Result<Self> {
         let points: Vec<_> = asked.iter().flat_map(|part| part.points).copied().collect();
         let mut normals: Vec<_> = asked.iter().flat_map(|part| part.normals).copied().collect();
         if normals.len() != points.len() {
@@ -84,7 +84,7 @@ impl Query {
         let bindings = set.bind(context, "query")?;
         let areas = if sides.len() == points.len() { sides.len() as u32 } else { 0 };
         let (mut first, normals) = (0, normals.len() as u32);
-        let part = |part: &Asked| {
+        let part = |part: &PointBatch| {
             let push = QueryPush { light: part.light as u32, first, count: part.points.len() as u32, normals, areas };
             first += push.count;
             push

@@ -2,7 +2,7 @@
 
 use super::case::LOOKUPS;
 use super::truth::Points;
-use crate::consume::Asked;
+use crate::consume::PointBatch;
 
 /// So many lights get all points that are wanted each. More lights share that total.
 pub(super) const FULLY_ASKED: usize = 8;
@@ -16,7 +16,7 @@ pub(super) fn of_each_light(points: usize, lights: usize) -> usize {
 }
 
 /// All points in their order, in lists of at most [`LOOKUPS`].
-pub(super) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -> Vec<Vec<Asked<'a>>> {
+pub(super) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -> Vec<Vec<PointBatch<'a>>> {
     let (mut lists, mut room) = (vec![vec![]], LOOKUPS);
     for points in all {
         let (mut positions, mut normals) = (&points.positions[..], &points.normals[..]);
@@ -27,7 +27,7 @@ pub(super) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -> Vec<Vec<
             }
             let (now, later) = positions.split_at(room.min(positions.len()));
             let (now_normals, later_normals) = normals.split_at(now.len().min(normals.len()));
-            let part = Asked { light: points.light, points: now, normals: now_normals };
+            let part = PointBatch { light: points.light, points: now, normals: now_normals };
             lists.last_mut().into_iter().for_each(|list| list.push(part));
             room -= now.len();
             (positions, normals) = (later, later_normals);

@@ -10,7 +10,7 @@ use super::points::at_once;
 use super::seen::SeenAnswers;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth};
 use crate::Result;
-use crate::consume::{Asked, Query};
+use crate::consume::{PointBatch, Query};
 use crate::reference::truth::MAP_DEPTHS;
 use crate::scene::{Resolution, View};
 use crate::technique::{Opened, Technique};
@@ -127,7 +127,7 @@ impl SceneCase<'_> {
             }
         };
         let asked: Vec<_> =
-            areas.points.iter().map(|p| Asked { light: p.light, points: &p.positions, normals: &[] }).collect();
+            areas.points.iter().map(|p| PointBatch { light: p.light, points: &p.positions, normals: &[] }).collect();
         let of = |sides: &Vec<f32>| Query::of_areas(self.context, &asked, sides)?.ask(&technique.answer());
         let answers: Vec<_> = areas.sides.iter().map(of).collect::<Result<_>>()?;
         Ok(footprint_errors(&answers, areas))

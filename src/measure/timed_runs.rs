@@ -7,7 +7,7 @@ use super::repetition::{Repetition, SLOW_WARM_UP, WARM_UP, is_first_like_others,
 use super::stability::{Stability, Watch};
 use super::{Row, Timing};
 use crate::Result;
-use crate::consume::{Asked, Kernels, Query, Renderer, Shading};
+use crate::consume::{PointBatch, Kernels, Query, Renderer, Shading};
 use crate::gpu::{Calibration, PassTime};
 use crate::technique::{Built, Lifetime, Opened, Technique};
 use std::cell::Cell;
@@ -246,7 +246,7 @@ impl SceneCase<'_> {
 
     /// Times look-ups at the same points, one pass after the other.
     pub(super) fn time_lookups(&self, technique: &dyn Technique) -> Result<Vec<LookupTimes>> {
-        let asked = self.asked.iter().enumerate().map(|(light, points)| Asked { light, points, normals: &[] });
+        let asked = self.asked.iter().enumerate().map(|(light, points)| PointBatch { light, points, normals: &[] });
         let asked: Vec<_> = asked.collect();
         let query = Query::of_lights(self.context, &asked)?;
         let kernel = query.kernel(&technique.answer())?;

@@ -1,6 +1,6 @@
 //! Asks a technique about the scene of one value, and measures its answers.
 
-use super::results::{Asked, Figures, Outcome, Stressed};
+use super::results::{PointBatch, Figures, Outcome, Stressed};
 use super::subject::{Moved, Rounded, Subject};
 use crate::advice::advised;
 use crate::consume::{self, Query};
@@ -111,12 +111,12 @@ fn seen(
     if is_finite { subject.seen().error(&said) } else { Ok(None) }
 }
 
-fn in_query(points: &Points) -> consume::Asked<'_> {
-    consume::Asked { light: points.light, points: &points.positions, normals: &points.normals }
+fn in_query(points: &Points) -> consume::PointBatch<'_> {
+    consume::PointBatch { light: points.light, points: &points.positions, normals: &points.normals }
 }
 
 /// Errors of the finite answers.
-fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<Asked> {
+fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<PointBatch> {
     let mut kept = Answers::default();
     let mut said = said.iter();
     for points in all {
@@ -131,7 +131,7 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
             kept.within.extend(boundary.get(i));
         }
     }
-    Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })
+    Ok(PointBatch { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
 /// The greatest rise of answers along a texel's ray, and the greatest error of the last answer on a ray. Points are rounded and so lie

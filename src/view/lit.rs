@@ -1,6 +1,6 @@
 //! An open technique in the window, and the picture that it lights.
 
-use crate::consume::{Developed, Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel};
+use crate::consume::{Tonemapped, Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel};
 use crate::gpu::{Commands, Context, Image};
 use crate::scene::{Backdrop, Show, View};
 use crate::technique::{Settled, Spec, Technique, open};
@@ -82,7 +82,7 @@ impl Lit {
 
     /// Its picture, in linear light.
     pub fn image(&self) -> &Image {
-        self.pictures.developed().map_or_else(|| self.renderer().image(), Developed::image)
+        self.pictures.developed().map_or_else(|| self.renderer().image(), Tonemapped::image)
     }
 
     /// Reads the counts of frame `over`, which is over. Where buffers were too small and have grown, the build is made

@@ -5,7 +5,7 @@ use crate::TOLERANCE;
 use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
 use crate::twin::{DEPTHS, build, depth, look_up};
 use glam::DVec3;
-use gobo::consume::{Asked, Lighting, Query, Renderer, Shading, Tiled};
+use gobo::consume::{PointBatch, Lighting, Query, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::maps::level_size;
 use gobo::reference::truth::Casters;
@@ -130,7 +130,7 @@ fn squares(view: &View, texels: f64) -> (Vec<[f32; 3]>, Vec<f32>) {
 }
 
 fn asked(context: &Context, avsm: &Avsm, points: &[[f32; 3]], sides: &[f32]) -> Vec<f32> {
-    let asked = [Asked { light: 0, points, normals: &[] }];
+    let asked = [PointBatch { light: 0, points, normals: &[] }];
     let query = Query::of_areas(context, &asked, sides).expect("room");
     query.ask(&avsm.answer()).expect("answered")
 }

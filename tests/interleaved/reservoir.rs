@@ -4,7 +4,7 @@
 use super::{AMBIENT, Built, build, camera, lamps};
 use crate::support::{all, gpu_test, scenes, some};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Asked, Kernels, Lighting, PartsSeen, Query, Renderer, Shading};
+use gobo::consume::{Asked, Kernels, Lighting, PartReadback, Query, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::SurfacePoint;
 use gobo::reference::twin::interleaved::gather;
@@ -28,9 +28,9 @@ fn kernels(renderer: &Renderer, built: &Built) -> Kernels {
     renderer.kernels(&answer, Shading::Reservoir, Lighting::Fragment).expect("kernels")
 }
 
-fn parts(renderer: &Renderer, kernels: &Kernels) -> PartsSeen {
+fn parts(renderer: &Renderer, kernels: &Kernels) -> PartReadback {
     renderer.draw(kernels).expect("drawn");
-    renderer.parts_seen(kernels).expect("read").expect("parts")
+    renderer.read_parts(kernels).expect("read").expect("parts")
 }
 
 /// What a pixel turns of a light that nothing keeps from it.
@@ -251,7 +251,7 @@ fn all_lights_count_on_average() {
                 renderer.look(&built.world, &going_round(&scene, size, i)).expect("as many pixels");
                 renderer.draw(&kernels).expect("drawn");
             }
-            let seen = renderer.parts_seen(&kernels).expect("read").expect("parts");
+            let seen = renderer.read_parts(&kernels).expect("read").expect("parts");
             aged += seen.reservoirs.iter().filter(|kept| kept.frames & !CLOSED == frames as u32).count();
             seen_at_all += seen.reservoirs.iter().filter(|kept| kept.z != 0.0).count();
             for (i, found) in seen.estimates.iter().enumerate() {
@@ -296,7 +296,7 @@ fn what_is_kept_makes_it_steady() {
         let answer = built.technique.technique.answer();
         let renderer = renderer(context, &built, size);
         let deferred = renderer.picture(&answer, Shading::Deferred, Lighting::Fragment).expect("drawn");
-        let off = |seen: &PartsSeen| {
+        let off = |seen: &PartReadback| {
             let shown = |i: &usize| seen.albedo[*i][3] != 0.0;
             // Where lights are virtual nothing is ambient.
             let square = |i: usize| (seen.estimates[i][0] - deferred.pixels[i][0] / seen.albedo[i][0]).powi(2);

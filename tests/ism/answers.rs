@@ -5,7 +5,7 @@ use crate::support::scenes::{Random, cuboid};
 use crate::support::{ask, gpu_test};
 use crate::{PATHS, built, refusal, scenes};
 use glam::DVec3;
-use gobo::consume::{Asked, Query};
+use gobo::consume::{PointBatch, Query};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, SurfacePoint, surface_points};
 use gobo::reference::twin::ism::look_up::look_up;
@@ -112,7 +112,7 @@ pub fn on_surfaces(casters: &Casters, scene: &Scene, light: usize, count: usize)
 pub fn ask_on_surfaces(context: &Context, ism: &Ism, light: usize, points: &[SurfacePoint]) -> Vec<f32> {
     let normals: Vec<[f32; 3]> = points.iter().map(|p| p.normal.as_vec3().to_array()).collect();
     let points: Vec<[f32; 3]> = points.iter().map(|p| p.position.as_vec3().to_array()).collect();
-    let asked = Asked { light, points: &points, normals: &normals };
+    let asked = PointBatch { light, points: &points, normals: &normals };
     Query::of_lights(context, &[asked]).expect("room").ask(&ism.answer()).expect("asked")
 }
 

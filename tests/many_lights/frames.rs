@@ -106,7 +106,7 @@ fn history_is_one_frame_long() {
         let once = |answer| {
             let kernels = mixed.kernels(&answer, shading, Lighting::Fragment).expect("kernels");
             mixed.draw(&kernels).expect("drawn");
-            mixed.tiles_seen().expect("read").expect("tiles").sources
+            mixed.read_tiles().expect("read").expect("tiles").sources
         };
         let shadow_map = other.technique.technique.answer();
         assert!(once(shadow_map).iter().all(|source| *source == u32::MAX), "there is no frame before");

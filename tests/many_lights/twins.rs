@@ -4,7 +4,7 @@ use super::{Built, build, camera, lamps, picture, seen};
 use crate::support::{gpu_test, scenes::Random, some};
 use glam::DVec3;
 use gobo::consume::DitherKind;
-use gobo::consume::many_lights::{FrameData, TilesSeen, words};
+use gobo::consume::many_lights::{FrameData, TileReadback, words};
 use gobo::consume::{Shading, Tiled};
 use gobo::grid::{GridData, Voxelizer};
 use gobo::reference::twin::grid::{Bits, Place};
@@ -27,7 +27,7 @@ fn reaches(scene: &Scene) -> Vec<Reach> {
     LightData::all(scene).iter().map(|l| Reach { position: l.position, falloff: l.falloff }).collect()
 }
 
-fn z_of(seen: &TilesSeen) -> Vec<f32> {
+fn z_of(seen: &TileReadback) -> Vec<f32> {
     seen.geometry.iter().map(|g| f32::from_bits(g[0])).collect()
 }
 
@@ -183,7 +183,7 @@ fn dithered_bits_equal_their_twin() {
             let answer = gobo::technique::Technique::answer(&*opened.technique);
             let kernels = renderer.kernels(&answer, tiled, Lighting::Fragment).expect("kernels");
             renderer.draw(&kernels).expect("drawn");
-            let seen = renderer.tiles_seen().expect("read").expect("tiles");
+            let seen = renderer.read_tiles().expect("read").expect("tiles");
             let camera = camera(&scene, size);
             let (mut asked, mut off, mut shadowed) = (0, 0, 0);
             for (pixel, z) in z_of(&seen).into_iter().enumerate().filter(|(_, z)| *z > 0.0) {
@@ -232,14 +232,14 @@ fn the_blur_equals_its_twin() {
             let answer = built.technique.technique.answer();
             let kernels = renderer.kernels(&answer, Shading::Tiled(tiled), Lighting::Fragment).expect("kernels");
             renderer.draw(&kernels).expect("drawn");
-            let before = renderer.tiles_seen().expect("read").expect("tiles");
+            let before = renderer.read_tiles().expect("read").expect("tiles");
             let mut other = scene.clone();
             if moving {
                 other.camera.position += DVec3::new(0.25, 0.1, -0.05);
             }
             renderer.look(&built.world, &camera(&other, size)).expect("the next frame");
             renderer.draw(&kernels).expect("drawn");
-            let seen = renderer.tiles_seen().expect("read").expect("tiles");
+            let seen = renderer.read_tiles().expect("read").expect("tiles");
             let frames = seen.frames.each_ref().map(frame);
             let found = Found {
                 geometry: &seen.geometry,
@@ -281,7 +281,7 @@ fn the_blur_equals_its_twin() {
 }
 
 /// Sources are what the twin says, but where a division decides between two pixels.
-fn check_sources(seen: &TilesSeen, before: &TilesSeen, moving: bool) {
+fn check_sources(seen: &TileReadback, before: &TileReadback, moving: bool) {
     let frames = seen.frames.each_ref().map(frame);
     let twin = reproject::reproject(&frames, &seen.geometry, &before.geometry);
     let (mut hidden, mut kept) = (0, 0);

@@ -12,7 +12,7 @@ pub mod within;
 
 use gobo::Error;
 use gobo::consume::parse;
-use gobo::consume::{Asked, Query};
+use gobo::consume::{PointBatch, Query};
 use gobo::gpu::{Commands, Context, Messages, Options, Requirement};
 use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
@@ -355,7 +355,7 @@ pub fn ask_on(
     let of = |all: &[[f32; 3]], which: &[usize]| which.iter().map(|i| all[*i]).collect::<Vec<_>>();
     let mut answers = vec![f32::NAN; points.len()];
     for (which, normals) in [(&space, Vec::new()), (&surfaces, of(normals, &surfaces))] {
-        let asked = Asked { light, points: &of(points, which), normals: &normals };
+        let asked = PointBatch { light, points: &of(points, which), normals: &normals };
         let query = Query::of_lights(context, &[asked]).expect("room for the points");
         for (i, answer) in which.iter().zip(query.ask(&technique.answer()).expect("answered")) {
             answers[*i] = answer;

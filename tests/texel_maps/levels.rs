@@ -4,7 +4,7 @@
 use super::cases;
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Asked, Query};
+use gobo::consume::{PointBatch, Query};
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::level_size;
 use gobo::reference::truth::Casters;
@@ -169,7 +169,7 @@ fn squares_see_what_lattices_leave() {
                 let points: Vec<_> =
                     (0..15).flat_map(|i| (0..15).map(move |k| [i, k].map(|i| 0.13 * (i - 7) as f32))).collect();
                 let points: Vec<[f32; 3]> = points.into_iter().map(|[x, y]| [x, y, z]).collect();
-                let asked = [Asked { light: 0, points: &points, normals: &[] }];
+                let asked = [PointBatch { light: 0, points: &points, normals: &[] }];
                 let query = Query::of_areas(context, &asked, &vec![side; points.len()]).expect("room");
                 query.ask(&opened.technique.answer()).expect("answered")
             };
@@ -247,7 +247,7 @@ fn levels_do_not_drift() {
                     .collect();
                 let points: Vec<_> =
                     places.iter().map(|[x, y, k]| point(middle(*x), middle(*y), *k).as_vec3().to_array()).collect();
-                let asked = [Asked { light: 0, points: &points, normals: &[] }];
+                let asked = [PointBatch { light: 0, points: &points, normals: &[] }];
                 // A look-up takes a level that is finer by a half.
                 let side = (texel[0] * texel[1]).sqrt() * f64::from(wide) * 2f64.sqrt();
                 let query = Query::of_areas(context, &asked, &vec![side as f32; points.len()]).expect("room");

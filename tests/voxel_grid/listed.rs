@@ -4,7 +4,7 @@ use super::support::scenes::{self, Random, cuboid, directional};
 use super::support::{ask, gpu_test, some, spec};
 use super::{PLAIN, Settings, all, built, place, shapes, triangles};
 use glam::DVec3;
-use gobo::consume::{Asked, Query};
+use gobo::consume::{PointBatch, Query};
 use gobo::gpu::Context;
 use gobo::grid::Voxelizer;
 use gobo::reference::truth::{Casters, surface_points};
@@ -209,7 +209,7 @@ fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usiz
     let points: Vec<[f32; 3]> = surface.iter().map(|p| p.position.as_vec3().into()).collect();
     let facing = |p: &gobo::reference::truth::SurfacePoint| p.facing(scene.lights[light].towards(p.position));
     let normals: Vec<[f32; 3]> = surface.iter().map(|p| facing(p).as_vec3().into()).collect();
-    let query = Query::of_lights(context, &[Asked { light, points: &points, normals: &normals }]).expect("room");
+    let query = Query::of_lights(context, &[PointBatch { light, points: &points, normals: &normals }]).expect("room");
     for (p, answer) in surface.iter().zip(query.ask(&technique.answer()).expect("answered")) {
         let within = casters.in_surface_boundary(light, &resolution, p.position, facing(p));
         let cosine = p.normal.dot(scene.lights[light].towards(p.position));

@@ -4,7 +4,7 @@ use crate::support::{self, ask, gpu_test, scenes, scenes::Random, some, spec};
 use crate::{PLAIN, all, built, place, raster, shapes, triangles, twin, way};
 use glam::DVec3;
 use gobo::Error;
-use gobo::consume::{Asked, Query};
+use gobo::consume::{PointBatch, Query};
 use gobo::gpu::Context;
 use gobo::reference::twin::{grid::Place, masks::Masks};
 use gobo::scene::{LightKind, Mesh, Scene};
@@ -132,7 +132,7 @@ fn ways_through_masks_equal_their_twin() {
 
 /// Light of the scene's first light at points of surfaces with those normals.
 fn ask_surfaces(context: &Context, technique: &dyn Technique, points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<f32> {
-    let query = Query::of_lights(context, &[Asked { light: 0, points, normals }]).expect("room");
+    let query = Query::of_lights(context, &[PointBatch { light: 0, points, normals }]).expect("room");
     query.ask(&technique.answer()).expect("answered")
 }
 

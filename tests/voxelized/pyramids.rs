@@ -6,7 +6,7 @@ use super::{
     twin_columns, voxel,
 };
 use glam::{DVec2, DVec3};
-use gobo::consume::{Asked, Query};
+use gobo::consume::{PointBatch, Query};
 use gobo::reference::truth::{Meshes, bounds};
 use gobo::scene::{Light, LightKind, Projection, Scene};
 use gobo::technique::Technique;
@@ -220,7 +220,7 @@ fn a_floor_under_a_lamp_never_shadows_itself() {
                 (0..8000).map(|_| [random.between(-0.95, 0.95), random.between(-0.95, 0.95), 0.0]).collect();
             points.retain(|p| scene.lights[0].shines_on(DVec3::from(p.map(f64::from))));
             let normals = vec![[0.0, 0.0, 1.0]; points.len()];
-            let query = Query::of_lights(context, &[Asked { light: 0, points: &points, normals: &normals }]);
+            let query = Query::of_lights(context, &[PointBatch { light: 0, points: &points, normals: &normals }]);
             let answers = query.expect("room").ask(&opened.technique.answer()).expect("asked");
             let shadowed: Vec<_> = points.iter().zip(&answers).filter(|(_, answer)| **answer < 1.0).collect();
             assert!(points.len() > 1000);

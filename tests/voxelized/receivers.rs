@@ -2,7 +2,7 @@
 
 use crate::support::{gpu_test, is_usual, scenes::Random, some};
 use crate::{PLAIN, Settings, baked, shapes};
-use gobo::consume::{Asked, Query};
+use gobo::consume::{PointBatch, Query};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, SurfacePoint, surface_points};
 use gobo::scene::{Scene, View};
@@ -11,7 +11,7 @@ use gobo::technique::{Coverage, Opened, Technique, Voxelized};
 /// Answers at points of surfaces that face `normal`.
 fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], normal: [f32; 3]) -> Vec<f32> {
     let normals = vec![normal; points.len()];
-    let query = Query::of_lights(context, &[Asked { light: 0, points, normals: &normals }]).expect("room");
+    let query = Query::of_lights(context, &[PointBatch { light: 0, points, normals: &normals }]).expect("room");
     query.ask(&opened.technique.answer()).expect("asked")
 }
 
@@ -58,7 +58,7 @@ fn what_looks_away_is_dark() {
         let positions: Vec<[f32; 3]> = points.iter().map(|p| p.position.as_vec3().into()).collect();
         let opened = baked(context, &scene, PLAIN);
         let lit = |normals: Vec<[f32; 3]>| {
-            let asked = Asked { light: 0, points: &positions, normals: &normals };
+            let asked = PointBatch { light: 0, points: &positions, normals: &normals };
             let query = Query::of_lights(context, &[asked]).expect("room");
             let answers = query.ask(&opened.technique.answer()).expect("asked");
             answers.into_iter().filter(|answer| *answer > 0.0).count()

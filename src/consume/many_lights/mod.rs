@@ -2,11 +2,11 @@
 //! and stores one bit per light. Finally one shader, the same for all techniques, shades with all lights. Sources: Olsson and Assarsson
 //! 2011 (tiles); Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
 
-mod ask;
+mod dispatch;
 mod frame;
 
-pub(super) use ask::Asking;
-pub use ask::QueueData;
+pub(super) use dispatch::Asking;
+pub use dispatch::QueueData;
 pub use frame::FrameData;
 
 use super::Tiled;
@@ -16,7 +16,7 @@ use crate::shaders::set;
 use crate::shaders::{Folder, constant, many_lights as shaders};
 use crate::technique::Answer;
 use crate::{Error, Result};
-use ask::Queue;
+use dispatch::Queue;
 use std::cell::RefCell;
 
 /// Pixels per side of a tile. Twin: TILE.
@@ -288,7 +288,7 @@ impl History {
 }
 
 /// The last frame's buffers, read back to compare with their twin.
-pub struct TilesSeen {
+pub struct TileReadback {
     /// Per tile, words with one bit per light that reaches the tile; tiles row by row.
     pub masks: Vec<u32>,
     /// Per pixel, words with one bit per light that is shadowed. The first words of all pixels come first, then all second words, and so
@@ -303,11 +303,11 @@ pub struct TilesSeen {
 }
 
 impl ManyLights {
-    pub(super) fn seen(&self) -> Result<TilesSeen> {
+    pub(super) fn seen(&self) -> Result<TileReadback> {
         let read = |buffer: &Buffer| buffer.read::<u32>(buffer.bytes() as usize / 4);
         let sources = self.history.as_ref().map(|h| read(&h.sources)).transpose()?;
         let frames = self.frames.read::<FrameData>(2)?;
-        Ok(TilesSeen {
+        Ok(TileReadback {
             masks: read(&self.masks)?,
             shadows: read(&self.shadows)?,
             geometry: self.geometry.read(self.geometry.bytes() as usize / 8)?,

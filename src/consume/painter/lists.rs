@@ -95,7 +95,7 @@ pub struct PaintTotals {
 }
 
 /// The last frame's lists, read back to compare with their twin.
-pub struct ListsSeen {
+pub struct ListReadback {
     /// Per caster, the first and the last pixel that it may cover: x in the lower 16 bits, y in the upper ones. None where x falls.
     pub boxes: Vec<[u32; 2]>,
     /// Per tile, row by row, its casters from far to near.
@@ -130,7 +130,7 @@ pub(in crate::consume) struct Lists {
     splits: Buffer,
     totals: Buffer,
     totalled: ReadBack,
-    grown: Grown,
+    grown: SizedBuffers,
     /// How many runs of casters are painted one after the other, since there is no room for all at once.
     runs: u32,
     set: Bindings,
@@ -169,13 +169,13 @@ impl Kernels {
 }
 
 /// What is made anew where there was too little room.
-struct Grown {
+struct SizedBuffers {
     order: CountedOrder,
     parts: Buffer,
     layers: Buffer,
 }
 
-impl Grown {
+impl SizedBuffers {
     fn new(context: &Context, totals: &Buffer, capacity: u32, tiles: u32, [least, most]: [u32; 2]) -> Result<Self> {
         let cuts = u64::from(most.min(capacity.div_ceil(least)));
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
@@ -206,7 +206,7 @@ impl Lists {
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let totals = buffer("painter.totals", size_of::<PaintTotals>() as u64)?;
         let capacity = casters.saturating_mul(FIRST_ENTRIES).clamp(1024, most_entries(context));
-        let grown = Grown::new(context, &totals, capacity, tiles, cut)?;
+        let grown = SizedBuffers::new(context, &totals, capacity, tiles, cut)?;
         let boxes = buffer("painter.boxes", 8 * u64::from(casters))?;
         let sums = buffer("painter.sums", 4 * u64::from(casters.div_ceil(THREADS)))?;
         let ranges = buffer("painter.ranges", 8 * u64::from(tiles))?;
@@ -359,7 +359,7 @@ impl Lists {
         if capacity < most {
             // An eighth more than is needed, so that a scene in motion does not make the lists grow every frame.
             let wanted = wanted.saturating_add(wanted / 8).min(most);
-            self.grown = Grown::new(&self.context, &self.totals, wanted, self.tiles, self.cut)?;
+            self.grown = SizedBuffers::new(&self.context, &self.totals, wanted, self.tiles, self.cut)?;
             self.kernels = Kernels::new(&self.context, &self.set, &self.constants, self.grown.order.block())?;
             self.set.replace(set::PainterLists::ITEMS, &self.grown.order.items)?;
             self.set.replace(set::PainterLists::PARTS, &self.grown.parts)?;
@@ -381,14 +381,14 @@ impl Lists {
     }
 
     /// What the last frame's passes wrote, of a world of `casters` casters.
-    pub(in crate::consume) fn seen(&self, casters: u32) -> Result<ListsSeen> {
+    pub(in crate::consume) fn seen(&self, casters: u32) -> Result<ListReadback> {
         let totals: Vec<PaintTotals> = self.totals.read(1)?;
         let totals = totals[0];
         let items: Vec<[u32; 2]> = self.grown.order.items.read_from(totals.sorted as usize, totals.entries as usize)?;
         let ranges: Vec<[u32; 2]> = self.ranges.read(self.tiles as usize)?;
         let list =
             |[start, end]: [u32; 2]| items[start as usize..end as usize].iter().map(|[_, caster]| *caster).collect();
-        Ok(ListsSeen {
+        Ok(ListReadback {
             boxes: self.boxes.read(casters as usize)?,
             lists: ranges.into_iter().map(list).collect(),
             parts: self.grown.parts.read(totals.parts as usize)?,

@@ -10,7 +10,7 @@ mod vertices;
 
 pub(super) use canvas::Canvas;
 pub(super) use lists::Lists;
-pub use lists::{ListsSeen, PaintTotals, PartData};
+pub use lists::{ListReadback, PaintTotals, PartData};
 pub(super) use shade::Shade;
 pub(super) use slices::Slices;
 pub use vertices::PatchData;

@@ -125,14 +125,14 @@ impl Renderer {
 }
 
 /// Turns the picture of all samples into the finished picture for people.
-pub struct Developed {
+pub struct Tonemapped {
     context: Context,
     kernel: Kernel<DevelopPush>,
     push: DevelopPush,
     shown: Image,
 }
 
-impl Developed {
+impl Tonemapped {
     /// For pictures of `renderer`, with the samples per pixel and the exposure of `show`.
     ///
     /// # Errors

@@ -1,10 +1,10 @@
 //! Buffers that passes wrote, read back for tests that compare them with those of the twins.
 
 use super::Renderer;
-use super::interleaved::PartsSeen;
+use super::interleaved::PartReadback;
 use super::kernels::{Casters, Kernels, Meshes};
-use super::many_lights::TilesSeen;
-use super::painter::ListsSeen;
+use super::many_lights::TileReadback;
+use super::painter::ListReadback;
 use crate::Result;
 
 impl Renderer {
@@ -12,7 +12,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
-    pub fn tiles_seen(&self) -> Result<Option<TilesSeen>> {
+    pub fn read_tiles(&self) -> Result<Option<TileReadback>> {
         self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
     }
 
@@ -25,7 +25,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
-    pub fn lists_seen(&self) -> Result<Option<(ListsSeen, Vec<u32>)>> {
+    pub fn read_lists(&self) -> Result<Option<(ListReadback, Vec<u32>)>> {
         let casters = self.blending.casters;
         let Some(lists) = &*self.lists.borrow() else { return Ok(None) };
         let seen = lists.borrow().seen(casters)?;
@@ -55,13 +55,13 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
-    pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
+    pub fn read_parts(&self, kernels: &Kernels) -> Result<Option<PartReadback>> {
         let (gbuffer, estimates, reservoirs) = match &kernels.meshes {
             Meshes::Interleaved { gbuffer, interleaved } => (gbuffer, &interleaved.gather.estimates, Vec::new()),
             Meshes::Reservoir { gbuffer, reservoirs } => (gbuffer, &reservoirs.gather.estimates, reservoirs.kept()?),
             _ => return Ok(None),
         };
-        Ok(Some(PartsSeen {
+        Ok(Some(PartReadback {
             reservoirs,
             numbers: gbuffer.numbers()?,
             estimates: estimates.read(estimates.bytes() as usize / 12)?,
