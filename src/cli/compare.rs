@@ -1,7 +1,7 @@
 //! `gobo compare`
 
 use super::baseline::BaselineArguments;
-use super::compared::{Compared, name_apart};
+use super::compared_frames::{Compared, name_apart};
 use super::default_specs::{all_specs, usual_specs};
 use super::progress::Progress;
 use super::resume::{SCENE, files, kept};

@@ -1,6 +1,6 @@
 //! `gobo render --particles`: simulated particles as their simulation left them.
 
-use super::drawn::spec_alone;
+use super::render_frames::spec_alone;
 use super::render::{Arguments, ColoursArgument};
 use super::sequence::Sequence;
 use super::{check_messages, say};

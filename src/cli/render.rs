@@ -1,8 +1,8 @@
 //! `gobo render`
 
-use super::drawn::{Drawn, by_reference, by_technique, lines_spacing};
+use super::render_frames::{RenderedFrame, by_reference, by_technique, lines_spacing};
 use super::sequence::Sequence;
-use super::states::States;
+use super::frame_source::States;
 use super::{
     ChangeArguments, DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load,
     one_spec, particles, picture, place, say, steps,
@@ -210,7 +210,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
     let context = if needs_device { Some(arguments.device.open()?) } else { None };
     states.lit = context.as_ref().map(|context| (&arguments.vpls, context));
     let states = states;
-    let draw = |lit_by: &LitBy, plain: bool, each: &mut dyn FnMut(Drawn) -> Result<()>| match (lit_by, &context) {
+    let draw = |lit_by: &LitBy, plain: bool, each: &mut dyn FnMut(RenderedFrame) -> Result<()>| match (lit_by, &context) {
         (LitBy::Technique(spec), Some(context)) if arguments.steps => {
             steps::by_technique(arguments, context, spec, &states, each)
         }
@@ -227,7 +227,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
     let is_reference = |lit_by: &LitBy| matches!(lit_by, LitBy::Reference);
     let mut order: Vec<usize> = (0..lit_by.len()).collect();
     order.sort_by_key(|i| is_reference(&lit_by[*i]));
-    let mut all: Vec<(Vec<Drawn>, Vec<String>)> = lit_by.iter().map(|_| Default::default()).collect();
+    let mut all: Vec<(Vec<RenderedFrame>, Vec<String>)> = lit_by.iter().map(|_| Default::default()).collect();
     for i in order {
         let frames = &mut all[i].0;
         let said = draw(&lit_by[i], true, &mut |drawn| {
@@ -258,12 +258,12 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
 }
 
 /// One picture per frame: a panel per technique, with the technique's figures below it.
-fn in_panels(arguments: &Arguments, frames: usize, all: &[Vec<Drawn>], reference: Option<usize>) -> Result<Sequence> {
+fn in_panels(arguments: &Arguments, frames: usize, all: &[Vec<RenderedFrame>], reference: Option<usize>) -> Result<Sequence> {
     let size = arguments.size();
     let mut sequence = Sequence::new(&arguments.out, frames as u32);
     let columns = arguments.columns.unwrap_or_else(|| (1..).find(|c| c * c >= all.len() as u32).unwrap_or(1));
     for frame in 0..frames {
-        let panel = |(i, drawn): (usize, &Vec<Drawn>)| {
+        let panel = |(i, drawn): (usize, &Vec<RenderedFrame>)| {
             let drawn = &drawn[frame];
             let mut known = Vec::new();
             known.extend(drawn.frame_ms.map(|ms| format!("{ms:.2} ms")));

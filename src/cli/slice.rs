@@ -1,7 +1,7 @@
 //! `gobo slice`
 
 use super::sequence::Sequence;
-use super::states::States;
+use super::frame_source::States;
 use super::{
     ChangeArguments, DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load,
     one_spec, picture, place, say, silhouette,

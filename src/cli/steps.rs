@@ -1,8 +1,8 @@
 //! `gobo render --steps`: how many steps look-ups take, as colours.
 
-use super::drawn::Drawn;
+use super::render_frames::RenderedFrame;
 use super::render::Arguments;
-use super::states::States;
+use super::frame_source::States;
 use crate::Result;
 use crate::consume::Renderer;
 use crate::gpu::Context;
@@ -17,7 +17,7 @@ pub(super) fn by_technique(
     context: &Context,
     spec: &Spec,
     states: &States,
-    each: &mut dyn FnMut(Drawn) -> Result<()>,
+    each: &mut dyn FnMut(RenderedFrame) -> Result<()>,
 ) -> Result<Vec<String>> {
     let size = arguments.size();
     let first = states.at(0)?;
@@ -41,11 +41,11 @@ pub(super) fn by_technique(
     for counts in &counts {
         let painted = StepRange::paint(range, counts);
         if arguments.show()?.is_none() {
-            each(Drawn::of_bytes(size, painted))?;
+            each(RenderedFrame::of_bytes(size, painted))?;
             continue;
         }
         let paper = with_scale(&painted, size, step_colour, [&ends[0], "steps of all look-ups", &ends[1]]);
-        each(Drawn::of_bytes(paper.size, paper.rgb8))?;
+        each(RenderedFrame::of_bytes(paper.size, paper.rgb8))?;
     }
     let said = format!("{} on {}, path {path}", spec.short(), context.features().name);
     Ok(std::iter::once(said).chain(range.map(|range| range.to_string())).collect())

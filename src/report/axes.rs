@@ -1,6 +1,6 @@
 //! The axes of each plot.
 
-use super::answer::{resolved_cost_ns, resolved_ns};
+use super::selection::{resolved_cost_ns, resolved_ns};
 use crate::measure::{Row, Status};
 
 /// A time and an error of a row.

@@ -2,7 +2,7 @@
 
 use crate::measure::{CASTER_CLASSES, CasterClass, CasterError, Results, Row};
 use crate::report::pareto::scenes;
-use crate::report::wording::{NOTHING, Specs, grouped, one_line, significant};
+use crate::report::format::{NOTHING, Specs, grouped, one_line, significant};
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 

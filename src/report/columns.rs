@@ -1,7 +1,7 @@
 //! The measured columns that the table and the page share.
 
-use super::notes::MARK;
-use super::wording::{
+use super::warnings::MARK;
+use super::format::{
     NOTHING, bytes, grouped, milliseconds, one_digit, percent, signed, significant, spread_milliseconds,
 };
 use crate::measure::{ColorError, PointError, Row, SeenError, Status};

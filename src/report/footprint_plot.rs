@@ -5,7 +5,7 @@ use crate::report::colours::COLOURS;
 use crate::report::curve::{TEXT, TITLE};
 use crate::report::pareto::scenes;
 use crate::report::series::{range_with_air, ticks};
-use crate::report::wording::{Specs, one_line, shortened};
+use crate::report::format::{Specs, one_line, shortened};
 use plotters::prelude::*;
 
 const WIDTH: u32 = 1120;

@@ -20,20 +20,20 @@
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the page
 //! share are listed once, in `columns.rs`, and the axes of plots in `axes.rs`. Same results, same bytes out.
 
-mod answer;
+mod selection;
 mod axes;
 mod casters;
-mod changes;
-mod choice;
+mod regression;
+mod summary;
 mod colours;
 mod columns;
 mod counts;
 mod curve;
 mod devices;
-mod first_look;
+mod screening;
 mod footprint_plot;
 mod footprints;
-mod notes;
+mod warnings;
 mod page;
 mod panels;
 mod pareto;
@@ -49,15 +49,15 @@ mod stress;
 mod submission;
 mod table;
 mod trace;
-mod whole;
-mod wording;
+mod atomic_write;
+mod format;
 
 pub use casters::casters;
-pub use changes::{Fails, bencher, changes_json, changes_table, junit};
+pub use regression::{Fails, bencher, changes_json, changes_table, junit};
 pub use counts::counts;
 pub use curve::curve;
 pub use devices::{devices_answer, devices_csv, devices_json, devices_markdown, devices_page};
-pub use first_look::{best_and_extremes, is_far, is_hopeless, to_be_sized};
+pub use screening::{best_and_extremes, is_far, is_hopeless, to_be_sized};
 pub use footprints::footprints;
 pub use page::page;
 pub use panels::{Panel, Paper, captioned, panels, with_scale};
@@ -72,5 +72,5 @@ pub use stress::{stress_csv, stress_device, stress_page, stress_table};
 pub use submission::submission_table;
 pub use table::table;
 pub use trace::trace;
-pub use whole::{remove_unfinished, write_png, write_whole};
-pub(crate) use wording::one_line;
+pub use atomic_write::{remove_unfinished, write_png, write_whole};
+pub(crate) use format::one_line;

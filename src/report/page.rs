@@ -3,15 +3,15 @@
 use crate::measure::{CASTER_CLASSES, DeviceFacts, PointError, Results, Row, Status};
 use crate::report::axes::AXES;
 use crate::report::casters::{ENDS, cell, heading};
-use crate::report::choice::{Choice, choice};
+use crate::report::summary::{Choice, choice};
 use crate::report::colours::distinct;
 use crate::report::columns::{Column, shown};
-use crate::report::notes::{MARK, agreement, marked, warnings};
+use crate::report::warnings::{MARK, agreement, marked, warnings};
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
 use crate::report::plot::plots;
 use crate::report::store::is_plain_name;
-use crate::report::wording::{
+use crate::report::format::{
     NOTHING, Specs, grouped, milliseconds, outcome, path, percent, signed, significant, status_word,
 };
 use crate::{Error, Result};

@@ -3,7 +3,7 @@
 
 use crate::measure::{PassTiming, Results, Row, Status, Timing};
 use crate::report::pareto::scenes;
-use crate::report::wording::{NOTHING, Specs, milliseconds, one_line, significant};
+use crate::report::format::{NOTHING, Specs, milliseconds, one_line, significant};
 use comfy_table::presets;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 

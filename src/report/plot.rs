@@ -5,7 +5,7 @@ use crate::report::axes::{AXES, Axes};
 use crate::report::colours::COLOURS;
 use crate::report::footprint_plot::footprint_plot;
 use crate::report::series::{Panel, Point, panels, ticks};
-use crate::report::wording::{one_line, shortened};
+use crate::report::format::{one_line, shortened};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::element::{CoordMapper, Drawable, PointCollection};
@@ -13,7 +13,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 type Backend<'a> = SVGBackend<'a>;
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+type PlotResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 /// Coordinates are decimal logarithms of milliseconds and of error.
 type Logarithmic<'a> = DrawingArea<Backend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 /// Left, top, right, bottom in pixels.
@@ -101,7 +101,7 @@ fn legend_lines(label: &str) -> Vec<String> {
     vec![first.iter().collect(), shortened(&second.iter().collect::<String>(), room)]
 }
 
-fn title(root: &DrawingArea<Backend, Shift>, results: &Results, axes: &Axes) -> Drawn {
+fn title(root: &DrawingArea<Backend, Shift>, results: &Results, axes: &Axes) -> PlotResult {
     let device = &results.device;
     text(root, axes.title, (20, 22), 18, &INK, (HPos::Left, VPos::Center), true)?;
     let facts = one_line(&format!("{} ({}) · {} · Vulkan {}", device.name, device.kind, device.driver, device.api));
@@ -109,7 +109,7 @@ fn title(root: &DrawingArea<Backend, Shift>, results: &Results, axes: &Axes) -> 
     text(root, &shortened(&facts, room), (20, 44), 13, &FAINT_INK, (HPos::Left, VPos::Center), false)
 }
 
-fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, axes: &Axes, top: i32, names: &[&str]) -> Drawn {
+fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, axes: &Axes, top: i32, names: &[&str]) -> PlotResult {
     let extent = (PLOT_LEFT, top + PLOT_TOP, PLOT_RIGHT, top + PLOT_TOP + plot_height(panel));
     let (left, upper, right, lower) = extent;
     let log = |(low, high): (f64, f64)| low.log10()..high.log10();
@@ -159,7 +159,7 @@ fn draw_axes(
     panel: &Panel,
     axes: &Axes,
     extent: Extent,
-) -> Drawn {
+) -> PlotResult {
     let (left, upper, right, lower) = extent;
     for (milliseconds, labelled) in ticks(panel.milliseconds) {
         let (x, _) = area.map_coordinate(&(milliseconds.log10(), 0.0));
@@ -193,7 +193,7 @@ fn limits_and_floor(
     panel: &Panel,
     (left, _, right, _): Extent,
     labels: &mut Labels,
-) -> Drawn {
+) -> PlotResult {
     let height_of = |error: f64| area.map_coordinate(&(0.0, error.log10())).1;
     for limit in &panel.limits {
         let y = height_of(limit.error);
@@ -216,7 +216,7 @@ fn limits_and_floor(
 
 /// Draws the border of the points that the front beats: steps, since nothing between two points of the front has been
 /// measured.
-fn front(area: &Logarithmic, panel: &Panel) -> Drawn {
+fn front(area: &Logarithmic, panel: &Panel) -> PlotResult {
     let mut corners: Vec<(f64, f64)> = panel
         .series
         .iter()
@@ -234,9 +234,9 @@ fn front(area: &Logarithmic, panel: &Panel) -> Drawn {
     area.draw(&PathElement::new(steps, INK.mix(0.22).stroke_width(4)))
 }
 
-fn legend(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names: &[&str]) -> Drawn {
+fn legend(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names: &[&str]) -> PlotResult {
     let mut y = top + 10;
-    let mut entry = |label: &str, draw: &dyn Fn(i32) -> Drawn| -> Drawn {
+    let mut entry = |label: &str, draw: &dyn Fn(i32) -> PlotResult| -> PlotResult {
         draw(y)?;
         let lines = legend_lines(label);
         for (place, line) in (0..).zip(&lines) {
@@ -304,7 +304,7 @@ impl Labels {
     }
 }
 
-fn marker(root: &DrawingArea<Backend, Shift>, look: usize, (x, y): (i32, i32)) -> Drawn {
+fn marker(root: &DrawingArea<Backend, Shift>, look: usize, (x, y): (i32, i32)) -> PlotResult {
     let fill = COLOURS[look % COLOURS.len()].filled();
     let polygon =
         |corners: &[(i32, i32)]| Polygon::new(corners.iter().map(|c| (x + c.0, y + c.1)).collect::<Vec<_>>(), fill);
@@ -317,7 +317,7 @@ fn marker(root: &DrawingArea<Backend, Shift>, look: usize, (x, y): (i32, i32)) -
     }
 }
 
-fn draw<'a, 'b, E, M>(root: &DrawingArea<Backend<'b>, Shift>, element: &'a E) -> Drawn
+fn draw<'a, 'b, E, M>(root: &DrawingArea<Backend<'b>, Shift>, element: &'a E) -> PlotResult
 where
     M: CoordMapper,
     &'a E: PointCollection<'a, (i32, i32), M>,
@@ -333,7 +333,7 @@ fn dashed(
     y: i32,
     colour: &RGBColor,
     (dash, gap): (i32, i32),
-) -> Drawn {
+) -> PlotResult {
     for start in (left..right).step_by((dash + gap) as usize) {
         let end = (start + dash).min(right);
         root.draw(&PathElement::new(vec![(start, y), (end, y)], colour.stroke_width(1)))?;
@@ -356,7 +356,7 @@ fn text(
     colour: &RGBColor,
     anchor: (HPos, VPos),
     bold: bool,
-) -> Drawn {
+) -> PlotResult {
     root.draw(&Text::new(text, place, style_of(size, colour, anchor, bold)))
 }
 

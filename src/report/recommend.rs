@@ -3,11 +3,11 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
-use crate::report::answer::{
+use crate::report::selection::{
     CLOSE_ENOUGH, COMPUTE, FLIP, Measure, answer, dark, floor_ms, is_closer, measure_of_any, point, why_untimed,
 };
 use crate::report::pareto::scenes;
-use crate::report::wording::{NOTHING, bytes, one_line, significant};
+use crate::report::format::{NOTHING, bytes, one_line, significant};
 use crate::technique::{Lifetime, REGISTRY};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -322,7 +322,7 @@ mod tests {
     use super::*;
     use crate::consume::runs;
     use crate::measure::{ImageError, PassTiming, RowError, SeenError, Status, Timing, Unshadowed};
-    use crate::report::answer;
+    use crate::report::selection;
 
     /// A spec of the device's default list is the same after its row is turned back into a spec.
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::report::pareto::pareto_front;
 use crate::report::series::ticks;
-use crate::report::wording::{shortened, significant};
+use crate::report::format::{shortened, significant};
 use std::fmt::Write;
 
 /// Pixels of the page: a plot is never scaled up or down, so that its letters are as large as the text around it.

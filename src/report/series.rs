@@ -3,7 +3,7 @@
 use crate::measure::{Results, Row};
 use crate::report::axes::Axes;
 use crate::report::pareto::{pareto_front, scenes};
-use crate::report::wording::{Specs, one_line};
+use crate::report::format::{Specs, one_line};
 
 /// Errors below this are rounding of 32-bit visibility and not worth a decade of the axis.
 const SMALLEST_ERROR: f64 = 1e-7;

@@ -1,8 +1,8 @@
 //! The output folder. A file there is written whole or not at all.
 
 use crate::measure::{COLORS, ColorError, FOOTPRINTS, PassTiming, PointError, Results, Row, Timing};
-use crate::report::whole::{write_png, write_whole};
-use crate::report::wording::status_word;
+use crate::report::atomic_write::{write_png, write_whole};
+use crate::report::format::status_word;
 use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Results of `gobo stress`: the table for the terminal, the CSV, the page.
 
 use crate::measure::PointError;
-use crate::report::wording::{NOTHING, one_line, signed, significant};
+use crate::report::format::{NOTHING, one_line, signed, significant};
 use crate::stress::{Figures, Outcome, Results, Stressed, Verdict, about};
 use crate::{Error, Result};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};

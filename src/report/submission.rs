@@ -1,7 +1,7 @@
 //! `gobo submit`: a table in Markdown, for the text of a pull request.
 
-use super::notes::{MARK, marked};
-use super::wording::{
+use super::warnings::{MARK, marked};
+use super::format::{
     NOTHING, Specs, bytes, milliseconds, one_line, outcome, path, percent, significant, spread_milliseconds,
 };
 use crate::measure::{Row, Status, Submission};

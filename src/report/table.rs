@@ -2,9 +2,9 @@
 
 use crate::measure::{Results, Row, Status};
 use crate::report::columns::{Column, shown};
-use crate::report::notes::{agreement, marked, notes};
+use crate::report::warnings::{agreement, marked, notes};
 use crate::report::pareto::scenes;
-use crate::report::wording::{Specs, one_line, outcome, path, shortened};
+use crate::report::format::{Specs, one_line, outcome, path, shortened};
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 

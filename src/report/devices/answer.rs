@@ -2,9 +2,9 @@
 
 use super::Names;
 use crate::measure::{Agreement, BUILD_PATHS, Comparison, Built, Column, Line, Row, Status, Times, Verdict};
-use crate::report::answer::{answer, measure};
-use crate::report::notes::marked;
-use crate::report::wording::{one_line, outcome, significant, status_word};
+use crate::report::selection::{answer, measure};
+use crate::report::warnings::marked;
+use crate::report::format::{one_line, outcome, significant, status_word};
 
 /// The answer in one sentence.
 pub fn devices_answer(beside: &Comparison) -> String {

@@ -1,6 +1,6 @@
 //! Results of several devices, drivers or editions: which is fastest, whether they agree, and what interlock buys.
 
-mod answer;
+mod selection;
 mod dots;
 mod table;
 
@@ -9,9 +9,9 @@ pub use table::{devices_csv, devices_json, devices_markdown};
 
 use crate::measure::{BUILD_PATHS, Comparison, Built, Line, ROUNDING, Row, Status, Timing, Verdict};
 use crate::report::colours::named;
-use crate::report::notes::{MARK, warnings};
+use crate::report::warnings::{MARK, warnings};
 use crate::report::scatter::shape;
-use crate::report::wording::{
+use crate::report::format::{
     NOTHING, Specs, milliseconds, one_line, outcome, percent, significant, spread_milliseconds,
 };
 use crate::{Error, Result};

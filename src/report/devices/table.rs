@@ -2,8 +2,8 @@
 
 use super::{Cell, Names, answer, cell, interlock_cell};
 use crate::measure::{BUILD_PATHS, Comparison, Timing, Verdict};
-use crate::report::notes::MARK;
-use crate::report::wording::{NOTHING, one_line, significant, status_word};
+use crate::report::warnings::MARK;
+use crate::report::format::{NOTHING, one_line, significant, status_word};
 use crate::{Error, Result};
 use serde_json::{Number, Value, json};
 

@@ -1,7 +1,7 @@
 //! Which row of a scene is *best*: the one function from which all answers come.
 
 use crate::measure::{Row, Status, compute_ns};
-use crate::report::wording::one_line;
+use crate::report::format::one_line;
 
 /// Errors below this are a quarter of a step of an 8-bit display: a smaller error is not worth more time.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-3;

@@ -2,7 +2,7 @@
 
 use super::one_spec;
 use super::render::Arguments;
-use super::states::States;
+use super::frame_source::States;
 use crate::consume::{Kernels, Lighting, Pictures, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, developed, fog, picture, shown_picture};
@@ -15,7 +15,7 @@ use crate::{Error, Result};
 const TIMED: usize = 9;
 
 /// A frame that was drawn.
-pub(super) struct Drawn {
+pub(super) struct RenderedFrame {
     /// Pixels.
     pub size: [u32; 2],
     /// The picture to show: three bytes per pixel, rows from the top.
@@ -26,7 +26,7 @@ pub(super) struct Drawn {
     pub frame_ms: Option<f64>,
 }
 
-impl Drawn {
+impl RenderedFrame {
     /// From a picture that is shown as it is measured.
     pub(super) fn of(picture: &Picture) -> Self {
         Self::of_bytes([picture.width, picture.height], picture.to_srgb8())
@@ -43,7 +43,7 @@ pub(super) fn by_reference(
     arguments: &Arguments,
     states: &States,
     plain: bool,
-    each: &mut dyn FnMut(Drawn) -> Result<()>,
+    each: &mut dyn FnMut(RenderedFrame) -> Result<()>,
 ) -> Result<()> {
     let (show, air, size) = (arguments.show()?, arguments.air()?, arguments.size());
     let with_air = |casters: &Casters, camera: &View, picture: Picture, air: &Option<Fog>| match air {
@@ -58,11 +58,11 @@ pub(super) fn by_reference(
             with_air(&casters, &camera, picture(&casters, scene, &camera), &air)
         };
         let mut drawn = match &show {
-            None => Drawn::of(&measured()),
+            None => RenderedFrame::of(&measured()),
             Some(show) => {
                 let camera = View::camera(&scene.camera, scene, show.sampled(size));
                 let samples = with_air(&casters, &camera, shown_picture(&casters, scene, &camera), &air);
-                Drawn::of(&developed(&samples, show))
+                RenderedFrame::of(&developed(&samples, show))
             }
         };
         drawn.plain = plain.then(measured);
@@ -78,7 +78,7 @@ pub(super) fn by_technique(
     spec: &Spec,
     states: &States,
     plain: bool,
-    each: &mut dyn FnMut(Drawn) -> Result<()>,
+    each: &mut dyn FnMut(RenderedFrame) -> Result<()>,
 ) -> Result<Vec<String>> {
     let settings = spec.settings();
     let lighting = Lighting::of(&settings);
@@ -114,7 +114,7 @@ pub(super) fn by_technique(
             let name = format!("pixel {bad} of picture {frame}");
             return Err(Error::input(name, "not a number", "report this as a bug, with the scene"));
         }
-        let mut drawn = Drawn::of(&picture);
+        let mut drawn = RenderedFrame::of(&picture);
         if let Some(measured) = &mut measured {
             measured.look(&world, scene)?;
             drawn.plain = plain.then(|| draws.picture(measured, &opened, shading, lighting)).transpose()?;

@@ -2,7 +2,7 @@
 
 use super::recommend::Limits;
 use crate::measure::Row;
-use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, dark, floor_ms, measure_of_any, point};
+use crate::report::selection::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, dark, floor_ms, measure_of_any, point};
 
 /// The indices of up to four rows: the one whose product of time and error is least, the quickest, the one with the least
 /// error, and the one with the fewest bytes. Empty where nothing was measured.
@@ -93,7 +93,7 @@ pub fn is_far(row: &Row, rows: &[Row]) -> bool {
 mod tests {
     use super::*;
     use crate::measure::{ImageError, RowError, SeenError, Status};
-    use crate::report::answer::tests::row;
+    use crate::report::selection::tests::row;
 
     #[test]
     fn what_is_beaten_by_far_is_hopeless() {

@@ -1,6 +1,6 @@
 //! Changes since a baseline: a table, and the files that other tools read.
 
-use super::wording::{Specs, bytes, milliseconds, one_line, outcome, significant};
+use super::format::{Specs, bytes, milliseconds, one_line, outcome, significant};
 use crate::measure::{Change, Figure, Results, Verdict};
 use crate::{Error, Result};
 use comfy_table::presets::NOTHING;

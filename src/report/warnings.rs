@@ -1,6 +1,6 @@
 //! Notes that a reader needs besides the figures.
 
-use super::wording::grouped;
+use super::format::grouped;
 use crate::measure::{PartError, PointError, Results, Row, StageRates, Status, Stability, spearman};
 
 /// With fewer rows of a scene, the orders of two figures say nothing.
