@@ -3,7 +3,7 @@
 use super::{DeviceArguments, little, say, say_json};
 use crate::consume::runs;
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
-use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
+use crate::stress::{Case, Outcome, Results, SCHEMA, CaseResult, Sweep, Worker, cases, serve, verdicts};
 use crate::technique::Spec;
 use crate::technique::runs::List;
 use crate::{Error, Result};
@@ -136,7 +136,7 @@ fn ask_all(
     sweep: &Sweep,
     is_software: bool,
     [of_smoke, of_meshes]: [&[Spec]; 2],
-    rows: &mut Vec<Stressed>,
+    rows: &mut Vec<CaseResult>,
 ) -> Result<()> {
     let Some(first) = sweep.values.first() else { return Ok(()) };
     let mut left = if sweep.scene(*first).has_only_meshes() { of_meshes } else { of_smoke }.to_vec();
@@ -149,7 +149,7 @@ fn ask_all(
             start = Instant::now();
             rows.push(row);
         })?;
-        let ended = |row: &Stressed| matches!(row.outcome, Outcome::NoAnswer | Outcome::Refused);
+        let ended = |row: &CaseResult| matches!(row.outcome, Outcome::NoAnswer | Outcome::Refused);
         left.retain(|spec| !rows[from..].iter().any(|row| row.technique == spec.short() && ended(row)));
     }
     Ok(())

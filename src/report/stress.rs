@@ -2,7 +2,7 @@
 
 use crate::measure::PointError;
 use crate::report::format::{NOTHING, one_line, signed, significant};
-use crate::stress::{Figures, Outcome, Results, Stressed, Verdict, about};
+use crate::stress::{Figures, Outcome, Results, CaseResult, Verdict, about};
 use crate::{Error, Result};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 use minijinja::value::{Serde, Value};
@@ -120,7 +120,7 @@ pub fn stress_csv(results: &Results) -> Result<String> {
     String::from_utf8(bytes).map_err(|cause| fail(&cause))
 }
 
-fn fields(row: &Stressed) -> Vec<String> {
+fn fields(row: &CaseResult) -> Vec<String> {
     let outcome = match row.outcome {
         Outcome::Answered => "answered",
         Outcome::Refused => "refused",

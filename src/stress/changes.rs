@@ -1,6 +1,6 @@
 //! Numbers that can be swept in a scene that the user gives.
 
-use super::strewn::{changed, denser, step};
+use super::scene_builders::{changed, denser, step};
 use crate::reference::truth::bounds;
 use crate::scene::{LightKind, Particle, Scene};
 use glam::DVec3;

@@ -1,7 +1,7 @@
 //! Cases of opaque triangles: their shapes, where they lie in voxels and texels, and lights that are near them.
 
 use super::Case;
-use super::strewn::{SLANTED, along, random, scene};
+use super::scene_builders::{SLANTED, along, random, scene};
 use crate::scene::{LightKind, Mesh, Scene};
 use glam::DVec3;
 

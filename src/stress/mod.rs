@@ -4,28 +4,28 @@
 //! its promises. Techniques run in a process of their own ([`Worker`]), so that a driver that hangs or dies gives a row too. A
 //! [`round`](fn@round) of a soak has a random scene and random techniques, which follow from its seed.
 
-mod ask;
+mod evaluate;
 mod changes;
-mod drawn;
+mod random_round;
 mod meshes;
-mod placed;
+mod light_cases;
 mod results;
 mod round;
-mod serve;
+mod worker_protocol;
 mod smoke;
 mod soak;
-mod strewn;
-mod subject;
+mod scene_builders;
+mod case_truth;
 mod sweep;
 mod verdict;
 mod worker;
 
-pub use ask::ask;
-pub use results::{Asked, Figures, Outcome, Results, SCHEMA, Stressed};
+pub use evaluate::ask;
+pub use results::{ErrorSummary, Figures, Outcome, Results, SCHEMA, CaseResult};
 pub use round::{Failure, Round, round};
-pub use serve::{Job, Reply, serve};
+pub use worker_protocol::{Job, Reply, serve};
 pub use soak::{Life, Soaked, is_flat};
-pub use subject::{SHUFFLES, Subject};
+pub use case_truth::{SHUFFLES, Subject};
 pub use sweep::Sweep;
 pub(crate) use sweep::about;
 pub(crate) use verdict::number;

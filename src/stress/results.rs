@@ -23,7 +23,7 @@ pub struct Results {
     /// How far each technique holds in each case.
     pub verdicts: Vec<Verdict>,
     /// One row per case, value and technique, in the order in which they ran.
-    pub rows: Vec<Stressed>,
+    pub rows: Vec<CaseResult>,
 }
 
 /// How a row ended.
@@ -42,7 +42,7 @@ pub enum Outcome {
 
 /// A technique at one value of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stressed {
+pub struct CaseResult {
     /// [`super::Case::name`].
     pub case: String,
     /// The value of the setting that is swept.
@@ -63,11 +63,11 @@ pub struct Stressed {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Points on the rays of texels, compared with the filtered truth.
-    pub map: Option<Asked>,
+    pub map: Option<ErrorSummary>,
     /// Points in space, compared with the truth.
-    pub space: Option<Asked>,
+    pub space: Option<ErrorSummary>,
     /// Points on meshes, compared with the truth.
-    pub surface: Option<Asked>,
+    pub surface: Option<ErrorSummary>,
     /// Points that the camera sees; absent where no light is sent to it or an answer is not finite, and in older files.
     #[serde(default)]
     pub seen: Option<SeenError>,
@@ -89,14 +89,14 @@ pub struct Figures {
 
 /// The finite answers at points of one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Asked {
+pub struct ErrorSummary {
     /// Errors of these answers.
     pub error: Option<PointError>,
     /// Number of these answers.
     pub points: u64,
 }
 
-impl Asked {
+impl ErrorSummary {
     /// Leaks and false shadows beyond the technique's own resolution of opaque shadows; none where nothing opaque casts.
     pub fn wrong(&self) -> Option<u64> {
         let beyond = self.error?.beyond()?;
@@ -105,7 +105,7 @@ impl Asked {
 }
 
 impl Figures {
-    /// Leaks and false shadows in space and on surfaces together, as in [`Asked::wrong`].
+    /// Leaks and false shadows in space and on surfaces together, as in [`ErrorSummary::wrong`].
     pub fn wrong(&self) -> Option<u64> {
         [self.space, self.surface].into_iter().flatten().filter_map(|asked| asked.wrong()).reduce(|a, b| a + b)
     }

@@ -1,9 +1,9 @@
 //! A round of a soak: techniques are built and asked in the moving scene of a seed, then everything is freed.
 
-use super::ask::{along_rays, answers};
-use super::drawn::{Drawn, drawn};
-use super::results::{Figures, Outcome, Stressed};
-use super::subject::Subject;
+use super::evaluate::{along_rays, answers};
+use super::random_round::{RandomRound, drawn};
+use super::results::{Figures, Outcome, CaseResult};
+use super::case_truth::Subject;
 use super::verdict::broken_invariants;
 use crate::advice::advised;
 use crate::gpu::Context;
@@ -83,7 +83,7 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
 
 /// Asks a technique in each frame, then builds it again for the last frame, then opens it anew with the other value of `skip=`. Returns the
 /// promises that broke.
-fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec<String>> {
+fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Result<Vec<String>> {
     let mut world = World::new(context, &drawn.most)?;
     let mut broken = Vec::new();
     let mut moved: Option<Opened> = None;
@@ -100,7 +100,7 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
         let mut figures = Figures::default();
         on_rays(context, opened, scene, spec, &mut figures)?;
         last = anywhere(context, opened, scene, seed, &mut figures)?;
-        let row = Stressed {
+        let row = CaseResult {
             case: String::new(),
             value: frame as f64,
             technique: spec.short(),

@@ -1,7 +1,7 @@
 //! Cases of smoke and hair: extinction, size, number of casters per ray, and place.
 
 use super::Case;
-use super::strewn::{SLANTED, USUAL, along, changed, cloud, corners, denser, random, scene, sphere};
+use super::scene_builders::{SLANTED, USUAL, along, changed, cloud, corners, denser, random, scene, sphere};
 use crate::scene::{Particle, Strand};
 use glam::DVec3;
 

@@ -1,12 +1,12 @@
 //! How far a technique keeps its promises in a case: the first value of the case's number at which the answers break a promise.
 
-use super::results::{Figures, Outcome, Stressed};
+use super::results::{Figures, Outcome, CaseResult};
 use crate::consume::parse;
 use crate::technique::Promises;
 use serde::{Deserialize, Serialize};
 
 /// The promises of a row's technique; none where its spec is not valid.
-fn promises(row: &Stressed) -> Option<Promises> {
+fn promises(row: &CaseResult) -> Option<Promises> {
     let spec = parse(&row.technique).ok()?.pop()?;
     Some((spec.entry.promises)(&spec, &row.path))
 }
@@ -64,7 +64,7 @@ impl Broken {
 }
 
 /// All promises that a row breaks.
-pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
+pub(super) fn broken(row: &CaseResult) -> Vec<Broken> {
     let figures = match (row.outcome, &row.figures) {
         // A technique that refused or ran out of time has broken no promise.
         (Outcome::Refused | Outcome::NoAnswer, _) => return Vec::new(),
@@ -101,7 +101,7 @@ fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
 }
 
 /// The invariants ([`Broken::is_invariant`]) that a row breaks, as texts.
-pub(super) fn broken_invariants(row: &Stressed) -> Vec<String> {
+pub(super) fn broken_invariants(row: &CaseResult) -> Vec<String> {
     let figures = row.figures.clone().unwrap_or_default();
     broken(row).into_iter().filter(|broken| broken.is_invariant()).map(|broken| broken.words(&figures)).collect()
 }
@@ -133,7 +133,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// The verdict on the rows of a technique in a case, in the order of values.
-    pub(super) fn of(rows: &[&Stressed]) -> Option<Self> {
+    pub(super) fn of(rows: &[&CaseResult]) -> Option<Self> {
         let first = rows.first()?;
         let found: Vec<_> = rows.iter().map(|row| broken(row)).collect();
         let breaks = found.iter().position(|broken| !broken.is_empty());
@@ -185,7 +185,7 @@ pub(crate) fn number(value: f64) -> String {
 }
 
 /// One verdict per case and technique, in the order of the rows.
-pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
+pub fn verdicts(rows: &[CaseResult]) -> Vec<Verdict> {
     let mut pairs: Vec<(&str, &str)> = Vec::new();
     for row in rows {
         let pair = (row.case.as_str(), row.technique.as_str());
@@ -203,12 +203,12 @@ pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::results::Asked;
+    use super::super::results::ErrorSummary;
     use super::*;
     use crate::measure::{PartError, PointError};
 
-    fn row(value: f64, figures: Option<Figures>) -> Stressed {
-        Stressed {
+    fn row(value: f64, figures: Option<Figures>) -> CaseResult {
+        CaseResult {
             case: "case".into(),
             value,
             technique: "avsm:path=two-pass".into(),
@@ -221,7 +221,7 @@ mod tests {
 
     fn off_by(mean_abs: f64) -> Option<Figures> {
         let error = PointError { mean_abs, ..PointError::default() };
-        Some(Figures { map: Some(Asked { error: Some(error), points: 9 }), ..Figures::default() })
+        Some(Figures { map: Some(ErrorSummary { error: Some(error), points: 9 }), ..Figures::default() })
     }
 
     #[test]
@@ -261,7 +261,7 @@ mod tests {
             within: Some(PartError { points: 2, leaks: 1, ..PartError::default() }),
             ..PointError::default()
         };
-        let asked = Asked { error: Some(error), points: 9 };
+        let asked = ErrorSummary { error: Some(error), points: 9 };
         let figures = Figures {
             map: Some(asked),
             space: Some(asked),
@@ -298,7 +298,7 @@ mod tests {
         let tail_off = Figures { tail: Some(5e-3), order_spread: Some(1e-6), ..Figures::default() };
         let of = |technique: &str, path: &str| {
             let row = row(1.0, Some(tail_off.clone()));
-            broken(&Stressed { technique: technique.into(), path: path.into(), ..row })
+            broken(&CaseResult { technique: technique.into(), path: path.into(), ..row })
         };
         assert_eq!(of("avsm", "binned"), [Broken::Tail, Broken::Order]);
         assert_eq!(of("avsm", "interlock"), [Broken::Tail]);
@@ -309,8 +309,8 @@ mod tests {
 
     #[test]
     fn refusals_failures_and_silence_are_verdicts() {
-        let ended = |outcome, reason: &str| Stressed { outcome, reason: reason.into(), ..row(2.0, None) };
-        let of = |row: Stressed| verdicts(&[row]).remove(0);
+        let ended = |outcome, reason: &str| CaseResult { outcome, reason: reason.into(), ..row(2.0, None) };
+        let of = |row: CaseResult| verdicts(&[row]).remove(0);
         assert_eq!(of(ended(Outcome::Refused, "refused: needs rays")).verdict, "refused: needs rays");
         let failed = of(ended(Outcome::Failed, "device lost"));
         assert_eq!((failed.verdict.as_str(), failed.why.as_str()), ("breaks at 2", "device lost"));

@@ -2,9 +2,9 @@
 //! goes on with a new process.
 
 use super::Sweep;
-use super::results::{Outcome, Stressed};
+use super::results::{Outcome, CaseResult};
 use super::round::{Failure, Round};
-use super::serve::{Job, Reply, no_answer};
+use super::worker_protocol::{Job, Reply, no_answer};
 use crate::measure::DeviceFacts;
 use crate::technique::Spec;
 use crate::{Error, Result};
@@ -57,7 +57,7 @@ impl Worker {
     ///
     /// # Errors
     /// Those of [`Worker::start`], where a new process is needed and does not start.
-    pub fn ask(&mut self, sweep: &Sweep, value: f64, specs: &[Spec], mut each: impl FnMut(Stressed)) -> Result<()> {
+    pub fn ask(&mut self, sweep: &Sweep, value: f64, specs: &[Spec], mut each: impl FnMut(CaseResult)) -> Result<()> {
         let mut left = specs;
         while !left.is_empty() {
             let techniques = left.iter().map(Spec::to_string).collect();
@@ -219,7 +219,7 @@ mod tests {
     use crate::consume::parse;
 
     /// The rows from a process that runs a shell script, after it has named a device.
-    fn rows(script: &str, specs: &str) -> Vec<Stressed> {
+    fn rows(script: &str, specs: &str) -> Vec<CaseResult> {
         let device = serde_json::to_string(&Reply::Device(DeviceFacts::default(), true)).expect("JSON");
         let script = format!("echo '{device}'; read job; echo '\"Ready\"'; {script}");
         let command = ["sh", "-c", &script].map(OsString::from).to_vec();

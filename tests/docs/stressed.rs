@@ -2,7 +2,7 @@
 //! today. `GOBO_WRITE_TABLES=1` writes both anew, between `<!-- stress FOLDER -->` and `<!-- /stress -->`.
 
 use gobo::measure::{PartError, PointError};
-use gobo::stress::{Asked, Figures, Outcome, Stressed, verdicts};
+use gobo::stress::{ErrorSummary, Figures, Outcome, CaseResult, verdicts};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn number<T: std::str::FromStr>(row: &Row, column: &str) -> Option<T> {
 }
 
 /// What verdicts ask of a row.
-fn stressed(row: &Row) -> Stressed {
+fn stressed(row: &Row) -> CaseResult {
     let asked = |points: &str| {
         let column = |name: &str| format!("{points}_{name}");
         // All that is wrong beyond is leaks here: what is counted is the sum.
@@ -26,7 +26,7 @@ fn stressed(row: &Row) -> Stressed {
             within: wrong.map(|_| PartError::default()),
             ..PointError::default()
         });
-        number(row, &column("points")).map(|points| Asked { error, points })
+        number(row, &column("points")).map(|points| ErrorSummary { error, points })
     };
     let outcome = match row["outcome"].as_str() {
         "answered" => Outcome::Answered,
@@ -49,7 +49,7 @@ fn stressed(row: &Row) -> Stressed {
         step_rms: number(row, "step_rms"),
         messages: number(row, "messages").expect("a count"),
     };
-    Stressed {
+    CaseResult {
         case: row["case"].clone(),
         value: number(row, "value").expect("a value"),
         technique: row["technique"].clone(),
@@ -73,7 +73,7 @@ fn count(number: usize) -> String {
 fn block(root: &Path, folder: &str) -> String {
     let path = root.join("results").join(folder).join("stress.csv");
     let mut reader = csv::Reader::from_path(&path).expect(folder);
-    let rows: Vec<Stressed> = reader.deserialize().map(|row| stressed(&row.expect("a row"))).collect();
+    let rows: Vec<CaseResult> = reader.deserialize().map(|row| stressed(&row.expect("a row"))).collect();
     let of = |outcome: Outcome| count(rows.iter().filter(|row| row.outcome == outcome).count());
     let verdicts = verdicts(&rows);
     let broken = verdicts.iter().filter(|verdict| !verdict.invariants.is_empty()).count();

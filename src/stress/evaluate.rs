@@ -1,7 +1,7 @@
 //! Asks a technique about the scene of one value, and measures its answers.
 
-use super::results::{PointBatch, Figures, Outcome, Stressed};
-use super::subject::{Moved, Rounded, Subject};
+use super::results::{PointBatch, Figures, Outcome, CaseResult};
+use super::case_truth::{Moved, Rounded, Subject};
 use crate::advice::advised;
 use crate::consume::{self, Query};
 use crate::gpu::Context;
@@ -18,8 +18,8 @@ const ROUNDING: f32 = 1e-6;
 
 /// Builds the technique of `spec` for the subject's scene and asks it. Then asks it again, first with the casters in other orders, and then
 /// with casters that have moved a little. A failure gives a row too.
-pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spec: &Spec) -> Stressed {
-    let mut row = Stressed {
+pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spec: &Spec) -> CaseResult {
+    let mut row = CaseResult {
         case: case.into(),
         value,
         technique: spec.short(),

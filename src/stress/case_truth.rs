@@ -1,6 +1,6 @@
 //! A case's scene with its truth, computed once for all techniques.
 
-use super::strewn::{random, step};
+use super::scene_builders::{random, step};
 use crate::measure::{Cached, Extent, Points, SeenTruth, Truth, Wanted};
 use crate::reference::truth::{Casters, MAP_DEPTHS, MapTruth, TrueCurve, bounds, sample_maps};
 use crate::scene::{Projection, Resolution, Scene, View};

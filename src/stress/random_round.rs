@@ -1,7 +1,7 @@
 //! Everything that a seed of a soak determines: a scene, its motion, and the techniques to ask.
 
 use super::meshes::{block, plate, triangles};
-use super::strewn::{sphere, step};
+use super::scene_builders::{sphere, step};
 use crate::consume::KEYS;
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene, Strand};
 use crate::technique::{Key, Name, REGISTRY, Spec, Values};
@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// The contents of a round, drawn at random from a seed.
 #[derive(Clone, Debug)]
-pub(super) struct Drawn {
+pub(super) struct RandomRound {
     /// The scene with all casters that any frame has.
     pub most: Scene,
     /// The scene in each frame: casters move, grow, shrink, come and go.
@@ -29,12 +29,12 @@ const CASTERS: f64 = 300.0;
 const NUMBER: f64 = 1e5;
 
 /// Draws a round. A seed gives the same round on every machine.
-pub(super) fn drawn(seed: u64) -> Drawn {
+pub(super) fn drawn(seed: u64) -> RandomRound {
     let mut draw = Draw { random: Random::new([seed, 0x50a1]), unit: 1.0, at: DVec3::ZERO };
     let most = draw.scene(seed);
     let frames = (0..FRAMES).map(|_| draw.frame(&most)).collect();
     let specs = (0..1 + draw.below(3)).filter_map(|_| draw.spec(&most)).collect();
-    Drawn { most, frames, specs }
+    RandomRound { most, frames, specs }
 }
 
 /// The random numbers, with the scene's size (`unit`) and place (`at`).
@@ -262,8 +262,8 @@ mod tests {
     /// occur.
     #[test]
     fn a_seed_is_a_round() {
-        let all: Vec<Drawn> = (0..200).map(drawn).collect();
-        let specs = |drawn: &Drawn| drawn.specs.iter().map(Spec::to_string).collect::<Vec<_>>();
+        let all: Vec<RandomRound> = (0..200).map(drawn).collect();
+        let specs = |drawn: &RandomRound| drawn.specs.iter().map(Spec::to_string).collect::<Vec<_>>();
         for (seed, one) in (0..).zip(&all) {
             let again = drawn(seed);
             assert!(one.most == again.most && one.frames == again.frames && specs(one) == specs(&again), "{seed}");

@@ -3,9 +3,9 @@
 //! Both processes exchange lines of JSON. A [`Job::Value`] is answered by [`Reply::Ready`], then by a row per technique. A [`Job::Round`]
 //! is answered by [`Reply::Asking`] before each technique, then by the round.
 
-use super::results::{Outcome, Stressed};
+use super::results::{Outcome, CaseResult};
 use super::round::{Round, round};
-use super::subject::Subject;
+use super::case_truth::Subject;
 use super::{Sweep, ask};
 use crate::consume::parse;
 use crate::gpu::Context;
@@ -43,7 +43,7 @@ pub enum Reply {
     /// The scene of a job and its truth have been computed.
     Ready,
     /// One technique of the job has been asked.
-    Row(Box<Stressed>),
+    Row(Box<CaseResult>),
     /// This technique of a round is about to be asked.
     Asking(String),
     /// A round is over.
@@ -113,16 +113,16 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
                 }
                 None => ask(context, &subject, (&sweep.name, value), &spec),
             };
-            say(&Reply::Row(Box::new(Stressed { technique: short, ..row })))?;
+            say(&Reply::Row(Box::new(CaseResult { technique: short, ..row })))?;
         }
     }
     Ok(())
 }
 
 /// A row without figures.
-pub(super) fn no_answer(case: &str, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> Stressed {
+pub(super) fn no_answer(case: &str, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> CaseResult {
     let (technique, path) = (spec.short(), spec.text(Name::PATH).into());
-    Stressed { case: case.into(), value, technique, path, outcome, reason, figures: None }
+    CaseResult { case: case.into(), value, technique, path, outcome, reason, figures: None }
 }
 
 fn say(reply: &Reply) -> Result<()> {

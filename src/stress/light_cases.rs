@@ -2,7 +2,7 @@
 
 use super::Case;
 use super::meshes::plate;
-use super::strewn::{SLANTED, USUAL, along, cloud, random, scene, sphere, spot};
+use super::scene_builders::{SLANTED, USUAL, along, cloud, random, scene, sphere, spot};
 use crate::scene::LightKind;
 use glam::DVec3;
 
