@@ -12,7 +12,7 @@
 #include "world/triangle_rows.glsl"
 
 // How far rounding may move a ray or a triangle's side along each axis, world units: a share of the longest way and a share of
-// the largest coordinate in a grid. docs/notebook/voxel-grid.md derives both. Twin: Stood::rounding in src/grid/stood.rs.
+// the largest coordinate in a grid. docs/notebook/voxel-grid.md derives both. Twin: Stood::rounding in src/grid/placement.rs.
 const float ROUNDING_OF_WAY = 1.0 / 524288.0;
 const float ROUNDING_OF_PLACE = 1.0 / 2097152.0;
 

@@ -1,5 +1,5 @@
 // Push constants of draws of casters, one draw per map. Maps stand one above the other in the target. Twin:
-// maps::splat::SplatPush.
+// maps::caster_quads::SplatPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL
 #include "maps/bins/view_caster.glsl"

@@ -22,7 +22,7 @@ pub(super) type Kept = Arc<dyn Any + Send + Sync>;
 
 /// The owner of the command buffer that is recorded into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Whose {
+pub(super) enum Owner {
     /// The context, which submits the command buffer. Pending steps ([`super::pending`]) then run before the command buffer.
     Own,
     /// The caller. Pending steps are recorded into the caller's command buffer, before the next pass.
@@ -34,7 +34,7 @@ pub(super) enum Whose {
 pub struct Commands<'a> {
     pub(super) context: &'a Context,
     pub(super) buffer: vk::CommandBuffer,
-    whose: Whose,
+    whose: Owner,
     frame: u64,
     queries: vk::QueryPool,
     /// Query pool for counts of passes' work; null unless asked for.
@@ -76,7 +76,7 @@ impl<'a> Commands<'a> {
     pub(super) fn new(
         context: &'a Context,
         buffer: vk::CommandBuffer,
-        (whose, frame): (Whose, u64),
+        (whose, frame): (Owner, u64),
         queries: vk::QueryPool,
         used: Vec<Kept>,
     ) -> Self {
@@ -140,8 +140,8 @@ impl<'a> Commands<'a> {
         self.copy_read_backs();
         let everybody = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         match self.whose {
-            Whose::Own => self.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ),
-            Whose::Theirs => self.barrier(
+            Owner::Own => self.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ),
+            Owner::Caller => self.barrier(
                 vk::PipelineStageFlags2::ALL_COMMANDS | vk::PipelineStageFlags2::HOST,
                 everybody | vk::AccessFlags2::HOST_READ,
             ),
@@ -194,7 +194,7 @@ impl<'a> Commands<'a> {
 
     /// Records pending layouts of new images and pending writes, in the middle of a caller's recording.
     fn record_pending(&mut self) {
-        if self.whose == Whose::Theirs {
+        if self.whose == Owner::Caller {
             let steps = self.context.shared().pending.take();
             super::pending::record(self.context.device(), self.buffer, &steps);
             self.used.extend(steps.iter().flat_map(Step::kept));
@@ -241,7 +241,7 @@ impl<'a> Commands<'a> {
 
 impl Drop for Commands<'_> {
     fn drop(&mut self) {
-        if self.whose == Whose::Theirs {
+        if self.whose == Owner::Caller {
             let recorded = self.finish();
             self.context.shared().frames.keep(self.frame, self.queries, recorded);
         }

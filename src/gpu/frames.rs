@@ -1,6 +1,6 @@
 //! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
 
-use super::commands::{Kept, Recorded, Whose};
+use super::commands::{Kept, Recorded, Owner};
 use super::times::{PassTime, Queries, TimedPasses};
 use super::{Commands, Context, vk_error};
 use crate::{Error, Result};
@@ -154,7 +154,7 @@ impl<'a> Commands<'a> {
             // SAFETY: the command buffer is being recorded, outside a render; no frame that runs uses the pool.
             unsafe { context.device().cmd_reset_query_pool(buffer, handle, 0, 2 * super::times::MAX_PASSES) };
         }
-        Ok(Self::new(context, buffer, (Whose::Theirs, frame), handle, used))
+        Ok(Self::new(context, buffer, (Owner::Caller, frame), handle, used))
     }
 
     /// Ends the recording, as dropping it does.

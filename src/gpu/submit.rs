@@ -1,6 +1,6 @@
 //! Handing commands over and waiting for them, on the queue of a device that was opened here.
 
-use super::commands::Whose;
+use super::commands::Owner;
 use super::pending::Step;
 use super::recorder::{Recorder, Recorders};
 use super::times::{MAX_PASSES, PassTime};
@@ -46,7 +46,7 @@ impl Context {
         recorder.queries.reset(recorder.buffer);
         let frame = self.shared().begun.fetch_add(1, Ordering::Relaxed);
         let mut commands =
-            Commands::new(self, recorder.buffer, (Whose::Own, frame), recorder.queries.handle, Vec::new());
+            Commands::new(self, recorder.buffer, (Owner::Own, frame), recorder.queries.handle, Vec::new());
         if self.shared().counts_passes.load(Ordering::Relaxed) && self.shared().times_passes.load(Ordering::Relaxed) {
             commands.counts = recorder.queries.counts(recorder.buffer).map_err(fail)?;
         }

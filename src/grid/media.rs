@@ -13,7 +13,7 @@ const LARGE_GROUPS: u32 = 4096;
 
 /// Extra data of smoke and hair in a grid, besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Holds {
+pub struct MediaContent {
     /// Whether the grid holds how strands run in each voxel.
     pub directions: bool,
     /// Whether the grid holds the greatest number of any voxel.
@@ -54,7 +54,7 @@ impl Media {
     /// # Errors
     /// [`Error::Refused`] where the device binds no buffer with one number per voxel, [`Error::Gpu`] where memory runs
     /// out.
-    pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings, holds: Holds) -> Result<Self> {
+    pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings, holds: MediaContent) -> Result<Self> {
         let voxels = Buffer::zeroed(context, "grid.media", bytes(context, size, 1)?)?;
         let bits = Buffer::zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.caster_capacity());

@@ -6,12 +6,12 @@ mod cells;
 mod lists;
 mod masks;
 mod media;
-mod stood;
+mod placement;
 mod voxelize;
 
 pub use self::lists::{ListTotals, caster_share};
-pub use self::media::{Holds, media_limit};
-pub use self::stood::Stood;
+pub use self::media::{MediaContent, media_limit};
+pub use self::stood::Placement;
 pub use self::voxelize::Voxelizer;
 
 use self::cells::Cells;
@@ -118,7 +118,7 @@ pub struct Grid {
 
 /// Extra data of meshes in a grid, besides a bit per voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Finer {
+pub enum Refinement {
     /// Nothing.
     Nothing,
     /// How many voxels are occupied in larger cells, for cones.
@@ -133,8 +133,8 @@ struct Plan {
     fitted: u32,
     /// None: without meshes.
     voxelizer: Option<Voxelizer>,
-    finer: Finer,
-    media: Option<Holds>,
+    finer: Refinement,
+    media: Option<MediaContent>,
     cast: bool,
     stands: Option<GridData>,
 }
@@ -162,8 +162,8 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Refused`] where there is smoke or hair and the device binds no buffer with one number per voxel,
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
-        let media = (world.caster_capacity() > 0).then(Holds::default);
+    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Refinement) -> Result<Self> {
+        let media = (world.caster_capacity() > 0).then(MediaContent::default);
         let voxelizer = Some(voxelizer);
         Self::planned(context, world, &Plan { fitted: size, voxelizer, finer, media, cast: false, stands: None })
     }
@@ -173,7 +173,7 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn listing(context: &Context, world: &World, size: u32) -> Result<Self> {
-        let (voxelizer, finer) = (Some(Voxelizer::Listed), Finer::Nothing);
+        let (voxelizer, finer) = (Some(Voxelizer::Listed), Refinement::Nothing);
         Self::planned(context, world, &Plan { fitted: size, voxelizer, finer, media: None, cast: true, stands: None })
     }
 
@@ -182,8 +182,8 @@ impl Grid {
     ///
     /// # Errors
     /// As [`Grid::new`].
-    pub fn of_media(context: &Context, world: &World, fitted: u32, holds: Holds) -> Result<Self> {
-        let (finer, media) = (Finer::Nothing, Some(holds));
+    pub fn of_media(context: &Context, world: &World, fitted: u32, holds: MediaContent) -> Result<Self> {
+        let (finer, media) = (Refinement::Nothing, Some(holds));
         Self::planned(context, world, &Plan { fitted, voxelizer: None, finer, media, cast: false, stands: None })
     }
 
@@ -193,7 +193,7 @@ impl Grid {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
         let (fitted, voxelizer) = (place.size, Some(Voxelizer::Compute));
-        let plan = Plan { fitted, voxelizer, finer: Finer::Nothing, media: None, cast: false, stands: Some(place) };
+        let plan = Plan { fitted, voxelizer, finer: Refinement::Nothing, media: None, cast: false, stands: Some(place) };
         Self::planned(context, world, &plan)
     }
 
@@ -226,9 +226,9 @@ impl Grid {
             large,
             media: media.map(|holds| Media::new(context, world, size, &set, holds)).transpose()?,
             cast: if cast { Some(CastLists::new(context, world, size, &data)?) } else { None },
-            cells: if finer == Finer::Counts { Some(Cells::new(context, size, &set)?) } else { None },
+            cells: if finer == Refinement::Counts { Some(Cells::new(context, size, &set)?) } else { None },
             masks: match voxelizer {
-                Some(voxelizer) if finer == Finer::Masks => Some(Masks::new(context, size, voxelizer, &set)?),
+                Some(voxelizer) if finer == Refinement::Masks => Some(Masks::new(context, size, voxelizer, &set)?),
                 _ => None,
             },
             bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,

@@ -16,8 +16,8 @@ mod opaque;
 mod opaque_compute;
 mod opaque_raster;
 mod order;
-mod splat;
-mod sums;
+mod caster_quads;
+mod ray_sums;
 mod texels;
 
 pub use bins::compact::Compact;
@@ -34,8 +34,8 @@ pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals, SeenTriangles};
 pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw};
 pub use order::{CountedOrder, ItemData, NearToFar, Order};
-pub use splat::{DrawingOrder, Splat, SplatPush};
-pub use sums::{EVEN_CELLS, SumKernels, Sums, sum_targets};
+pub use caster_quads::{DrawingOrder, Splat, SplatPush};
+pub use ray_sums::{EVEN_CELLS, SumKernels, Sums, sum_targets};
 pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 
 use self::fit::Fit;

@@ -29,7 +29,7 @@ use super::settings::{Keyed, OPAQUE, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
-use crate::grid::{Grid, Holds, media_limit, voxels_per_side};
+use crate::grid::{Grid, MediaContent, media_limit, voxels_per_side};
 use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{constant, folder, set};
@@ -127,7 +127,7 @@ impl DensityGrid {
         settings.check()?;
         let Settings { size, march, steps, direction, opaque } = *settings;
         let directions = direction == Direction::Mean && world.has_strands();
-        let grid = Grid::of_media(context, world, size, Holds { directions, most: march == March::Ratio })?;
+        let grid = Grid::of_media(context, world, size, MediaContent { directions, most: march == March::Ratio })?;
         let maps = Maps::opaque_alone(context, world, opaque)?;
         let (buffers, [run, most]) = (grid.buffers(), grid.held_buffers());
         let (views, opaque) = maps.opaque_bindings();

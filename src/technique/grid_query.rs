@@ -25,7 +25,7 @@ use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
-use crate::grid::{Grid, Stood};
+use crate::grid::{Grid, Placement};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::{constant, folder, set};
@@ -112,7 +112,7 @@ impl Technique for GridQuery {
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         let is_known = world.aim().has_triangles && world.knows_lights();
-        let stood = Stood::known(world, self.size).filter(|_| is_known);
+        let stood = Placement::known(world, self.size).filter(|_| is_known);
         self.resolution = stood.map_or(Vec::new(), |stood| {
             let views = View::aimed(&world.aim(), 1, Casting::Opaque).into_iter();
             views.map(|view| Resolution::of_triangles(view, stood.rounding())).collect()

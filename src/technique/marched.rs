@@ -28,7 +28,7 @@ use super::settings::{Keyed, LEVELS, SIZE, Setting};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory};
-use crate::grid::{Grid, Holds, media_limit};
+use crate::grid::{Grid, MediaContent, media_limit};
 use crate::maps::{FilterKind, Levels, Map, Maps, OpaqueMaps, TILE_TEXELS, level_texels, leveled_texels};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, constant, curve, folder, set};
@@ -119,7 +119,7 @@ impl Marched {
         let filter = settings.filter();
         filter.check(world, size)?;
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(settings.opaque))?;
-        let grid = Grid::of_media(context, world, voxels, Holds::default())?;
+        let grid = Grid::of_media(context, world, voxels, MediaContent::default())?;
         let texels = maps.texels() + (1..settings.levels).map(|level| level_texels(&maps, level)).sum::<u64>();
         let full = Buffer::new(context, "marched.nodes", 8 * texels * u64::from(nodes), Memory::Device)?;
         let [x, y] = maps.tiles().map(u64::from);

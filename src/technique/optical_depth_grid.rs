@@ -25,7 +25,7 @@ use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups, push_struct};
-use crate::grid::{Grid, GridData, Holds};
+use crate::grid::{Grid, GridData, MediaContent};
 use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{self, constant, folder, set};
@@ -186,7 +186,7 @@ impl OpticalDepthGrid {
     /// voxels or cells, or has no room for the opaque maps of that many lights; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let grid = Grid::of_media(context, world, settings.size, Holds::default())?;
+        let grid = Grid::of_media(context, world, settings.size, MediaContent::default())?;
         let constants = Constants::new().set(constant::GRID_SIZE, settings.size).set(constant::CELLS, settings.cells);
         let baked = || Baked::new(context, world, settings, &grid, &constants);
         let front = baked()?;

@@ -134,7 +134,7 @@ impl Cast {
 
 /// The technique, opened for one world.
 pub struct RayQuery {
-    /// Indices of three corners per triangle; they skip the albedo, which stands behind the corners of each triangle.
+    /// Indices of three corners per triangle; they skip the albedo, which is_current behind the corners of each triangle.
     indices: Buffer,
     /// Over the triangles.
     bottom: AccelerationStructure,

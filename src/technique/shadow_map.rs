@@ -138,7 +138,7 @@ impl ShadowMap {
         Ok(Self { all: Vec::new(), maps, opaque, look_up, constants, reason })
     }
 
-    /// The depths of all maps: each stands where [`crate::maps::opaque_corner`] says.
+    /// The depths of all maps: each is_current where [`crate::maps::opaque_corner`] says.
     pub fn image(&self) -> &Image {
         self.maps.opaque_image()
     }

@@ -26,7 +26,7 @@ use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
-use crate::grid::{Finer, Grid, GridBuffers, Stood, Voxelizer, media_limit};
+use crate::grid::{Refinement, Grid, GridBuffers, Placement, Voxelizer, media_limit};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;
@@ -227,9 +227,9 @@ impl VoxelGrid {
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         ENTRY.require(context, plan.path())?;
         let finer = match (plan.masks, plan.cone) {
-            (true, _) => Finer::Masks,
-            (false, Some(_)) => Finer::Counts,
-            (false, None) => Finer::Nothing,
+            (true, _) => Refinement::Masks,
+            (false, Some(_)) => Refinement::Counts,
+            (false, None) => Refinement::Nothing,
         };
         let grid = Grid::new(context, world, plan.size, plan.voxelizer, finer)?;
         let GridBuffers { data, bits, media, media_bits, cells, masks } = grid.buffers();
@@ -279,7 +279,7 @@ const SLACK: f64 = 1e-4;
 /// or a box about the casters.
 fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     let is_known = world.aim().has_triangles && world.knows_lights();
-    let Some(stood) = Stood::known(world, plan.size).filter(|_| is_known) else { return Vec::new() };
+    let Some(stood) = Placement::known(world, plan.size).filter(|_| is_known) else { return Vec::new() };
     let voxel = stood.voxel;
     let cell = if plan.masks { voxel * (0.25 + SLACK) } else { voxel };
     let of = |view| match plan.voxelizer {

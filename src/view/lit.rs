@@ -105,7 +105,7 @@ impl Lit {
     }
 
     /// Whether its build fits the present world, as far as that is known.
-    pub fn stands(&self, world: &World) -> bool {
+    pub fn is_current(&self, world: &World) -> bool {
         let parts = self.technique.made_of();
         self.building.is_none() && self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts))
     }

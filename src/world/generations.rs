@@ -87,14 +87,14 @@ impl Made {
     }
 
     /// Whether the thing is already made from the present world.
-    pub fn stands(&self, world: &World) -> bool {
+    pub fn is_current(&self, world: &World) -> bool {
         self.at.as_ref().is_some_and(|at| at.agree(world.generations(), self.of))
     }
 
     /// Returns whether the thing has to be made from the present world. If so, counts it as made from now on: the
     /// caller must make it.
     pub fn make(&mut self, world: &World) -> bool {
-        let make = !self.stands(world);
+        let make = !self.is_current(world);
         if make {
             self.at = Some(world.generations().clone());
         }

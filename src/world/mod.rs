@@ -7,10 +7,10 @@ mod camera_push;
 mod gather;
 mod generations;
 mod light;
-mod lit;
+mod lights;
 mod source;
 mod staged;
-mod theirs;
+mod external;
 
 pub(crate) use camera_push::CameraPush;
 pub use gather::{GatherTotals, Gathered};
@@ -18,10 +18,10 @@ pub use generations::{Generations, Made, Parts};
 pub use light::LightData;
 pub use source::{Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt};
 pub use staged::Moved;
-pub use theirs::Capacity;
+pub use external::Capacity;
 
 use self::bounds::Bounds;
-use self::theirs::Theirs;
+use self::theirs::External;
 use crate::gpu::{Buffer, Context};
 use crate::scene::{Aim, Camera, Caster, Kinds, Light, Mesh, Scene};
 use crate::{Error, Result};
@@ -82,7 +82,7 @@ pub struct World {
 /// Where a world's casters and lights come from.
 enum Filled {
     Scene(Box<Staged>),
-    Theirs(Box<Theirs>),
+    External(Box<External>),
 }
 
 /// A scene of the host's.
@@ -108,7 +108,7 @@ impl World {
     pub fn scene(&self) -> Result<&Scene> {
         match &self.filled {
             Filled::Scene(staged) => Ok(&staged.scene),
-            Filled::Theirs(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
+            Filled::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
         }
     }
 
@@ -185,7 +185,7 @@ impl World {
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
             Filled::Scene(staged) => staged.scene.kinds(),
-            Filled::Theirs(theirs) => theirs.capacity.kinds(),
+            Filled::External(theirs) => theirs.capacity.kinds(),
         }
     }
 

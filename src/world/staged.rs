@@ -175,7 +175,7 @@ impl World {
     fn staged(&mut self) -> Result<&mut Staged> {
         match &mut self.filled {
             Filled::Scene(staged) => Ok(staged),
-            Filled::Theirs(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
+            Filled::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
         }
     }
 

@@ -94,7 +94,7 @@ words! {
 }
 
 words! {
-    /// What a texel stands for.
+    /// What a texel is_current for.
     pub enum Stands {
         /// The ray through its centre.
         Centre = "centre",
@@ -124,9 +124,9 @@ map_settings! {
         /// Bytes that the curves of all maps may take where `detail` is adaptive, 1 or more; none: as many as with even detail.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even");
-        /// What a texel stands for. [`Stands::Area`] works only with binned tiles.
+        /// What a texel is_current for. [`Stands::Area`] works only with binned tiles.
         texel: Stands = Setting::word(
-            "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
+            "centre", "what a texel is_current for: the ray through its centre, or the mean of all that it covers (binned)");
         /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups for
         /// pixels wider than a texel read the coarser levels. More than 1 is refused with adaptive detail.
         levels: u32 = LEVELS;
@@ -169,7 +169,7 @@ impl Settings {
         self.detail == Fineness::Adaptive
     }
 
-    /// A texel stands for all that it covers.
+    /// A texel is_current for all that it covers.
     pub(super) fn is_of_areas(&self) -> bool {
         self.texel == Stands::Area
     }

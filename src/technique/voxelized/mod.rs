@@ -254,7 +254,7 @@ impl Voxelized {
     /// Before the first tile: fits cubes to the meshes as they are now, and finds the trees whose columns are kept.
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
-        if !self.looked.stands(world) {
+        if !self.looked.is_current(world) {
             self.cubes = Cubes::new(world, self.plan.size)?;
             self.looked.make(world);
         }
@@ -356,7 +356,7 @@ impl Technique for Voxelized {
         world.has_maps(self.cubes.views.len())?;
         cube::lights_are_known(world)?;
         // The next step depends on the results of the recorded one, which have not been read yet.
-        if self.recorded || (self.baked && self.looked.stands(world)) {
+        if self.recorded || (self.baked && self.looked.is_current(world)) {
             return Ok(());
         }
         self.baked = false;
@@ -365,7 +365,7 @@ impl Technique for Voxelized {
         if first {
             self.look_at(commands, world)?;
         }
-        self.moves.mixed |= !self.looked.stands(world);
+        self.moves.mixed |= !self.looked.is_current(world);
         let job = |light: u32| Job {
             buffers: &self.buffers,
             room: &self.room,
@@ -468,7 +468,7 @@ impl Technique for Voxelized {
     }
 
     fn file(&self, world: &World) -> Result<Option<Vec<u8>>> {
-        let Some(meshes) = world.meshes().filter(|_| self.looked.stands(world)) else { return Ok(None) };
+        let Some(meshes) = world.meshes().filter(|_| self.looked.is_current(world)) else { return Ok(None) };
         let words = self.nodes()?;
         let baked = Baked {
             plan: self.plan,

@@ -166,7 +166,7 @@ impl Stage {
         self.area
     }
 
-    /// A place in the window as one in the picture that stands there.
+    /// A place in the window as one in the picture that is_current there.
     pub fn place(&self, at: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| if self.area[i] == self.size[i] { at[i] } else { at[i].rem_euclid(f64::from(self.size[i])) })
     }
@@ -226,7 +226,7 @@ impl Stage {
         let side = |i: usize| match (&state.sides[i], &self.sides[i]) {
             _ if !state.show.draws()[i] || self.refused[i].is_some() => true,
             (Side::Reference, _) => true,
-            (Side::Technique(_), Some(lit)) => lit.stands(&self.world) && (lit.is_drawn() || !state.show.is_picture()),
+            (Side::Technique(_), Some(lit)) => lit.is_current(&self.world) && (lit.is_drawn() || !state.show.is_picture()),
             (Side::Technique(_), None) => false,
         };
         let is_answered = match state.show {
@@ -406,7 +406,7 @@ impl Stage {
             return Ok(true);
         }
         let (Some(lit), Some(present)) = (&self.sides[0], &self.present) else { return Ok(false) };
-        if !lit.stands(&self.world) {
+        if !lit.is_current(&self.world) {
             return Ok(false);
         }
         let lights = self.world.all_lights();
@@ -434,7 +434,7 @@ impl Stage {
         if self.values == Values::Steps || self.counting.is_some() {
             return Ok(self.values == Values::Steps);
         }
-        let Some(lit) = self.sides[0].as_mut().filter(|lit| lit.stands(&self.world)) else { return Ok(false) };
+        let Some(lit) = self.sides[0].as_mut().filter(|lit| lit.is_current(&self.world)) else { return Ok(false) };
         if lit.steps.is_none() {
             match lit.renderer().steps_kernel(&lit.technique.answer()) {
                 Ok(kernel) => lit.steps = Some(kernel),

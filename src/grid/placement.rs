@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// A grid about all that casts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stood {
+pub struct Placement {
     low: DVec3,
     high: DVec3,
     size: u32,
@@ -13,7 +13,7 @@ pub struct Stood {
     pub voxel: f64,
 }
 
-impl Stood {
+impl Placement {
     /// A grid of `size` voxels per side; none where the host does not know the box about all casters.
     pub fn known(world: &World, size: u32) -> Option<Self> {
         let [low, high] = world.known_box()?;

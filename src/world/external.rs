@@ -44,7 +44,7 @@ impl Capacity {
 }
 
 /// Fills a world from the caller's buffers.
-pub(super) struct Theirs {
+pub(super) struct External {
     pub capacity: Capacity,
     pub gather: Gather,
     volumes: Vec<Volume>,
@@ -101,7 +101,7 @@ impl World {
             camera: None,
             anchors: [DVec3::ZERO; 2],
             bounds: None,
-            filled: Filled::Theirs(Box::new(Theirs {
+            filled: Filled::External(Box::new(External {
                 capacity,
                 gather: Gather::new(context)?,
                 volumes: Vec::new(),
@@ -110,9 +110,9 @@ impl World {
         })
     }
 
-    pub(super) fn theirs(&mut self) -> Result<&mut Theirs> {
+    pub(super) fn theirs(&mut self) -> Result<&mut External> {
         match &mut self.filled {
-            Filled::Theirs(theirs) => Ok(theirs),
+            Filled::External(theirs) => Ok(theirs),
             Filled::Scene(_) => Err(of_a_scene(&self.name)),
         }
     }
@@ -268,13 +268,13 @@ impl World {
     /// [`Error::Gpu`] where the counts cannot be read, [`Error::Input`] where a scene fills the world.
     pub fn gathered(&self, frame: u64) -> Result<Option<Gathered>> {
         match &self.filled {
-            Filled::Theirs(theirs) => theirs.gather.read(frame),
+            Filled::External(theirs) => theirs.gather.read(frame),
             Filled::Scene(_) => Err(of_a_scene(&self.name)),
         }
     }
 }
 
-impl Theirs {
+impl External {
     /// Clears all casters before the first are written, so that casters of kinds that were not given yet cast nothing.
     fn clear(&mut self, commands: &mut Commands, casters: &Buffer) {
         if !self.cleared && self.capacity.is_mixed() {
