@@ -125,7 +125,7 @@ impl Answer<'_> {
     }
 
     /// Writes the look-up's resources into a descriptor set of the caller's, from `first_binding` on. Buffers of a look-up are replaced as
-    /// they grow: write again after each build that grew ([`crate::technique::Settled::Grew`]).
+    /// they grow: write again after each build that grew ([`crate::technique::BuildStatus::Retry`]).
     ///
     /// # Safety
     /// `set` is of the device that the technique was opened on and has the bindings of [`Answer::layout`]; no command that is

@@ -337,10 +337,10 @@ fn what_is_not_switched_on_is_refused_by_name() {
     };
     // What a device lacks itself is named first.
     let stores = gobo::gpu::devices().expect("devices").iter().all(|device| device.fragment_stores_and_atomics);
-    let said = refused(avsm::Way::Interlock, Optional::NoInterlock);
+    let said = refused(avsm::BuildPath::Interlock, Optional::NoInterlock);
     let named = if stores { "fragmentShaderPixelInterlock" } else { "fragmentStoresAndAtomics" };
     assert!(said.contains(named), "{said}");
-    let said = refused(avsm::Way::RasterOrder, Optional::Nothing);
+    let said = refused(avsm::BuildPath::RasterOrder, Optional::Nothing);
     assert!(said.contains("rasterizationOrderColorAttachmentAccess"), "{said}");
 }
 
@@ -352,7 +352,7 @@ fn interlock_where_the_device_has_it() {
     if !devices.iter().all(|device| device.fragment_shader_pixel_interlock) {
         return skipped(TEST, "needs fragmentShaderPixelInterlock");
     }
-    let settings = avsm::Settings { path: Some(avsm::Way::Interlock), size: 64, ..Default::default() };
+    let settings = avsm::Settings { path: Some(avsm::BuildPath::Interlock), size: 64, ..Default::default() };
     let (answers, _) = answers(TEST, &options(How::Avsm(settings), Optional::All, true));
     assert!(answers.iter().any(|answer| *answer < 0.5));
 }

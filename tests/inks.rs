@@ -15,7 +15,7 @@ use gobo::Error;
 use gobo::consume::{Lighting, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, space_points};
-use gobo::scene::{Field, Gaussian, Ink, Light, LightKind, Placed, Scene, Volume};
+use gobo::scene::{Field, Gaussian, ExtinctionGroup, Light, LightKind, Placed, Scene, Volume};
 use gobo::technique::{self, Name, Spec};
 use gobo::world::World;
 use pictures::renderer;
@@ -40,11 +40,11 @@ impl Both {
     /// Both of `scene`. Its casters get the ratios in turns, `run` casters of a kind after each other; a volume has one ratio.
     fn of(scene: Scene, run: usize) -> Self {
         let ratio = |i: usize| RATIOS[i / run % 3];
-        let inks = |count: usize| (0..count).map(move |i| Ink { casters: 1, ratio: ratio(i) });
+        let inks = |count: usize| (0..count).map(move |i| ExtinctionGroup { casters: 1, ratio: ratio(i) });
         let all = inks(scene.particles.len()).chain(inks(scene.strands.len())).chain(inks(scene.gaussians.len()));
         let volumes = scene.volumes.iter().enumerate();
-        let cells = volumes.map(|(i, volume)| Ink { casters: volume.cells().len(), ratio: VOLUME_RATIOS[i % 2] });
-        let all: Vec<Ink> = all.chain(cells).collect();
+        let cells = volumes.map(|(i, volume)| ExtinctionGroup { casters: volume.cells().len(), ratio: VOLUME_RATIOS[i % 2] });
+        let all: Vec<ExtinctionGroup> = all.chain(cells).collect();
         let grey = [0, 1, 2].map(|color| {
             let mut grey = scene.clone();
             let k = |i: usize| f64::from(ratio(i)[color]);

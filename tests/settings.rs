@@ -33,7 +33,7 @@ const SMOKE: &[(&str, Open)] = &[
         let settings = avsm::Settings {
             nodes: 4,
             curve: avsm::Interpolated::Transmittance,
-            path: Some(avsm::Way::TwoPass),
+            path: Some(avsm::BuildPath::TwoPass),
             size: 24,
             storage: Some(avsm::Storage::Packed),
             filter: FilterKind::Box,
@@ -73,7 +73,7 @@ const SMOKE: &[(&str, Open)] = &[
         Ok(Box::new(Layers::new(context, world, &settings)?))
     }),
     ("deep-shadow-map:size=20,error=250,path=binned", |context, world| {
-        let path = Some(deep_shadow_map::Way::Binned);
+        let path = Some(deep_shadow_map::BuildPath::Binned);
         let settings = deep_shadow_map::Settings { size: 20, error: 250, path, ..Default::default() };
         Ok(Box::new(DeepShadowMap::new(context, world, &settings)?))
     }),
@@ -218,12 +218,12 @@ fn code_is_refused_as_specs_are() {
         };
         let coverage = psm::Coverage::Tiles;
         let settings =
-            psm::Settings { path: Some(psm::Way::Fused), size: 16, slices: 16, coverage, ..Default::default() };
+            psm::Settings { path: Some(psm::BuildPath::Fused), size: 16, slices: 16, coverage, ..Default::default() };
         let of_code = said(Psm::new(context, &world, &settings).err(), "tiles of the fused path");
         let text = "psm:path=fused,size=16,slices=16,coverage=tiles";
         assert_eq!(said(technique::open(context, &world, &spec(text)).err(), text), of_code);
         let settings =
-            avsm::Settings { path: Some(avsm::Way::Binned), order: avsm::Order::Captured, ..Default::default() };
+            avsm::Settings { path: Some(avsm::BuildPath::Binned), order: avsm::Order::Captured, ..Default::default() };
         let of_code = said(Avsm::new(context, &world, &settings).err(), "casters as drawn in tiles");
         let text = "avsm:path=binned,order=captured";
         assert_eq!(said(technique::open(context, &world, &spec(text)).err(), text), of_code);

@@ -3,7 +3,7 @@
 use super::FarToNear;
 use crate::gpu::{Buffer, Commands, Context, Memory};
 use crate::scene::{Blended, View, blended, volumes_among};
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 use std::cell::Cell;
 use std::ops::Range;
@@ -25,7 +25,7 @@ pub(super) struct Blending {
     /// How often casters or the camera have moved.
     moves: u64,
     /// What was last sorted.
-    made: Made,
+    made: BuildStamp,
 }
 
 impl Blending {
@@ -40,7 +40,7 @@ impl Blending {
             Some(sort) => sort.sorted().clone(),
             None => Buffer::new(context, "picture.order", 4, Memory::Device)?,
         };
-        let made = Made::of(Parts::CASTERS);
+        let made = BuildStamp::of(Parts::CASTERS);
         let mut blending =
             Self { runs: Vec::new(), casters: 0, order, room, sort, stale: Cell::default(), moves: 0, made };
         blending.look(world, camera, true)?;

@@ -85,10 +85,10 @@ const DENSE: f32 = 0.17;
 /// Kernels that draw simulated particles.
 pub struct Points {
     vertices: u32,
-    way: Way,
+    way: BuildPath,
 }
 
-enum Way {
+enum BuildPath {
     Speed(Kernel<PointsPush>, PointsPush),
     Density { counts: Image, count: Kernel, density: Kernel<DensityPush>, push: DensityPush },
 }
@@ -110,7 +110,7 @@ impl Renderer {
                 let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };
                 let constants = colored(answer.constants, self.extinction_ratio).set(constant::POINT_SIZE, SPECK);
                 let kernel = Kernel::graphics(&self.context, &state, &sets, &constants)?;
-                Way::Speed(kernel, PointsPush { fastest })
+                BuildPath::Speed(kernel, PointsPush { fastest })
             }
             Colours::Density { many } => {
                 let size = self.color.size();
@@ -123,7 +123,7 @@ impl Renderer {
                 let (vertex, fragment) = (&shaders::FULLSCREEN_VERT, &shaders::DENSITY_FRAG);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: None };
                 let density = Kernel::graphics(&self.context, &state, &[&counted], &Constants::new())?;
-                Way::Density { counts, count: adding, density, push: DensityPush { many } }
+                BuildPath::Density { counts, count: adding, density, push: DensityPush { many } }
             }
         };
         Ok(Points { vertices: 3 * count, way })
@@ -140,8 +140,8 @@ impl Renderer {
     /// Records the passes that draw the particles on top of the picture that was recorded last.
     pub fn record_points(&self, commands: &mut Commands, points: &Points) {
         match &points.way {
-            Way::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
-            Way::Density { counts, count, density, push } => {
+            BuildPath::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
+            BuildPath::Density { counts, count, density, push } => {
                 self.count(commands, counts, count, points.vertices);
                 self.density(commands, density, push);
             }
@@ -153,7 +153,7 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read.
     pub fn counts(&self, points: &Points) -> Result<Vec<f32>> {
-        let Way::Density { counts, .. } = &points.way else { return Ok(Vec::new()) };
+        let BuildPath::Density { counts, .. } = &points.way else { return Ok(Vec::new()) };
         Ok(self.read_colors(counts)?.into_iter().map(|[count, _, _]| count).collect())
     }
 

@@ -23,7 +23,7 @@ use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::grid as shaders;
 use crate::shaders::set;
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use bytemuck::{Pod, Zeroable};
 
 /// Threads of every pass.
@@ -112,8 +112,8 @@ pub struct Grid {
     voxelize: Option<Voxelize>,
     /// The grid's place, if it is given and not fitted to the casters.
     stands: Option<GridData>,
-    voxelized: Made,
-    deposited: Made,
+    voxelized: BuildStamp,
+    deposited: BuildStamp,
 }
 
 /// Extra data of meshes in a grid, besides a bit per voxel.
@@ -241,8 +241,8 @@ impl Grid {
             },
             data,
             stands,
-            voxelized: Made::of(meshes),
-            deposited: Made::of(Parts::CASTERS.and(place)),
+            voxelized: BuildStamp::of(meshes),
+            deposited: BuildStamp::of(Parts::CASTERS.and(place)),
         })
     }
 

@@ -44,7 +44,7 @@ use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, ReadBack, Resou
 use crate::scene::{Aim, Casting, Light, LightKind, Resolution, View};
 use crate::shaders::constant::{CASTER_ROOM, COLOR_MAPS};
 use crate::shaders::set;
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -91,10 +91,10 @@ pub struct Maps {
     size: u32,
     opaque_size: u32,
     cascades: u32,
-    views: Made,
+    views: BuildStamp,
     sees_casters: bool,
     /// The state of whatever is made from the volume views.
-    orders: Made,
+    orders: BuildStamp,
     buffer: Buffer,
     /// Copies of the maps for the host; after a fit they are newer than `all`.
     fitted: ReadBack,
@@ -102,7 +102,7 @@ pub struct Maps {
     fits: bool,
     moves: bool,
     draws: bool,
-    drawn: Made,
+    drawn: BuildStamp,
     /// Whether any build has fitted the maps, which are not valid before.
     ready: bool,
     fit: Fit,
@@ -184,15 +184,15 @@ impl Maps {
             size,
             opaque_size,
             cascades,
-            views: Made::of(seen.and(Self::OPAQUE).and(camera)),
+            views: BuildStamp::of(seen.and(Self::OPAQUE).and(camera)),
             sees_casters: seen == Self::VOLUME,
-            orders: Made::of(Self::VOLUME),
+            orders: BuildStamp::of(Self::VOLUME),
             buffer,
             fitted,
             fits: false,
             moves: false,
             draws: false,
-            drawn: Made::of(Self::OPAQUE.and(camera)),
+            drawn: BuildStamp::of(Self::OPAQUE.and(camera)),
             ready: false,
             fit,
             lights,

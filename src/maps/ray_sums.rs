@@ -48,14 +48,14 @@ pub struct SumKernels<'a> {
 pub struct Sums {
     /// The words that look-ups bind.
     pub words: Buffer,
-    way: Way,
+    way: BuildPath,
     /// Makes the coarser levels behind the maps' words.
     levels: Option<Levels>,
     /// What one of the levels' passes leaves for the next.
     curves: Buffer,
 }
 
-enum Way {
+enum BuildPath {
     Binned { bins: Bins, kernel: Kernel, label: &'static str },
     Raster(Raster),
 }
@@ -97,14 +97,14 @@ impl Sums {
         let bytes = 4 * u64::from(kernels.words) * (maps.texels() + coarser_texels(maps, count));
         let words = Buffer::new(context, label, bytes, Memory::Device)?;
         let way = match way {
-            TexelWay::Raster => Way::Raster(Raster::new(context, world, maps, &words, kernels, constants)?),
+            TexelWay::Raster => BuildPath::Raster(Raster::new(context, world, maps, &words, kernels, constants)?),
             TexelWay::Binned => {
                 let what = Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None };
                 let bins = Bins::new(context, world, maps, what)?;
                 let storage = set::MapsSums { sum_words: &words }.bind(context, label)?;
                 let sets = [maps.scene(), bins.set(), &storage];
                 let kernel = Kernel::compute(context, kernels.binned, &sets, constants)?;
-                Way::Binned { bins, kernel, label }
+                BuildPath::Binned { bins, kernel, label }
             }
         };
         let label = kernels.labels[3];
@@ -193,8 +193,8 @@ impl Raster {
 impl TexelPasses for Sums {
     fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
         match &mut self.way {
-            Way::Raster(raster) => raster.record(commands, world, maps),
-            Way::Binned { bins, kernel, label } => {
+            BuildPath::Raster(raster) => raster.record(commands, world, maps),
+            BuildPath::Binned { bins, kernel, label } => {
                 bins.record(commands, world);
                 commands.pass(label, |pass| bins.per_part(pass, kernel, &()));
             }
@@ -206,11 +206,11 @@ impl TexelPasses for Sums {
     }
 
     fn settle(&mut self, frame: u64) -> Result<bool> {
-        if let Way::Binned { bins, .. } = &mut self.way { bins.settle(frame) } else { Ok(false) }
+        if let BuildPath::Binned { bins, .. } = &mut self.way { bins.settle(frame) } else { Ok(false) }
     }
 
     fn bins(&self) -> Option<&Bins> {
-        if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
+        if let BuildPath::Binned { bins, .. } = &self.way { Some(bins) } else { None }
     }
 
     fn kept(&self) -> Vec<Resource> {
@@ -218,7 +218,7 @@ impl TexelPasses for Sums {
     }
 
     fn bytes(&self) -> [u64; 2] {
-        let drawn = if let Way::Raster(raster) = &self.way { raster.bytes() } else { 0 };
+        let drawn = if let BuildPath::Raster(raster) = &self.way { raster.bytes() } else { 0 };
         [self.words.bytes(), drawn + self.curves.bytes()]
     }
 }

@@ -72,10 +72,10 @@ pub struct Texels {
     /// levels.
     pub coarser: Buffer,
     levels: Option<Levels>,
-    way: Way,
+    way: BuildPath,
 }
 
-enum Way {
+enum BuildPath {
     Raster { splat: Splat, draw: Kernel<SplatPush>, empty: [f32; 4], label: &'static str },
     Binned { bins: Bins, kernel: Kernel, label: &'static str },
 }
@@ -104,7 +104,7 @@ impl Texels {
                 let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;
                 let colors = [(kernels.format, kernels.blend)];
                 let draw = splat.kernel(context, maps, kernels.fragment, &colors, &[], constants)?;
-                Way::Raster { splat, draw, empty: kernels.empty, label: raster }
+                BuildPath::Raster { splat, draw, empty: kernels.empty, label: raster }
             }
             TexelWay::Binned => {
                 let bins = Bins::new(
@@ -116,7 +116,7 @@ impl Texels {
                 let storage = set::MapsTexels { texels: &image }.bind(context, binned)?;
                 let sets = [maps.scene(), bins.set(), &storage];
                 let kernel = Kernel::compute(context, kernels.binned, &sets, constants)?;
-                Way::Binned { bins, kernel, label: binned }
+                BuildPath::Binned { bins, kernel, label: binned }
             }
         };
         let words = u64::from(kernels.level_words) * coarser_texels(maps, kernels.level_count);
@@ -131,7 +131,7 @@ impl Texels {
 impl TexelPasses for Texels {
     fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
         match &mut self.way {
-            Way::Raster { splat, draw: kernel, empty, label } => {
+            BuildPath::Raster { splat, draw: kernel, empty, label } => {
                 splat.record(commands, world, maps, None);
                 commands.pass(label, |pass| {
                     let target = Target { image: &self.image, clear: Some(*empty) };
@@ -140,7 +140,7 @@ impl TexelPasses for Texels {
                     });
                 });
             }
-            Way::Binned { bins, kernel, label } => {
+            BuildPath::Binned { bins, kernel, label } => {
                 bins.record(commands, world);
                 commands.pass(label, |pass| bins.per_part(pass, kernel, &()));
             }
@@ -152,11 +152,11 @@ impl TexelPasses for Texels {
     }
 
     fn settle(&mut self, frame: u64) -> Result<bool> {
-        if let Way::Binned { bins, .. } = &mut self.way { bins.settle(frame) } else { Ok(false) }
+        if let BuildPath::Binned { bins, .. } = &mut self.way { bins.settle(frame) } else { Ok(false) }
     }
 
     fn bins(&self) -> Option<&Bins> {
-        if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
+        if let BuildPath::Binned { bins, .. } = &self.way { Some(bins) } else { None }
     }
 
     fn kept(&self) -> Vec<Resource> {

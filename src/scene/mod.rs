@@ -33,7 +33,7 @@ pub(crate) use model::fountain_steps;
 pub use model::gaussian::Gaussian;
 #[cfg(feature = "program")]
 pub(crate) use model::gaussian::{REACH, Shape};
-pub use model::ink::Ink;
+pub use model::extinction_group::ExtinctionGroup;
 pub use model::light::{FACES, Light, LightKind};
 pub use model::order::{Blended, blended, volumes_among};
 #[cfg(feature = "program")]
@@ -163,7 +163,7 @@ pub struct Scene {
     pub extinction_ratio: [f32; 3],
     /// Where casters have different ratios, their ratios in place of [`Scene::extinction_ratio`], which is then [`Scene::GREY`]; the lights
     /// stand three times ([`Scene::with_inks`]). Else empty.
-    pub inks: Vec<Ink>,
+    pub inks: Vec<ExtinctionGroup>,
 }
 
 /// The parts of a scene that are functions of time.

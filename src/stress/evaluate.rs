@@ -1,6 +1,6 @@
 //! Asks a technique about the scene of one value, and measures its answers.
 
-use super::results::{PointBatch, Figures, Outcome, CaseResult};
+use super::results::{ErrorSummary, Figures, Outcome, CaseResult};
 use super::case_truth::{Moved, Rounded, Subject};
 use crate::advice::advised;
 use crate::consume::{self, Query};
@@ -116,7 +116,7 @@ fn in_query(points: &Points) -> consume::PointBatch<'_> {
 }
 
 /// Errors of the finite answers.
-fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<PointBatch> {
+fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<ErrorSummary> {
     let mut kept = Answers::default();
     let mut said = said.iter();
     for points in all {
@@ -131,7 +131,7 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
             kept.within.extend(boundary.get(i));
         }
     }
-    Ok(PointBatch { points: kept.truth.len() as u64, error: kept.error()? })
+    Ok(ErrorSummary { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
 /// The greatest rise of answers along a texel's ray, and the greatest error of the last answer on a ray. Points are rounded and so lie

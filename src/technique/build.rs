@@ -1,6 +1,6 @@
 //! The only build loop: record, submit, settle, and begin again where a buffer grew.
 
-use super::{Settled, Spec, Technique};
+use super::{BuildStatus, Spec, Technique};
 use crate::gpu::{self, Buffer, Context, PassTime};
 use crate::world::{Generations, World};
 use crate::{Error, Result};
@@ -108,10 +108,10 @@ impl<T: Technique + ?Sized> Opened<T> {
             }
             gpu::follow(&mut passes, submitted);
             match self.technique.settle(frame)? {
-                Settled::More => {}
+                BuildStatus::Continue => {}
                 // Passes of a try for which a buffer was too small do not count as part of the build.
-                Settled::Grew => passes.clear(),
-                Settled::Done => {
+                BuildStatus::Retry => passes.clear(),
+                BuildStatus::Done => {
                     (self.built, self.broken) = (Some(world.generations().clone()), false);
                     return Ok(Built { passes, device_ns, host_ns: start.elapsed().as_nanos() as f64 });
                 }

@@ -26,7 +26,7 @@
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, MediaContent, media_limit, voxels_per_side};
@@ -171,12 +171,12 @@ impl Technique for DensityGrid {
         self.maps.record_opaque(commands, world)
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.maps.settle(frame, false)?;
         if grew {
             self.grid.forget();
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -22,7 +22,7 @@
 //! ```
 
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, Placement};
@@ -122,13 +122,13 @@ impl Technique for GridQuery {
     }
 
     /// Grows the lists where the device has counted more entries than they hold.
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.grid.settle(frame)?;
         if grew {
             self.look_up.replace(set::GridQueryLookUp::CELLS, self.grid.buffers().cells)?;
             self.look_up.replace(set::GridQueryLookUp::CAST_LISTS, self.grid.cast_buffers()[1])?;
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -28,12 +28,12 @@
 use super::keys::{Name, words};
 use super::painter::{Painter, PainterKernels};
 use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush};
 use crate::shaders::constant::{ENDS_AT_MESHES, GAUSSIANS, STRANDS};
 use crate::shaders::{folder, half_angle as shaders};
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -99,7 +99,7 @@ pub struct HalfAngle {
     whole: Image,
     splat: Splat,
     draw: Kernel<SplatPush>,
-    written: Made,
+    written: BuildStamp,
     painter: Rc<Painter>,
     look_up: Bindings,
     constants: Constants,
@@ -145,7 +145,7 @@ impl HalfAngle {
             draw: splat.kernel(context, &maps, kernels.fragment, &[(format, Blend::Multiply)], &[], &cut)?,
             painter: Rc::new(Painter::new(context, world, &maps, &kernels)?),
             look_up: maps.look_up(context, "half_angle.look_up", &[Resource::Texture(whole.clone())])?,
-            written: Made::of(Maps::VOLUME.and(Maps::OPAQUE)),
+            written: BuildStamp::of(Maps::VOLUME.and(Maps::OPAQUE)),
             maps,
             whole,
             splat,
@@ -180,7 +180,7 @@ impl Technique for HalfAngle {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.maps.settle(frame, false)?;
         if grew {
             self.written.forget();
@@ -188,7 +188,7 @@ impl Technique for HalfAngle {
         if let Some(map) = self.maps.all().first() {
             self.painter.forward.set(map.volume.forward);
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

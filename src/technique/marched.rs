@@ -25,14 +25,14 @@
 use super::keys::Name;
 use super::map_settings::map_settings;
 use super::settings::{Keyed, LEVELS, SIZE, Setting};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory};
 use crate::grid::{Grid, MediaContent, media_limit};
 use crate::maps::{FilterKind, Levels, Map, Maps, OpaqueMaps, TILE_TEXELS, level_texels, leveled_texels};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, constant, curve, folder, set};
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 
 map_settings! {
     /// What there is to set.
@@ -102,7 +102,7 @@ pub struct Marched {
     counts: Buffer,
     march: Kernel,
     levels: Option<Levels>,
-    made: Made,
+    made: BuildStamp,
     look_up: Bindings,
     constants: Constants,
 }
@@ -145,7 +145,7 @@ impl Marched {
         let levels = Levels::new(context, "marched.levels", &maps, settings.levels, &curve::LEVELS, &sets, &constants)?;
         let more = set::CurveLookUp { nodes: &full, tiles: &counts };
         let look_up = maps.look_up(context, "marched.look_up", &more.resources())?;
-        let made = Made::of(Maps::VOLUME);
+        let made = BuildStamp::of(Maps::VOLUME);
         Ok(Self { settings: *settings, maps, grid, nodes: full, counts, march, levels, made, look_up, constants })
     }
 
@@ -197,12 +197,12 @@ impl Technique for Marched {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.maps.settle(frame, false)?;
         if grew {
             self.made.forget();
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -50,7 +50,7 @@ pub use grid_query::GridQuery;
 pub use half_angle::HalfAngle;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
-    SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, Way as IsmWay,
+    SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, BuildPath as IsmWay,
 };
 pub use keys::{Key, Name, Values};
 pub use layers::Layers;
@@ -127,8 +127,8 @@ pub trait Technique {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
-    fn settle(&mut self, _frame: u64) -> Result<Settled> {
-        Ok(Settled::Done)
+    fn settle(&mut self, _frame: u64) -> Result<BuildStatus> {
+        Ok(BuildStatus::Done)
     }
 
     /// How shaders ask the technique.
@@ -186,19 +186,19 @@ pub trait Technique {
 
 /// How far a build has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Settled {
+pub enum BuildStatus {
     /// The build is complete.
     Done,
     /// Something did not fit, and has room now: record again.
-    Grew,
+    Retry,
     /// This part of the build is done: record the next.
-    More,
+    Continue,
 }
 
-impl Settled {
-    /// [`Settled::Grew`] where a buffer grew, else [`Settled::Done`].
+impl BuildStatus {
+    /// [`BuildStatus::Retry`] where a buffer grew, else [`BuildStatus::Done`].
     pub fn of(grew: bool) -> Self {
-        if grew { Self::Grew } else { Self::Done }
+        if grew { Self::Retry } else { Self::Done }
     }
 }
 

@@ -23,13 +23,13 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups, push_struct};
 use crate::grid::{Grid, GridData, MediaContent};
 use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{self, constant, folder, set};
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 
 words! {
@@ -173,7 +173,7 @@ pub struct OpticalDepthGrid {
     back: Option<Baked>,
     /// The part that is baked next; none where the next build bakes the whole grid, so that look-ups have depths to read.
     turn: Option<u32>,
-    made: Made,
+    made: BuildStamp,
     look_up: Bindings,
     constants: Constants,
 }
@@ -201,7 +201,7 @@ impl OpticalDepthGrid {
             opaque: &opaque,
         };
         let look_up = look_up.bind(context, "optical_depth_grid.look_up")?;
-        let (lights, made) = (world.light_count(), Made::of(Parts::CASTERS.and(Parts::LIGHTS)));
+        let (lights, made) = (world.light_count(), BuildStamp::of(Parts::CASTERS.and(Parts::LIGHTS)));
         Ok(Self { settings: *settings, lights, grid, maps, front, back, turn: None, made, look_up, constants })
     }
 
@@ -265,13 +265,13 @@ impl Technique for OpticalDepthGrid {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.maps.settle(frame, false)?;
         if grew && self.back.is_none() {
             self.grid.forget();
             self.made.forget();
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

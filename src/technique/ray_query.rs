@@ -33,7 +33,7 @@ use crate::gpu::{
 use crate::maps::Map;
 use crate::shaders::constant::{GAUSSIANS, HITS_RANDOM, MEDIA, STRANDS};
 use crate::shaders::{folder, ray_query as shaders, set};
-use crate::world::{Made, Parts, TriangleData, World};
+use crate::world::{BuildStamp, Parts, TriangleData, World};
 
 words! {
     /// What a ray does where it meets a caster.
@@ -108,7 +108,7 @@ struct Cast {
     /// Over the boxes.
     bottom: AccelerationStructure,
     top: AccelerationStructure,
-    built: Made,
+    built: BuildStamp,
 }
 
 impl Cast {
@@ -120,7 +120,7 @@ impl Cast {
         let find = Kernel::compute(context, &shaders::BOXES, &[&set], &Constants::new())?;
         let bottom = AccelerationStructure::boxes(context, "ray_query.bottom", &boxes, count)?;
         let top = AccelerationStructure::top(context, "ray_query.top", &bottom)?;
-        Ok(Self { boxes, count, find, bottom, top, built: Made::of(Parts::CASTERS) })
+        Ok(Self { boxes, count, find, bottom, top, built: BuildStamp::of(Parts::CASTERS) })
     }
 
     fn boxes(&self, commands: &mut Commands, world: &World) {
@@ -134,7 +134,7 @@ impl Cast {
 
 /// The technique, opened for one world.
 pub struct RayQuery {
-    /// Indices of three corners per triangle; they skip the albedo, which is_current behind the corners of each triangle.
+    /// Indices of three corners per triangle; they skip the albedo, which stands behind the corners of each triangle.
     indices: Buffer,
     /// Over the triangles.
     bottom: AccelerationStructure,
@@ -144,7 +144,7 @@ pub struct RayQuery {
     extent: Buffer,
     /// Where the world may have smoke or hair.
     cast: Option<Cast>,
-    built: Made,
+    built: BuildStamp,
     look_up: Bindings,
     constants: Constants,
 }
@@ -180,7 +180,7 @@ impl RayQuery {
             .set(HITS_RANDOM, settings.hits == Hits::Random)
             .set(STRANDS, world.has_strands())
             .set(GAUSSIANS, world.has_packed());
-        let built = Made::of(Parts::MESHES);
+        let built = BuildStamp::of(Parts::MESHES);
         Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }
 

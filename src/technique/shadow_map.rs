@@ -23,7 +23,7 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, Limit};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind, Resolution, gutter_texels};
@@ -138,7 +138,7 @@ impl ShadowMap {
         Ok(Self { all: Vec::new(), maps, opaque, look_up, constants, reason })
     }
 
-    /// The depths of all maps: each is_current where [`crate::maps::opaque_corner`] says.
+    /// The depths of all maps: each stands where [`crate::maps::opaque_corner`] says.
     pub fn image(&self) -> &Image {
         self.maps.opaque_image()
     }
@@ -192,10 +192,10 @@ impl Technique for ShadowMap {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.maps.settle(frame, false)?;
         self.all = seen(&self.maps, self.opaque.cascades);
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -25,12 +25,12 @@ use super::keys::{Name, words};
 use super::map_settings::map_settings;
 use super::settings::{Keyed, SIZE, Setting};
 use super::texel_map::{BINNED, RASTER};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, Requirement};
 use crate::maps::{Bins, DrawingOrder, Entries, Map, Maps, OpaqueMaps, Splat, SplatPush, TexelWay, Use, stacked};
 use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
 use crate::shaders::{folder, set, stochastic as shaders};
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 
 words! {
@@ -101,7 +101,7 @@ fn promises(spec: &Spec, _path: &str) -> Promises {
     Promises { tail: one, mean: one, order, step: None, ..Promises::OF_DEPTH }
 }
 
-enum Way {
+enum BuildPath {
     Raster { splat: Splat, draw: Kernel<SplatPush> },
     Binned { bins: Bins, kernel: Kernel },
 }
@@ -111,8 +111,8 @@ pub struct Stochastic {
     maps: Maps,
     /// The depths at which samples end, in the layout of glsl/technique/stochastic/place.glsl.
     pub samples: Buffer,
-    drawn: Made,
-    way: Way,
+    drawn: BuildStamp,
+    way: BuildPath,
     label: &'static str,
     reason: &'static str,
     look_up: Bindings,
@@ -159,7 +159,7 @@ impl Stochastic {
                 stacked(context, "stochastic.draw", maps.size(), maps.count())?;
                 let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
                 let draw = splat.kernel(context, &maps, &shaders::DRAW_FRAG, &[], &[&set], &passes)?;
-                ("stochastic.draw", Way::Raster { splat, draw })
+                ("stochastic.draw", BuildPath::Raster { splat, draw })
             }
             TexelWay::Binned => {
                 let reach = filter.reach();
@@ -167,21 +167,21 @@ impl Stochastic {
                 let bins = Bins::new(context, world, &maps, what)?;
                 let kernel =
                     Kernel::compute(context, shader, &[maps.scene(), bins.set(), &set], &maps.colored(&passes))?;
-                (label, Way::Binned { bins, kernel })
+                (label, BuildPath::Binned { bins, kernel })
             }
         };
         let more = set::StochasticLookUp { samples: &samples };
         let look_up = maps.look_up(context, "stochastic.look_up", &more.resources())?;
         // The binned path leaves out casters hidden behind meshes; the raster path draws them too.
-        let of_meshes = if matches!(way, Way::Binned { .. }) { Maps::OPAQUE } else { Maps::VOLUME };
-        let drawn = Made::of(Maps::VOLUME.and(of_meshes));
+        let of_meshes = if matches!(way, BuildPath::Binned { .. }) { Maps::OPAQUE } else { Maps::VOLUME };
+        let drawn = BuildStamp::of(Maps::VOLUME.and(of_meshes));
         let reason = if path.is_some() { "asked for" } else { "auto: needs nothing that is optional" };
         Ok(Self { maps, samples, drawn, way, label, reason, look_up, constants })
     }
 
     fn draw(&mut self, commands: &mut Commands, world: &World) {
         match &mut self.way {
-            Way::Raster { splat, draw } => {
+            BuildPath::Raster { splat, draw } => {
                 splat.record(commands, world, &self.maps, None);
                 commands.pass("stochastic.clear", |pass| pass.fill(&self.samples, u32::MAX));
                 let [width, height] = self.maps.size();
@@ -190,7 +190,7 @@ impl Stochastic {
                     pass.render([width, height * count], &[], None, |d| splat.draw(d, draw, 0..count, 0, 0));
                 });
             }
-            Way::Binned { bins, kernel } => {
+            BuildPath::Binned { bins, kernel } => {
                 bins.record(commands, world);
                 commands.pass(self.label, |pass| bins.per_part(pass, kernel, &()));
             }
@@ -198,7 +198,7 @@ impl Stochastic {
     }
 
     fn bins(&self) -> Option<&Bins> {
-        if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
+        if let BuildPath::Binned { bins, .. } = &self.way { Some(bins) } else { None }
     }
 }
 
@@ -220,13 +220,13 @@ impl Technique for Stochastic {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
-        let grew = if let Way::Binned { bins, .. } = &mut self.way { bins.settle(frame)? } else { false };
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
+        let grew = if let BuildPath::Binned { bins, .. } = &mut self.way { bins.settle(frame)? } else { false };
         let grew = self.maps.settle(frame, grew)?;
         if grew {
             self.drawn.forget();
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -3,13 +3,13 @@
 
 use super::keys::word;
 use super::settings::Setting;
-use super::{Answer, Entry, Facts, Settled, Technique};
+use super::{Answer, Entry, Facts, BuildStatus, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelPasses, TexelWay, Texels};
 use crate::shaders::Folder;
 use crate::shaders::constant::{GAUSSIANS, LEVELS, STRANDS};
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 
 word!(TexelWay { Raster = "raster", Binned = "binned" });
 
@@ -74,7 +74,7 @@ pub struct TexelMap<S, P = Texels> {
     pub settings: S,
     /// What look-ups fetch.
     pub texels: P,
-    written: Made,
+    written: BuildStamp,
     maps: Maps,
     look_up: Bindings,
     constants: Constants,
@@ -119,7 +119,7 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
         let look_up = maps.look_up(context, folder.name, &texels.kept())?;
         // The binned path leaves out casters hidden behind meshes; the raster path draws them too.
         let of_meshes = if way == TexelWay::Binned { Maps::OPAQUE } else { Maps::VOLUME };
-        let written = Made::of(Maps::VOLUME.and(of_meshes));
+        let written = BuildStamp::of(Maps::VOLUME.and(of_meshes));
         Ok(Self { settings: settings.clone(), texels, written, maps, look_up, constants, folder, way, reason })
     }
 }
@@ -139,13 +139,13 @@ impl<S, P: TexelPasses> Technique for TexelMap<S, P> {
         if self.written.make(world) { self.texels.record(commands, world, &self.maps) } else { Ok(()) }
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.texels.settle(frame)?;
         let grew = self.maps.settle(frame, grew)?;
         if grew {
             self.written.forget();
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -23,13 +23,13 @@
 use super::keys::Name;
 use super::promises::ROUNDING;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{DrawingOrder, Keep, List, Map, Maps, OpaqueMaps, Splat};
 use crate::shaders::folder;
 use crate::shaders::set;
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 
 pub use super::settings::MapSettings as Settings;
 
@@ -65,7 +65,7 @@ pub struct Uncompressed {
     maps: Maps,
     /// The list of all maps.
     pub list: List,
-    listed: Made,
+    listed: BuildStamp,
     look_up: Bindings,
     constants: Constants,
 }
@@ -84,7 +84,7 @@ impl Uncompressed {
         let list = List::new(context, &maps, Some(splat), Keep::All, None)?;
         let more = set::UncompressedLookUp { heads: &list.heads, segments: &list.segments };
         let look_up = maps.look_up(context, "uncompressed.look_up", &more.resources())?;
-        let listed = Made::of(Maps::VOLUME);
+        let listed = BuildStamp::of(Maps::VOLUME);
         Ok(Self { maps, list, listed, look_up, constants: filter.constants(Constants::new()) })
     }
 }
@@ -108,7 +108,7 @@ impl Technique for Uncompressed {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.list.settle(frame)?;
         if grew {
             self.list.bind_segments(&self.look_up, set::UncompressedLookUp::SEGMENTS)?;
@@ -117,7 +117,7 @@ impl Technique for Uncompressed {
         if grew {
             self.listed.forget();
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -24,7 +24,7 @@
 
 use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
 use crate::grid::{Refinement, Grid, GridBuffers, Placement, Voxelizer, media_limit};
 use crate::maps::Map;
@@ -36,7 +36,7 @@ use crate::{Error, Result};
 
 words! {
     /// How the meshes become voxels.
-    pub enum Way {
+    pub enum BuildPath {
         /// By compute passes.
         Compute = "compute",
         /// Drawn.
@@ -73,7 +73,7 @@ settings! {
     #[derive(Copy)]
     pub struct Settings {
         /// How the meshes become voxels; both ways find the same voxels. None: by compute passes.
-        path: Option<Way> = Setting::auto(
+        path: Option<BuildPath> = Setting::auto(
             "how voxels that meshes meet are found: compute passes, or a draw, with the same result; auto: compute");
         /// Voxels per side of the grid: 64, 128, 256 or 512.
         size: u32 = Setting::one_of(
@@ -161,13 +161,13 @@ impl Plan {
             return Err(Error::input(name, cause, "use march=exact, or cell=solid"));
         }
         let voxelizer = match path {
-            Some(Way::Raster) if cell == Cell::Triangles => {
+            Some(BuildPath::Raster) if cell == Cell::Triangles => {
                 let needs = "path=compute for cell=triangles: draws list no triangles".into();
                 return Err(Error::Refused { needs });
             }
             _ if cell == Cell::Triangles => Voxelizer::Listed,
-            Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
-            Some(Way::Compute) | None => Voxelizer::Compute,
+            Some(BuildPath::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
+            Some(BuildPath::Compute) | None => Voxelizer::Compute,
         };
         let cone = (march == March::Cone).then(|| (aperture as f32).to_radians().tan());
         let steps = (march == March::Steps).then_some(steps);
@@ -306,14 +306,14 @@ impl Technique for VoxelGrid {
     }
 
     /// Grows masks and lists. Each occupied voxel has a mask or lists the triangles that meet it; only the device knows how many there are.
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.grid.settle(frame)?;
         if grew {
             let GridBuffers { cells, masks, .. } = self.grid.buffers();
             self.look_up.replace(set::VoxelGridLookUp::CELLS, cells)?;
             self.look_up.replace(set::VoxelGridLookUp::MASKS, masks)?;
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -2,7 +2,7 @@
 //! Transparency.
 //!
 //! Haar wavelets of rank R carry the means of the optical depth over 2^(R + 1) even intervals of the range, and these means are stored.
-//! Each mean is_current in the middle of its interval; a look-up reads two.
+//! Each mean stands in the middle of its interval; a look-up reads two.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

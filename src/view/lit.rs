@@ -3,7 +3,7 @@
 use crate::consume::{Tonemapped, Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel};
 use crate::gpu::{Commands, Context, Image};
 use crate::scene::{Backdrop, Show, View};
-use crate::technique::{Settled, Spec, Technique, open};
+use crate::technique::{BuildStatus, Spec, Technique, open};
 use crate::world::{Generations, World};
 use crate::{Error, Result};
 
@@ -91,7 +91,7 @@ impl Lit {
     /// # Errors
     /// As [`Technique::settle`].
     pub fn settle(&mut self, over: u64) -> Result<()> {
-        if self.technique.settle(over)? != Settled::Done {
+        if self.technique.settle(over)? != BuildStatus::Done {
             self.built = None;
         }
         if self.building == Some(over) {

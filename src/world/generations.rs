@@ -75,12 +75,12 @@ impl Generations {
 
 /// Something that is made from parts of a world, and the state of the world that it was last made from.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct BuildStamp {
     of: Parts,
     at: Option<Generations>,
 }
 
-impl Made {
+impl BuildStamp {
     /// Not made yet.
     pub fn of(parts: Parts) -> Self {
         Self { of: parts, at: None }
@@ -101,7 +101,7 @@ impl Made {
         make
     }
 
-    /// As [`Made::make`], for something that has a part per light: returns, per light, whether its part has to be made.
+    /// As [`BuildStamp::make`], for something that has a part per light: returns, per light, whether its part has to be made.
     /// Where more than lights has changed, all parts have to be.
     pub fn make_lights(&mut self, world: &World) -> Vec<bool> {
         let now = world.generations();
@@ -119,7 +119,7 @@ impl Made {
         }
     }
 
-    /// Makes the next call of [`Made::make`] return true, whatever has changed.
+    /// Makes the next call of [`BuildStamp::make`] return true, whatever has changed.
     pub fn forget(&mut self) {
         self.at = None;
     }
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn a_light_that_moved_is_made_alone() {
         let before = Generations { lights: vec![4, 0, 7], ..Generations::default() };
-        let mut made = Made::of(Parts::MESHES.and(Parts::LIGHTS));
+        let mut made = BuildStamp::of(Parts::MESHES.and(Parts::LIGHTS));
         assert_eq!(made.lights_to_make(&before), [true; 3]);
         made.at = Some(before.clone());
         let with = |change: &dyn Fn(&mut Generations)| {

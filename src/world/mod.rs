@@ -14,7 +14,7 @@ mod external;
 
 pub(crate) use camera_push::CameraPush;
 pub use gather::{GatherTotals, Gathered};
-pub use generations::{Generations, Made, Parts};
+pub use generations::{Generations, BuildStamp, Parts};
 pub use light::LightData;
 pub use source::{Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt};
 pub use staged::Moved;

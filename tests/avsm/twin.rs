@@ -15,7 +15,7 @@ use gobo::reference::twin::order;
 use gobo::reference::twin::segment::{MAX_OPTICAL_DEPTH, Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
 use gobo::scene::{Caster, Scene, View};
-use gobo::technique::avsm::{self, Fit, Interpolated, Resolve, Way};
+use gobo::technique::avsm::{self, Fit, Interpolated, Resolve, BuildPath};
 use gobo::technique::{NodeData, Spec};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -160,8 +160,8 @@ pub fn build(spec: &Spec) -> Build {
         work: nodes
             + match (settings.resolve, settings.path) {
                 (Some(Resolve::Whole), _) => 16,
-                (Some(Resolve::Streaming), Some(Way::Binned)) => 4,
-                (_, Some(Way::Binned)) => 2,
+                (Some(Resolve::Streaming), Some(BuildPath::Binned)) => 4,
+                (_, Some(BuildPath::Binned)) => 2,
                 _ => 0,
             },
         interpolation: match settings.curve {

@@ -7,7 +7,7 @@ use gobo::consume::Query;
 use gobo::gpu::{Buffer, Commands, Context, Enabled, Features, Memory, Messages, ReadBack};
 use gobo::reference::truth::space_points;
 use gobo::scene::Scene;
-use gobo::technique::{self, Settled};
+use gobo::technique::{self, BuildStatus};
 use gobo::world::World;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
@@ -57,7 +57,7 @@ fn in_flight(foreign: &mut Foreign, context: &Context, scene: &Scene, text: &str
         let frame = foreign.begin();
         if let Some(over) = frame.checked_sub(frames) {
             let settled = technique.settle(over).expect(text);
-            answered.grew.extend((settled == Settled::Grew).then(|| number.saturating_sub(frames)));
+            answered.grew.extend((settled == BuildStatus::Retry).then(|| number.saturating_sub(frames)));
             // Before the first of these frames others were recorded, of which it has nothing to say.
             answered.last = answers.read(over, points.len()).expect("they are there").unwrap_or_default();
             answered.passes = context.times(over).len();

@@ -12,7 +12,7 @@ use gobo::lights::indirect::{Vpls, light_of};
 use gobo::reference::truth::space_points;
 use gobo::scene::{Caster, Fog, Light, LightKind, Scene, View};
 use gobo::simulate::Simulation;
-use gobo::technique::{self, Name, Settled, Spec};
+use gobo::technique::{self, Name, BuildStatus, Spec};
 use gobo::world::{LightData, World};
 
 fn wanted() -> Wanted {
@@ -56,9 +56,9 @@ fn recorded(foreign: &mut Foreign, context: &Context, scene: &Scene, spec: &Spec
         assert!(frame < first + 200, "{text}: it grows and grows");
         if frame >= first + frames {
             let settled = technique.settle(frame - frames).expect(&text);
-            again[0] += usize::from(settled == Settled::Grew);
-            again[1] += usize::from(settled == Settled::More);
-            still = if settled == Settled::Done { still + 1 } else { 0 };
+            again[0] += usize::from(settled == BuildStatus::Retry);
+            again[1] += usize::from(settled == BuildStatus::Continue);
+            still = if settled == BuildStatus::Done { still + 1 } else { 0 };
             // All that are looked at since are whole.
             if still > frames + 1 {
                 return (answers.read(frame - frames, points.len()).expect("read").expect("asked"), again);
@@ -189,7 +189,7 @@ fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
     let mut avsm = technique::open(context, &world, &spec("avsm:size=32")).expect("avsm").technique;
     loop {
         let built = frame(foreign, context, |commands| avsm.record(commands, &world).expect("recorded"));
-        if avsm.settle(built).expect("settled") == Settled::Done {
+        if avsm.settle(built).expect("settled") == BuildStatus::Done {
             break;
         }
     }

@@ -6,7 +6,7 @@ use gobo::Error;
 use gobo::gpu::Commands;
 use gobo::maps::Map;
 use gobo::scene::{Scene, Strand};
-use gobo::technique::{Answer, Facts, Opened, Settled, Technique};
+use gobo::technique::{Answer, Facts, Opened, BuildStatus, Technique};
 use gobo::world::World;
 
 /// A technique that fails once, half-way.
@@ -24,7 +24,7 @@ impl Technique for Fails<'_> {
         Err(Error::input("memory", "there is none", "buy some"))
     }
 
-    fn settle(&mut self, frame: u64) -> gobo::Result<Settled> {
+    fn settle(&mut self, frame: u64) -> gobo::Result<BuildStatus> {
         self.inner.settle(frame)
     }
 

@@ -8,7 +8,7 @@ use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, Steps, Sun, TO_S
 use ash::vk;
 use gobo::gpu::{Adopt, Commands, Context, Messages, PassTime};
 use gobo::scene::{Light, LightKind, Scene};
-use gobo::technique::{Avsm, BeerShadowMap, Psm, Settled, Technique, avsm, beer_shadow_map, psm};
+use gobo::technique::{Avsm, BeerShadowMap, Psm, BuildStatus, Technique, avsm, beer_shadow_map, psm};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 
 /// Which technique casts the shadows, and how.
@@ -124,7 +124,7 @@ impl Shadows {
     /// next; until then its shadows lack what did not fit.
     pub fn settle(&mut self, frame: u64) -> Result<()> {
         let lacked = self.painted.as_ref().map_or(Ok(false), |painted| painted.settle(frame))?;
-        self.grew += u64::from(self.technique.settle(frame)? == Settled::Grew || lacked);
+        self.grew += u64::from(self.technique.settle(frame)? == BuildStatus::Retry || lacked);
         Ok(())
     }
 

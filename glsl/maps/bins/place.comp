@@ -8,7 +8,7 @@
 layout(local_size_x = BIN_THREADS) in;
 
 void main() {
-    uint map = gl_WorkGroupID.z, tile = map_thread(), a_map = bins_a_map(), bin = map * a_map + tile;
+    uint map = gl_WorkGroupID.z, tile = map_thread(), a_map = bins_per_map(), bin = map * a_map + tile;
     if (tile == 0u && map == 0u) {
         totals[0].groups_x = BIN_GROUPS_X;
         totals[0].groups_z = 1u;

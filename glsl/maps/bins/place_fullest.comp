@@ -32,7 +32,7 @@ uint bin_count() { return listed[0]; }
 uint bin_at(uint i) { return listed[i + 1u]; }
 uint wanted_of(uint bin, uint count) { return PARTS; }
 #else
-uint bin_count() { return bins_a_map() * map_count; }
+uint bin_count() { return bins_per_map() * map_count; }
 uint bin_at(uint i) { return i; }
 uint wanted_of(uint bin, uint count) { return parts_wanted(bin, count); }
 #endif

@@ -85,7 +85,7 @@ struct Lists {
     context: Context,
     map_count: u32,
     /// Tiles per map; with detail, the blocks that a map may have.
-    bins_a_map: u32,
+    bins_per_map: u32,
     /// Tiles of all maps; with detail, the most blocks.
     rooms: u64,
     /// The listed parts of tiles.
@@ -127,8 +127,8 @@ impl Bins {
     pub fn new(context: &Context, world: &World, maps: &Maps, what: Use) -> Result<Self> {
         let tiles = maps.tiles();
         let count = u64::from(maps.count());
-        let bins_a_map = tiles[0] * tiles[1] * if what.blocks.is_some() { SLOTS } else { 1 };
-        let bin_count = u64::from(bins_a_map) * count;
+        let bins_per_map = tiles[0] * tiles[1] * if what.blocks.is_some() { SLOTS } else { 1 };
+        let bin_count = u64::from(bins_per_map) * count;
         let built = what.blocks.map_or(bin_count, u64::from);
         let parts_listed = built * u64::from(what.parts[0].max(what.parts[1]));
         if parts_listed > GROUPS_X * MAX_ROWS {
@@ -142,7 +142,7 @@ impl Bins {
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let counts = buffer("bins.counts", bin_count * 4)?;
         let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
-        let threads = Threads::new(context, world, what, bins_a_map, maps.count());
+        let threads = Threads::new(context, world, what, bins_per_map, maps.count());
         let casters = u64::from(world.caster_capacity());
         let wanted = if what.entries != Entries::None { casters * FIRST_ENTRIES } else { 1 };
         let capacity = wanted.clamp(1, limit(context)) as u32;
@@ -150,7 +150,7 @@ impl Bins {
         let lists = Lists {
             context: context.clone(),
             map_count: maps.count(),
-            bins_a_map,
+            bins_per_map,
             rooms: built,
             parts: buffer("bins.parts", (parts_listed + PARTS_BEHIND) * size_of::<TilePart>() as u64)?,
             cursors: buffer("bins.cursors", bin_count * 4)?,
@@ -237,8 +237,8 @@ impl Bins {
     }
 
     /// Tiles per map; with detail, the blocks that a map may have.
-    pub fn bins_a_map(&self) -> u32 {
-        self.lists.bins_a_map
+    pub fn bins_per_map(&self) -> u32 {
+        self.lists.bins_per_map
     }
 
     /// How fine each tile is; none where all tiles are equally fine.
@@ -323,7 +323,7 @@ impl Bins {
 
     /// Finds each tile's place among the entries, and lists the parts of tiles that are built.
     fn place(&self, commands: &mut Commands) {
-        let [x, y] = groups(u64::from(self.lists.bins_a_map).div_ceil(64));
+        let [x, y] = groups(u64::from(self.lists.bins_per_map).div_ceil(64));
         let size = if self.lists.fullest_first { [1; 3] } else { [x, y, self.map_count] };
         commands.pass("bins.place", |pass| pass.dispatch(&self.place, &self.push(), size));
     }
@@ -480,7 +480,7 @@ impl Lists {
         if self.room == 0 {
             return Ok([totals.all_entries(), totals.tiles_used.into()]);
         }
-        let counts: Vec<u32> = counts.read(self.bins_a_map as usize * self.map_count as usize)?;
+        let counts: Vec<u32> = counts.read(self.bins_per_map as usize * self.map_count as usize)?;
         let used = counts.iter().filter(|count| **count > 0).count() as u64;
         Ok([counts.iter().map(|count| u64::from(*count)).sum(), used])
     }

@@ -81,11 +81,11 @@ pub(in crate::maps) struct Threads {
 }
 
 impl Threads {
-    /// Threads for maps of `bins_a_map` bins each: tiles, or blocks of detail.
-    pub fn new(context: &Context, world: &World, what: Use, bins_a_map: u32, map_count: u32) -> Self {
+    /// Threads for maps of `bins_per_map` bins each: tiles, or blocks of detail.
+    pub fn new(context: &Context, world: &World, what: Use, bins_per_map: u32, map_count: u32) -> Self {
         let (software, most) = (context.features().is_software(), context.features().max_compute_workgroup_threads);
         let tallies =
-            !software && what.blocks.is_none() && world.caster_capacity() >= MANY_CASTERS && bins_a_map <= MOST_TALLIED;
+            !software && what.blocks.is_none() && world.caster_capacity() >= MANY_CASTERS && bins_per_map <= MOST_TALLIED;
         let [lanes, casters_a_group] = match (software, tallies) {
             (true, _) => [1, 64],
             (_, true) => [1, TALLY_CASTERS],
@@ -94,12 +94,12 @@ impl Threads {
         // A power of two, and so a multiple of the slots of a tile.
         let has_room = context.features().max_compute_shared_memory_bytes >= LONE_BYTES;
         let lone = 1 << most.min(if has_room { LONE_THREADS } else { LONE_THREADS / 2 }).ilog2();
-        let bins = u64::from(bins_a_map) * u64::from(map_count);
+        let bins = u64::from(bins_per_map) * u64::from(map_count);
         let listed = what.blocks.map_or(bins, u64::from);
         let fullest_first = !software && what.entries != Entries::None && listed <= MOST_TURNS * u64::from(lone);
         // A power of two, so that it divides the casters of a workgroup.
         let tally = 1 << most.min(TALLY_MOST_THREADS).ilog2();
-        let alone = bins_a_map <= MOST_SURVEYED * SLOTS;
+        let alone = bins_per_map <= MOST_SURVEYED * SLOTS;
         let threads = if alone { most.min(SURVEYING_THREADS) } else { 64 };
         // A software driver may end long loops early. So on software devices the number of workgroups is not limited,
         // and a thread loops no longer than in the other passes.

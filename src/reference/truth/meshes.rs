@@ -108,7 +108,7 @@ impl Meshes {
 
     /// The nearest hit beyond [`Meshes::epsilon`].
     pub fn hit(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
-        let way = Way::new(origin, direction, f64::INFINITY);
+        let way = BoundedRay::new(origin, direction, f64::INFINITY);
         let mut nearest: Option<Hit> = None;
         for (triangle, distance) in self.hits(&way) {
             if nearest.is_none_or(|n| distance < n.distance) {
@@ -133,13 +133,13 @@ impl Meshes {
 
     /// Whether nothing stands within `distance` (in lengths of `direction`).
     pub fn free(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
-        let way = Way::new(origin, direction, distance);
+        let way = BoundedRay::new(origin, direction, distance);
         self.hits(&way).all(|(_, hit)| hit >= distance)
     }
 
     /// How many boxes and triangles [`Meshes::free`] tries.
     pub(super) fn tries(&self, origin: DVec3, direction: DVec3, distance: f64) -> usize {
-        let way = Counted { way: Way::new(origin, direction, distance), boxes: Cell::new(0) };
+        let way = Counted { way: BoundedRay::new(origin, direction, distance), boxes: Cell::new(0) };
         let least = self.epsilon / direction.length();
         let hit = |triangle: &Triangle| intersect(origin, direction, triangle.corners);
         let free = |triangle: &&Triangle| !hit(triangle).is_some_and(|at| least < at && at < distance);
@@ -153,7 +153,7 @@ impl Meshes {
         if !self.closed {
             return false;
         }
-        let way = Way::new(origin, direction, distance);
+        let way = BoundedRay::new(origin, direction, distance);
         let mut left = 0;
         for triangle in self.meeting(&way).filter(|t| t.side != 0) {
             if let Some((at, through_the_back)) = crossing(origin, direction, triangle.corners)
@@ -173,7 +173,7 @@ impl Meshes {
     }
 
     /// The triangles that a ray meets beyond [`Meshes::epsilon`], and where, in no order.
-    fn hits<'a>(&'a self, way: &'a Way) -> impl Iterator<Item = (&'a Triangle, f64)> {
+    fn hits<'a>(&'a self, way: &'a BoundedRay) -> impl Iterator<Item = (&'a Triangle, f64)> {
         let least = self.epsilon / way.direction.length();
         let hit =
             move |triangle: &'a Triangle| Some((triangle, intersect(way.origin, way.direction, triangle.corners)?));
@@ -182,7 +182,7 @@ impl Meshes {
 }
 
 /// A ray with an end.
-struct Way {
+struct BoundedRay {
     origin: DVec3,
     direction: DVec3,
     inverse: DVec3,
@@ -190,13 +190,13 @@ struct Way {
     end: Cell<f64>,
 }
 
-impl Way {
+impl BoundedRay {
     fn new(origin: DVec3, direction: DVec3, end: f64) -> Self {
         Self { origin, direction, inverse: direction.recip(), end: Cell::new(end) }
     }
 }
 
-impl IntersectsAabb<f64, 3> for Way {
+impl IntersectsAabb<f64, 3> for BoundedRay {
     /// Never false where ray and box meet, except for a ray exactly in a face of the box (slabs: Kay and Kajiya 1986; rounding: Ize 2013,
     /// Robust BVH ray traversal, section 3).
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
@@ -213,7 +213,7 @@ impl IntersectsAabb<f64, 3> for Way {
 
 /// A ray that counts the boxes that it is tried against.
 struct Counted {
-    way: Way,
+    way: BoundedRay,
     boxes: Cell<usize>,
 }
 

@@ -5,7 +5,7 @@ use crate::scene::{Field, Placed, Ray, SIDE, Volume, trilinear};
 use glam::DVec3;
 
 /// A ray in a field's coordinates, in which samples are 1 apart.
-struct Way {
+struct FieldRay {
     origin: DVec3,
     direction: DVec3,
 }
@@ -38,7 +38,7 @@ impl Cubic {
     }
 }
 
-impl Way {
+impl FieldRay {
     fn of(ray: &Ray, placed: &Placed) -> Self {
         // A projection on each axis is enough: the axes are at right angles.
         let place = |v: DVec3| DVec3::from_array(placed.steps.map(|step| v.dot(step) / step.length_squared()));
@@ -113,7 +113,7 @@ impl Way {
 
 /// Optical depth of a volume from z `from` to z `to`.
 pub(super) fn optical_depth(volume: &Volume, ray: &Ray, from: f64, to: f64) -> f64 {
-    let way = Way::of(ray, volume.placed());
+    let way = FieldRay::of(ray, volume.placed());
     let mut sum = 0.0;
     way.cells(volume.field(), from, to, |corners, cell, from, to| {
         let (middle, reach) = (0.5 * (from + to), 0.5 * (to - from));
@@ -126,7 +126,7 @@ pub(super) fn optical_depth(volume: &Volume, ray: &Ray, from: f64, to: f64) -> f
 
 /// A volume's cells along a ray from z `from` on, in depths; `depth` converts z to depth.
 pub(super) fn curve(volume: &Volume, ray: &Ray, from: f64, depth: impl Fn(f64) -> f64) -> Vec<Cubic> {
-    let way = Way::of(ray, volume.placed());
+    let way = FieldRay::of(ray, volume.placed());
     let scale = volume.placed().extinction * ray.direction.length();
     let (mut cubics, mut before) = (Vec::new(), 0.0);
     way.cells(volume.field(), from, f64::INFINITY, |corners, cell, from, to| {
@@ -156,7 +156,7 @@ pub(super) fn steps(volume: &Volume, ray: &Ray, from: f64, to: f64, visit: impl 
 }
 
 fn so_many_steps(count: u32, volume: &Volume, ray: &Ray, from: f64, to: f64, mut visit: impl FnMut(f64, f64)) {
-    let way = Way::of(ray, volume.placed());
+    let way = FieldRay::of(ray, volume.placed());
     let scale = volume.placed().extinction * ray.direction.length();
     way.cells(volume.field(), from, to, |corners, cell, from, to| {
         let reach = 0.5 * (to - from) / f64::from(count);

@@ -3,7 +3,7 @@
 
 use crate::scene::files::contents::Contents;
 use crate::scene::model::random::Random;
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand, files::fitted, files::stage};
+use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand, files::default_view, files::stage};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
@@ -132,9 +132,9 @@ fn hair(bytes: &[u8]) -> Vec<[f32; 3]> {
 }
 
 fn under_a_fitted_light(name: &str, contents: Contents) -> Result<Scene> {
-    let camera = fitted::camera(&contents, DVec3::Y);
+    let camera = default_view::camera(&contents, DVec3::Y);
     let camera = camera.map_err(|cause| Error::input(name, cause, "report this as a bug"))?;
-    Ok(contents.scene(name.into(), vec![fitted::light(DVec3::Y)], camera))
+    Ok(contents.scene(name.into(), vec![default_view::light(DVec3::Y)], camera))
 }
 
 // The data is used without swapping bytes.

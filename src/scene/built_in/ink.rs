@@ -1,9 +1,9 @@
-//! The built-in scene `ink`: drops of ink that sink through clear water past a post, over a pale ground. Ink absorbs most red light and
+//! The built-in scene `ink`: drops of ink that sink through clear water past a post, over a pale ground. ExtinctionGroup absorbs most red light and
 //! little blue, so that its shadow is blue where the ink is thin; the shadow of the post is grey. `ink:inks=2` has a second ink in every
 //! other drop, which takes most blue light and little red.
 
 use crate::Result;
-use crate::scene::{Camera, Ink, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
+use crate::scene::{Camera, ExtinctionGroup, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -67,7 +67,7 @@ pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
         },
     };
     let ratios = if inks == 1 { [RATIO; 2] } else { [RATIO, SECOND_RATIO] };
-    let of_drops: Vec<_> = (0..RINGS.len()).map(|i| Ink { casters: RING + THREAD, ratio: ratios[i % 2] }).collect();
+    let of_drops: Vec<_> = (0..RINGS.len()).map(|i| ExtinctionGroup { casters: RING + THREAD, ratio: ratios[i % 2] }).collect();
     scene.with_inks(&of_drops)
 }
 

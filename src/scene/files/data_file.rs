@@ -6,7 +6,7 @@ use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::{
-    Scene, files::fitted, files::input, files::mesh_file, files::particle_file, files::ply, files::splat_file,
+    Scene, files::default_view, files::input, files::mesh_file, files::particle_file, files::ply, files::splat_file,
     files::splat_ply, files::strand_file, files::volume_file,
 };
 use glam::DVec3;
@@ -52,11 +52,11 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let up = up(path);
     let camera = match contents.camera {
         Some(camera) => camera,
-        None => fitted::camera(&contents, up).map_err(wrong)?,
+        None => default_view::camera(&contents, up).map_err(wrong)?,
     };
     let mut lights = std::mem::take(&mut contents.lights);
     if lights.is_empty() {
-        lights.push(fitted::light(up));
+        lights.push(default_view::light(up));
     }
     Ok(contents.scene(input::stem(path), lights, camera))
 }
@@ -83,10 +83,10 @@ fn sequence(pattern: &Path) -> Result<Scene> {
     if contents.spheres().next().is_none() {
         return Err(wrong("nothing casts a shadow: its first, middle and last frames are empty".into()));
     }
-    let camera = fitted::camera(&contents, DVec3::Z).map_err(wrong)?;
+    let camera = default_view::camera(&contents, DVec3::Z).map_err(wrong)?;
     let animation = Animation::new(vec![Part::Moving(sequence)]);
     let ((particles, volumes), motion) = (animation.at(0.0)?, animation.motion());
-    let scene = contents.scene(animation::stem(pattern), vec![fitted::light(DVec3::Z)], camera);
+    let scene = contents.scene(animation::stem(pattern), vec![default_view::light(DVec3::Z)], camera);
     Ok(Scene { particles, volumes, motion, ..scene })
 }
 

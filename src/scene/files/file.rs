@@ -69,7 +69,7 @@ use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
-    Camera, Ink, Motion, Scene, files::data_file, files::fitted, files::input, files::mesh_file, files::particle_file,
+    Camera, ExtinctionGroup, Motion, Scene, files::data_file, files::default_view, files::input, files::mesh_file, files::particle_file,
     files::splat_file, files::strand_file,
 };
 use glam::DVec3;
@@ -332,7 +332,7 @@ fn fitted_camera(path: &Path, contents: &mut Contents, animation: &Animation, up
     let up = if ups.iter().all(is_y) { DVec3::Y } else { DVec3::Z };
     let (particles, volumes) = animation.some()?;
     let now = (replace(&mut contents.particles, particles), replace(&mut contents.volumes, volumes));
-    let camera = fitted::camera(contents, up);
+    let camera = default_view::camera(contents, up);
     (contents.particles, contents.volumes) = now;
     camera.map_err(|cause| input::error(path, cause, "add [camera] to the scene file"))
 }
@@ -341,7 +341,7 @@ fn fitted_camera(path: &Path, contents: &mut Contents, animation: &Animation, up
 struct Inks {
     /// The ratio of entries that say none.
     common: [f32; 3],
-    all: Vec<Ink>,
+    all: Vec<ExtinctionGroup>,
     /// Whether any entry says one.
     own: bool,
 }
@@ -351,7 +351,7 @@ impl Inks {
     fn add(&mut self, own: Option<[f64; 3]>, casters: usize) -> std::result::Result<(), String> {
         let ratio = own.map_or(Ok(self.common), |own| extinction_ratio("extinction_ratio", own))?;
         self.own |= own.is_some();
-        self.all.push(Ink { casters, ratio });
+        self.all.push(ExtinctionGroup { casters, ratio });
         Ok(())
     }
 }

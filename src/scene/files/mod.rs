@@ -6,7 +6,7 @@ pub(super) mod contents;
 pub(super) mod data_file;
 pub(super) mod dense_file;
 pub(super) mod file;
-pub(super) mod fitted;
+pub(super) mod default_view;
 pub(super) mod gltf_document;
 pub(super) mod gltf_file;
 pub(super) mod gltf_stage;

@@ -42,7 +42,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use crate::scene::Ink;
+    use crate::scene::ExtinctionGroup;
     use crate::scene::tests::on_the_axis;
 
     #[test]
@@ -70,7 +70,7 @@ mod tests {
             },
             {
                 let mut other = scene();
-                other.inks.push(Ink { casters: 2, ratio: [1.0, 0.5, 0.0] });
+                other.inks.push(ExtinctionGroup { casters: 2, ratio: [1.0, 0.5, 0.0] });
                 other
             },
         ];

@@ -13,7 +13,7 @@ pub(super) mod fountain_law;
 #[cfg(feature = "program")]
 pub(crate) mod fountain_steps;
 pub(crate) mod gaussian;
-pub(super) mod ink;
+pub(super) mod extinction_group;
 pub(super) mod light;
 pub(super) mod order;
 pub(super) mod paraboloid;

@@ -36,7 +36,7 @@ mod settings;
 mod two_pass;
 
 pub use curves::NodeData;
-pub use settings::{Batch, Fineness, Fit, Interpolated, Order, Resolve, Settings, Stands, Storage, Way};
+pub use settings::{Batch, DetailMode, Fit, Interpolated, Order, Resolve, Settings, TexelSampling, Storage, BuildPath};
 
 use self::binned::Binned;
 use self::curves::Curves;
@@ -45,7 +45,7 @@ use self::plan::{Cells, Plan};
 use self::raster_order::RasterOrder;
 use self::two_pass::TwoPass;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, BuildStatus, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, push_struct};
 use crate::maps::{Bins, Levels, Map, Maps, OpaqueMaps, Use};
@@ -127,7 +127,7 @@ impl Avsm {
         let even = settings.storage.unwrap_or(Storage::Full);
         let settings = plan.settings;
         let maps = Maps::new(context, world, settings.base_size(), OpaqueMaps::shared(settings.opaque))?;
-        let bins = if settings.skip || plan.way == Way::Binned {
+        let bins = if settings.skip || plan.way == BuildPath::Binned {
             let parts = if matches!(plan.cells, Some(Cells::Lanes | Cells::Half)) { 2 } else { 1 };
             let what = Use {
                 entries: plan.entries(),
@@ -144,11 +144,11 @@ impl Avsm {
         let curves = Curves::new(context, &maps, bins.as_ref(), settings)?;
         let site = Site { context, world, maps: &maps, bins: bins.as_ref(), curves: &curves, plan: &plan };
         let build = match (plan.way, &bins) {
-            (Way::Binned, Some(bins)) => Build::Binned(Binned::new(&site, bins)?),
-            (Way::Interlock, _) => Build::Interlock(Interlock::new(&site)?),
-            (Way::RasterOrder, _) => Build::RasterOrder(RasterOrder::new(&site)?),
+            (BuildPath::Binned, Some(bins)) => Build::Binned(Binned::new(&site, bins)?),
+            (BuildPath::Interlock, _) => Build::Interlock(Interlock::new(&site)?),
+            (BuildPath::RasterOrder, _) => Build::RasterOrder(RasterOrder::new(&site)?),
             // The binned path always has bins.
-            (Way::TwoPass | Way::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
+            (BuildPath::TwoPass | BuildPath::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
         };
         let below = set::CurveLevels { nodes: &curves.nodes, counts: &curves.tiles }.bind(context, "avsm.levels")?;
         let sets = [maps.scene(), &below];
@@ -204,11 +204,11 @@ impl Technique for Avsm {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let lists = if let Build::TwoPass(path) = &mut self.build { path.list.settle(frame)? } else { false };
         let bins = self.bins.as_mut().map_or(Ok(false), |bins| bins.settle(frame))?;
         let grew = self.maps.settle(frame, lists || bins)?;
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -2,7 +2,7 @@
 //! why the spec is refused.
 
 use super::curves::pairs;
-use super::settings::{Batch, Fit, Resolve, Settings, Way};
+use super::settings::{Batch, Fit, Resolve, Settings, BuildPath};
 use super::{ENTRY, raster_order};
 use crate::gpu::{Constants, Context, Features, Limit, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS, leveled_texels};
@@ -97,7 +97,7 @@ impl Cells {
 pub struct Plan {
     /// The settings asked for, with `storage` decided.
     pub settings: Settings,
-    pub way: Way,
+    pub way: BuildPath,
     /// The variant of cells.comp; none without resolve=cells.
     pub cells: Option<Cells>,
     /// For glsl/technique/avsm/binned.comp: casters stand in the lanes of subgroups.
@@ -117,24 +117,24 @@ impl Plan {
         let (way, mut reason) = choose(context, world, &settings);
         ENTRY.require(context, way.name())?;
         let resolve = settings.resolve.unwrap_or(match way {
-            Way::Binned if !world.has_strands() => Resolve::Cells,
+            BuildPath::Binned if !world.has_strands() => Resolve::Cells,
             _ => Resolve::Streaming,
         });
         let cells = resolve == Resolve::Cells;
         let refused = |needs: String| Err(Error::Refused { needs });
-        if resolve == Resolve::Whole && matches!(way, Way::Interlock | Way::RasterOrder) {
+        if resolve == Resolve::Whole && matches!(way, BuildPath::Interlock | BuildPath::RasterOrder) {
             return refused(format!(
                 "every segment of a texel (resolve=whole), which path={} does not keep",
                 way.name()
             ));
         }
-        if cells && way != Way::Binned {
+        if cells && way != BuildPath::Binned {
             return refused("path=binned: resolve=cells adds up a tile's casters".into());
         }
-        if !settings.is_sorted() && way == Way::Binned {
+        if !settings.is_sorted() && way == BuildPath::Binned {
             return refused("order=sorted: path=binned has no other".into());
         }
-        if settings.is_adaptive() && way != Way::Binned {
+        if settings.is_adaptive() && way != BuildPath::Binned {
             return refused("path=binned: detail=adaptive builds tiles".into());
         }
         if settings.is_adaptive() && settings.filter != FilterKind::Bilinear {
@@ -143,15 +143,15 @@ impl Plan {
         if settings.is_adaptive() && settings.levels > 1 {
             return refused("detail=even: levels= needs maps whose texels are alike".into());
         }
-        if settings.is_of_areas() && way != Way::Binned {
+        if settings.is_of_areas() && way != BuildPath::Binned {
             return refused("path=binned: texel=area builds tiles".into());
         }
-        if way == Way::Binned && settings.resolve.is_none() {
+        if way == BuildPath::Binned && settings.resolve.is_none() {
             reason =
                 format!("{reason}; resolve={}: {}", word_of(resolve), if cells { "no hair" } else { "hair is steps" });
         }
         let asks_fit = settings.fit == Some(Fit::Refined);
-        let whole = resolve == Resolve::Whole && way == Way::TwoPass;
+        let whole = resolve == Resolve::Whole && way == BuildPath::TwoPass;
         if asks_fit && !(settings.is_exponential() && (cells || whole)) {
             let ways = "resolve=cells, or path=two-pass,resolve=whole";
             return refused(format!("{ways}, and curve=exponential: fit=refined fits a whole curve of optical depth"));
@@ -167,13 +167,13 @@ impl Plan {
         let more_nodes = match (resolve, way) {
             (Resolve::Whole, _) => WHOLE_NODES,
             (Resolve::Cells, _) => CELLS_NODES,
-            (Resolve::Streaming, Way::Binned) => BINNED_NODES,
+            (Resolve::Streaming, BuildPath::Binned) => BINNED_NODES,
             (Resolve::Streaming, _) => 0,
         };
         let features = context.features();
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
         let suits_lanes = features.is_software() || (world.has_strands() && resolve == Resolve::Streaming);
-        let lanes = !cells && way == Way::Binned && choose_lanes(features, settings.batch, suits_lanes)?;
+        let lanes = !cells && way == BuildPath::Binned && choose_lanes(features, settings.batch, suits_lanes)?;
         // The threads of software devices take turns: more groups would only repeat work there.
         let has_many = world.caster_capacity() >= MANY_CASTERS && !features.is_software();
         let groups = match way_of_cells {
@@ -218,8 +218,8 @@ impl Plan {
     /// Which data on each tile's casters the path needs from the bins.
     pub fn entries(&self) -> Entries {
         match (self.way, self.cells) {
-            (Way::Binned, Some(_)) => Entries::Summed,
-            (Way::Binned, None) => Entries::Sorted,
+            (BuildPath::Binned, Some(_)) => Entries::Summed,
+            (BuildPath::Binned, None) => Entries::Sorted,
             _ => Entries::None,
         }
     }
@@ -234,11 +234,11 @@ pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
     if !settings.is_adaptive() {
         limits.push(Limit::buffer_range(8 * pairs(settings) as u64 * leveled_texels(settings.size, settings.levels)));
     }
-    if path == Way::RasterOrder.name() {
+    if path == BuildPath::RasterOrder.name() {
         limits.extend(raster_order::limits(settings));
-    } else if path == Way::Binned.name() && settings.resolve.is_none_or(|resolve| resolve == Resolve::Cells) {
+    } else if path == BuildPath::Binned.name() && settings.resolve.is_none_or(|resolve| resolve == Resolve::Cells) {
         limits.push(Cells::Half.room(GPU_GROUPS));
-    } else if path == Way::TwoPass.name() && refines {
+    } else if path == BuildPath::TwoPass.name() && refines {
         limits.push(FIT_ROOM);
     }
     limits
@@ -284,43 +284,43 @@ fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result
 /// | any, `resolve=whole,fit=refined` | two-pass, which alone has it |
 ///
 /// The binned path cannot do `order=captured`: interlock does it on devices that have the feature, two-pass on others.
-fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
+fn choose(context: &Context, world: &World, settings: &Settings) -> (BuildPath, String) {
     if let Some(asked) = settings.path {
         return (asked, "asked for".into());
     }
     if settings.is_adaptive() {
-        return (Way::Binned, "auto: detail=adaptive".into());
+        return (BuildPath::Binned, "auto: detail=adaptive".into());
     }
     if settings.is_of_areas() {
-        return (Way::Binned, "auto: texel=area".into());
+        return (BuildPath::Binned, "auto: texel=area".into());
     }
     if settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined) {
-        return (Way::TwoPass, "auto: resolve=whole,fit=refined".into());
+        return (BuildPath::TwoPass, "auto: resolve=whole,fit=refined".into());
     }
     let features = context.features();
     if !settings.is_sorted() {
         return match features.lacks(Requirement::PixelInterlock) {
-            None => (Way::Interlock, "auto: order=captured with fragmentShaderPixelInterlock".into()),
-            Some(missing) => (Way::TwoPass, format!("auto: order=captured on a device that lacks {missing}")),
+            None => (BuildPath::Interlock, "auto: order=captured with fragmentShaderPixelInterlock".into()),
+            Some(missing) => (BuildPath::TwoPass, format!("auto: order=captured on a device that lacks {missing}")),
         };
     }
     if !features.is_software() {
-        return (Way::Binned, format!("auto: {} device", features.kind));
+        return (BuildPath::Binned, format!("auto: {} device", features.kind));
     }
     if settings.batch.is_some() {
-        return (Way::Binned, "auto: batch= is of tiles".into());
+        return (BuildPath::Binned, "auto: batch= is of tiles".into());
     }
     if let Some(missing) = features.lacks(Requirement::FragmentStores) {
-        return (Way::Binned, format!("auto: a device that lacks {missing}"));
+        return (BuildPath::Binned, format!("auto: a device that lacks {missing}"));
     }
     let cells = settings.resolve.map_or(!world.has_strands(), |resolve| resolve == Resolve::Cells);
     let wide = features.subgroup_size >= WIDE && choose_lanes(features, settings.batch, true).unwrap_or(false);
     match settings.resolve {
-        _ if cells => (Way::Binned, "auto: a software device".into()),
-        _ if wide => (Way::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size)),
-        None => (Way::TwoPass, "auto: hair on a software device without wide lanes".into()),
+        _ if cells => (BuildPath::Binned, "auto: a software device".into()),
+        _ if wide => (BuildPath::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size)),
+        None => (BuildPath::TwoPass, "auto: hair on a software device without wide lanes".into()),
         Some(resolve) => {
-            (Way::TwoPass, format!("auto: resolve={} on a software device without wide lanes", word_of(resolve)))
+            (BuildPath::TwoPass, format!("auto: resolve={} on a software device without wide lanes", word_of(resolve)))
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What AVSM promises, and which specs of it run where a command names none.
 
-use super::settings::{Settings, Way};
+use super::settings::{Settings, BuildPath};
 use crate::technique::keys::{Name, word_of};
 use crate::technique::promises::EIGHT_BITS;
 use crate::technique::{Promises, Runs};
@@ -12,7 +12,7 @@ pub fn promises(settings: &Settings, path: &str) -> Promises {
     // A list that is full loses the last segments.
     let loses = settings.capacity.is_some();
     // Single-pass paths insert in the order of the casters' middles.
-    let is_sorted = [Way::TwoPass, Way::Binned].map(word_of).contains(&path) && !is_captured;
+    let is_sorted = [BuildPath::TwoPass, BuildPath::Binned].map(word_of).contains(&path) && !is_captured;
     // `gobo stress` asks along the rays of an even map's texels. Adaptive maps and area texels answer for other rays; tests against
     // the CPU twins check their tails instead.
     let has_other_rays = is_adaptive || settings.is_of_areas();

@@ -7,7 +7,7 @@ use crate::technique::settings::{LEVELS, SIZE, Setting};
 
 words! {
     /// How curves are built.
-    pub enum Way {
+    pub enum BuildPath {
         /// Lists, sorted and compressed.
         TwoPass = "two-pass",
         /// Fragment by fragment, under pixel interlock.
@@ -85,7 +85,7 @@ words! {
 
 words! {
     /// How fine tiles of a map are.
-    pub enum Fineness {
+    pub enum DetailMode {
         /// All alike.
         Even = "even",
         /// As fine as their casters need.
@@ -94,8 +94,8 @@ words! {
 }
 
 words! {
-    /// What a texel is_current for.
-    pub enum Stands {
+    /// What a texel stands for.
+    pub enum TexelSampling {
         /// The ray through its centre.
         Centre = "centre",
         /// The mean of all rays through it.
@@ -113,20 +113,20 @@ map_settings! {
         curve: Interpolated = Setting::word(
             "exponential", "interpolate transmittance (linear, as published) or optical depth (exponential)");
         /// How curves are built; none: the fastest way on the device (docs/notebook/avsm-paths.md).
-        path: Option<Way> =
+        path: Option<BuildPath> =
             Setting::auto("auto: binned, save for what software devices do faster and for order=captured");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// Whether every tile of a map has the resolution `size`, or each tile has its own, from half to four times `size`, as its casters
         /// need. The second works only with binned tiles and the bilinear filter.
-        detail: Fineness = Setting::word(
+        detail: DetailMode = Setting::word(
             "even", "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)");
         /// Bytes that the curves of all maps may take where `detail` is adaptive, 1 or more; none: as many as with even detail.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even");
-        /// What a texel is_current for. [`Stands::Area`] works only with binned tiles.
-        texel: Stands = Setting::word(
-            "centre", "what a texel is_current for: the ray through its centre, or the mean of all that it covers (binned)");
+        /// What a texel stands for. [`TexelSampling::Area`] works only with binned tiles.
+        texel: TexelSampling = Setting::word(
+            "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
         /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups for
         /// pixels wider than a texel read the coarser levels. More than 1 is refused with adaptive detail.
         levels: u32 = LEVELS;
@@ -166,12 +166,12 @@ impl Settings {
 
     /// Tiles are as fine as they need.
     pub(super) fn is_adaptive(&self) -> bool {
-        self.detail == Fineness::Adaptive
+        self.detail == DetailMode::Adaptive
     }
 
-    /// A texel is_current for all that it covers.
+    /// A texel stands for all that it covers.
     pub(super) fn is_of_areas(&self) -> bool {
-        self.texel == Stands::Area
+        self.texel == TexelSampling::Area
     }
 
     /// Segments are inserted by depth.
@@ -209,7 +209,7 @@ impl Settings {
     }
 }
 
-impl Way {
+impl BuildPath {
     /// Its word in specs.
     pub(super) fn name(self) -> &'static str {
         word_of(self)

@@ -1,7 +1,7 @@
 //! The lists of segments, drawn or captured tile by tile, and the lists of their ends.
 
 use super::DeepPush;
-use super::settings::{Settings, Way};
+use super::settings::{Settings, BuildPath};
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory};
 use crate::maps::{Bins, DrawingOrder, Entries, Keep, List, Maps, SegmentData, Splat, Use};
@@ -31,8 +31,8 @@ fn events(context: &Context, list: &List) -> Result<Buffer> {
 }
 
 impl Lists {
-    pub fn new(context: &Context, world: &World, maps: &Maps, settings: &Settings, way: Way) -> Result<Self> {
-        let is_binned = way == Way::Binned;
+    pub fn new(context: &Context, world: &World, maps: &Maps, settings: &Settings, way: BuildPath) -> Result<Self> {
+        let is_binned = way == BuildPath::Binned;
         let bins = if settings.skip || is_binned {
             let parts = if is_binned { [1, 0] } else { [0, 0] };
             let entries = if is_binned { Entries::Summed } else { Entries::None };
@@ -45,8 +45,8 @@ impl Lists {
         // With `bytes=`, all nodes are counted before the first is written, so that the lists of all maps must stand at once.
         let keep = if settings.bytes.is_some() { Keep::All } else { Keep::Some };
         let splat = match way {
-            Way::TwoPass => Some(Splat::new(context, world, maps, DrawingOrder::Index, bins.as_ref())?),
-            Way::Binned => None,
+            BuildPath::TwoPass => Some(Splat::new(context, world, maps, DrawingOrder::Index, bins.as_ref())?),
+            BuildPath::Binned => None,
         };
         let list = List::new(context, maps, splat, keep, None)?.with_events(EVENTS);
         let capture = match &bins {

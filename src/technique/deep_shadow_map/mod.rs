@@ -24,13 +24,13 @@ mod curves;
 mod lists;
 mod settings;
 
-pub use settings::{Removal, Settings, Storage, Way};
+pub use settings::{Removal, Settings, Storage, BuildPath};
 
 use self::curves::Curves;
 use self::lists::Lists;
 use super::keys::Name;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, push_struct};
 use crate::maps::{Map, Maps, OpaqueMaps};
@@ -128,7 +128,7 @@ pub struct DeepShadowMap {
     node_error: f32,
     look_up: Bindings,
     constants: Constants,
-    way: Way,
+    way: BuildPath,
     reason: String,
 }
 
@@ -156,14 +156,14 @@ impl DeepShadowMap {
 }
 
 /// The path and why.
-fn choose(context: &Context, settings: &Settings) -> (Way, String) {
+fn choose(context: &Context, settings: &Settings) -> (BuildPath, String) {
     let features = context.features();
     if let Some(asked) = settings.path {
         return (asked, "asked for".into());
     }
     match features.lacks(Requirement::FragmentStores) {
-        None if features.is_software() => (Way::TwoPass, "auto: a software device".into()),
-        _ => (Way::Binned, format!("auto: {} device", features.kind)),
+        None if features.is_software() => (BuildPath::TwoPass, "auto: a software device".into()),
+        _ => (BuildPath::Binned, format!("auto: {} device", features.kind)),
     }
 }
 
@@ -198,7 +198,7 @@ impl Technique for DeepShadowMap {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let lists = self.lists.settle(frame)?;
         if lists {
             self.curves.bind_events(&self.lists)?;
@@ -207,7 +207,7 @@ impl Technique for DeepShadowMap {
         if curves {
             self.look_up.replace(set::DeepShadowMapLookUp::NODES, &self.curves.nodes)?;
         }
-        Ok(Settled::of(self.maps.settle(frame, lists || curves)?))
+        Ok(BuildStatus::of(self.maps.settle(frame, lists || curves)?))
     }
 
     fn answer(&self) -> Answer<'_> {

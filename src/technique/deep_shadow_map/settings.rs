@@ -6,7 +6,7 @@ use crate::technique::settings::{SIZE, Setting};
 
 words! {
     /// How the lists of segments are made.
-    pub enum Way {
+    pub enum BuildPath {
         /// Casters are drawn.
         TwoPass = "two-pass",
         /// Tile by tile, in compute shaders.
@@ -52,7 +52,7 @@ map_settings! {
         /// How nodes are stored.
         storage: Storage = Setting::word("full", "full: 8 bytes per node; packed: 4");
         /// How the lists of segments are made; none: tile by tile, or drawn on software devices.
-        path: Option<Way> = Setting::auto(
+        path: Option<BuildPath> = Setting::auto(
             "lists of segments are drawn, or made tile by tile; auto: binned, on software devices two-pass");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
@@ -77,7 +77,7 @@ impl Settings {
     }
 }
 
-impl Way {
+impl BuildPath {
     /// Its word in specs.
     pub(super) fn name(self) -> &'static str {
         word_of(self)

@@ -51,7 +51,7 @@ pub struct Adapt {
     settings: Settings,
     light_count: u32,
     /// The points that each light takes, light after light. Each entry holds the point's place in the pool, and the share of its cluster's
-    /// area that the point is_current for.
+    /// area that the point stands for.
     pub taken: Buffer,
     /// [`ClusterData`].
     pub clusters: Buffer,

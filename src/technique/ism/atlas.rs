@@ -3,7 +3,7 @@
 use super::adapt::Adapt;
 use super::raster::Raster;
 use super::sample::Sample;
-use super::{Settings, Way};
+use super::{Settings, BuildPath};
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
@@ -30,7 +30,7 @@ enum Passes {
 /// The maps of all lights.
 pub struct Atlas {
     settings: Settings,
-    way: Way,
+    way: BuildPath,
     light_count: u32,
     /// Distances as floats, map after map, [`Atlas::stride`] texels each, rows of the finest level first.
     pub maps: Buffer,
@@ -43,7 +43,7 @@ impl Atlas {
         context: &Context,
         world: &World,
         settings: &Settings,
-        way: Way,
+        way: BuildPath,
         sample: &Sample,
         adapt: Option<&Adapt>,
     ) -> Result<Self> {
@@ -83,10 +83,10 @@ impl Atlas {
             .set(constant::WORKGROUP, threads);
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
         let passes = match way {
-            Way::Tiled => Passes::Tiled(kernel(&shaders::TILED)?),
-            Way::Atomic => Passes::Atomic { splat: kernel(&shaders::SPLAT)?, fill: kernel(&shaders::FILL)? },
-            Way::Quads | Way::Triangles => {
-                let vertices = if way == Way::Quads { 6 } else { 3 };
+            BuildPath::Tiled => Passes::Tiled(kernel(&shaders::TILED)?),
+            BuildPath::Atomic => Passes::Atomic { splat: kernel(&shaders::SPLAT)?, fill: kernel(&shaders::FILL)? },
+            BuildPath::Quads | BuildPath::Triangles => {
+                let vertices = if way == BuildPath::Quads { 6 } else { 3 };
                 let raster = Raster::new(context, settings, light_count, buffers, &constants, vertices)?;
                 Passes::Raster { raster: Box::new(raster), fill: kernel(&shaders::FILL)? }
             }
@@ -123,7 +123,7 @@ impl Atlas {
         let [x, y] = groups(self.light_count.into());
         commands.pass("ism.clear", |pass| {
             pass.fill(&self.seen, 0);
-            if self.way == Way::Atomic {
+            if self.way == BuildPath::Atomic {
                 pass.fill(&self.maps, NOTHING);
             }
         });
@@ -152,9 +152,9 @@ impl Atlas {
 const NOTHING: u32 = f32::INFINITY.to_bits();
 
 /// Texels from one map to the next. Where maps are built in memory, their coarser levels stand there too.
-fn stride(settings: &Settings, way: Way) -> u32 {
+fn stride(settings: &Settings, way: BuildPath) -> u32 {
     match way {
-        Way::Tiled => settings.size.pow(2),
-        Way::Atomic | Way::Quads | Way::Triangles => settings.texels(),
+        BuildPath::Tiled => settings.size.pow(2),
+        BuildPath::Atomic | BuildPath::Quads | BuildPath::Triangles => settings.texels(),
     }
 }

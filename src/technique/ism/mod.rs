@@ -34,7 +34,7 @@ mod settings;
 pub use adapt::{CLUSTER, ClusterData};
 pub use atlas::Atlas;
 pub use sample::{PointData, PointsData, SUBSETS};
-pub use settings::{Culling, Facing, Settings, Way};
+pub use settings::{Culling, Facing, Settings, BuildPath};
 
 use self::adapt::Adapt;
 use self::sample::Sample;
@@ -46,7 +46,7 @@ use crate::maps::Map;
 use crate::scene::{Light, LightKind, Resolution, View};
 use crate::shaders::set;
 use crate::shaders::{constant, folder};
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 use settings::PATHS;
 
@@ -74,10 +74,10 @@ pub const ENTRY: Entry = Entry {
 /// The technique, opened for one world.
 pub struct Ism {
     settings: Settings,
-    way: Way,
+    way: BuildPath,
     reason: &'static str,
     sample: Sample,
-    sampled: Made,
+    sampled: BuildStamp,
     adapt: Option<Adapt>,
     atlas: Atlas,
     /// How many maps the lights had when the technique was opened.
@@ -107,10 +107,10 @@ impl Ism {
         lights_are_virtual(world)?;
         let lack = settings.room().lacks(context.features(), "");
         let (way, reason) = match (settings.path, lack) {
-            (Some(Way::Tiled), Some(needs)) => return Err(Error::Refused { needs }),
+            (Some(BuildPath::Tiled), Some(needs)) => return Err(Error::Refused { needs }),
             (Some(way), _) => (way, "asked for"),
-            (None, None) => (Way::Tiled, "a workgroup has room for a map"),
-            (None, Some(_)) => (Way::Atomic, "no workgroup has room for a map"),
+            (None, None) => (BuildPath::Tiled, "a workgroup has room for a map"),
+            (None, Some(_)) => (BuildPath::Atomic, "no workgroup has room for a map"),
         };
         let sample = Sample::new(context, world, settings.points, settings.adaptive)?;
         let adapt = settings.adaptive.then(|| Adapt::new(context, world, settings, &sample)).transpose()?;
@@ -124,7 +124,7 @@ impl Ism {
             way,
             reason,
             sample,
-            sampled: Made::of(Parts::MESHES),
+            sampled: BuildStamp::of(Parts::MESHES),
             adapt,
             atlas,
             maps: world.map_count(),
@@ -225,7 +225,7 @@ impl Technique for Ism {
         let seen = self.atlas.seen()?;
         counters.insert("points".into(), seen.len() as u64 * u64::from(self.settings.points));
         // Points that are drawn without a list are not counted.
-        if self.settings.culling != Culling::Off || matches!(self.way, Way::Tiled | Way::Atomic) {
+        if self.settings.culling != Culling::Off || matches!(self.way, BuildPath::Tiled | BuildPath::Atomic) {
             counters.insert("points_seen".into(), seen.into_iter().map(u64::from).sum());
         }
         Ok(Facts {

@@ -31,7 +31,7 @@ pub struct PointsData {
     pub scale: f32,
     /// Weight of all triangles.
     pub total: u32,
-    /// Radius of the disc that a point is_current for, world units.
+    /// Radius of the disc that a point stands for, world units.
     pub radius: f32,
     /// Area of all triangles, world units squared.
     pub area: f32,

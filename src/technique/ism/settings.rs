@@ -7,7 +7,7 @@ use crate::gpu::Limit;
 
 words! {
     /// How the points are splatted.
-    pub enum Way {
+    pub enum BuildPath {
         /// A workgroup per light, its map in shared memory.
         Tiled = "tiled",
         /// A thread per point, by atomic operations on all maps in memory.
@@ -53,7 +53,7 @@ settings! {
     #[derive(Copy)]
     pub struct Settings {
         /// How points are splatted; none: a workgroup per light where it has room for a map, else atomic operations.
-        path: Option<Way> = Setting::auto(
+        path: Option<BuildPath> = Setting::auto(
             "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
         /// Texels per side of a light's map: 32, 64 or 128.
         size: u32 = Setting::one_of("64", &["32", "64", "128"], "texels per side of a light's map");
@@ -133,7 +133,7 @@ mod tests {
         let of = |text: &str| parse(text, &[]).expect(text)[0].settings::<Settings>();
         let plain = Settings::default();
         assert_eq!((of("ism"), plain.size, plain.points, plain.facing), (plain, 64, 8192, Facing::Exact));
-        let path = Some(Way::Atomic);
+        let path = Some(BuildPath::Atomic);
         let (adaptive, facing) = (false, Facing::Slide);
         let other = Settings { size: 32, points: 1024, adaptive, path, culling: Culling::Far, facing, fill: false };
         assert_eq!(of("ism:size=32,points=1024,adaptive=off,path=atomic,culling=far,facing=slide,fill=off"), other);

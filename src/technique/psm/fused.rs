@@ -105,7 +105,7 @@ impl Fused {
 
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.bins.record(commands, world);
-        let (room, tile_count) = (self.bins.room(), self.bins.bins_a_map());
+        let (room, tile_count) = (self.bins.room(), self.bins.bins_per_map());
         let push = PartPush { room, tile_count };
         // Two workgroups per tile; where parts of tiles are listed, one per part.
         let [x, y] = groups(2 * u64::from(tile_count));

@@ -40,17 +40,17 @@ use super::keys::{Name, word_of, words};
 use super::map_settings::map_settings;
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
 use super::settings::{Keyed, Setting};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Limit, Requirement, Resource};
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps, OpaqueMaps};
 use crate::shaders::constant::FETCH_AHEAD;
 use crate::shaders::folder;
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 
 words! {
     /// How the volume is built.
-    pub enum Way {
+    pub enum BuildPath {
         /// Drawn and propagated.
         Raster = "raster",
         /// Summed tile by tile.
@@ -63,7 +63,7 @@ map_settings! {
     #[derive(Copy)]
     pub struct Settings {
         /// How the volume is built; none: summed tile by tile where the device can.
-        path: Option<Way> = Setting::auto("auto: fused where the device can");
+        path: Option<BuildPath> = Setting::auto("auto: fused where the device can");
         /// Texels per side of a light's map, 8 to 512.
         size: u32 = Setting::number("256", 8, 512, "texels per side of a light's map");
         /// Slices of the volume, four per texel: 4 to 256, a multiple of 4.
@@ -135,7 +135,7 @@ pub struct Psm {
     pub volume: Image,
     maps: Maps,
     build: Build,
-    built: Made,
+    built: BuildStamp,
     look_up: Bindings,
     constants: Constants,
     reason: String,
@@ -168,20 +168,20 @@ impl Psm {
         let layout = Volume::of(settings);
         let (way, reason) = choose(context, settings)?;
         let has = context.features().max_compute_workgroup_threads;
-        if way == Way::Fused && fused_threads > has {
+        if way == BuildPath::Fused && fused_threads > has {
             let needs = format!("maxComputeWorkGroupInvocations of at least {fused_threads} (this device has {has})");
             return Err(Error::Refused { needs });
         }
         layout.filter.check(world, layout.size)?;
         let maps = Maps::new(context, world, layout.size, OpaqueMaps::shared(settings.opaque))?;
-        let volume = layout.image(context, maps.count(), way == Way::Raster)?;
+        let volume = layout.image(context, maps.count(), way == BuildPath::Raster)?;
         let constants = layout.constants(world);
         let build = match way {
-            Way::Raster => {
+            BuildPath::Raster => {
                 let raster = Raster::new(context, world, &maps, settings.route, &layout, &volume, &constants)?;
                 Build::Raster(Box::new(raster))
             }
-            Way::Fused => {
+            BuildPath::Fused => {
                 let layout = (&layout, settings.skip);
                 let constants = constants.clone().set(FETCH_AHEAD, fetch_ahead);
                 let fused = Fused::new(context, world, &maps, layout, &volume, &constants, fused_threads)?;
@@ -191,8 +191,8 @@ impl Psm {
         let more = [Resource::Sampled(volume.clone(), layout.empty().1)];
         let look_up = maps.look_up(context, "psm.look_up", &more)?;
         // The fused path leaves out casters hidden behind meshes; the raster path draws them too.
-        let of_meshes = if way == Way::Fused { Maps::OPAQUE } else { Maps::VOLUME };
-        let built = Made::of(Maps::VOLUME.and(of_meshes));
+        let of_meshes = if way == BuildPath::Fused { Maps::OPAQUE } else { Maps::VOLUME };
+        let built = BuildStamp::of(Maps::VOLUME.and(of_meshes));
         Ok(Self { volume, maps, build, built, look_up, constants, reason })
     }
 
@@ -237,24 +237,24 @@ fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
 }
 
 /// The path and why. `auto` takes the fused path wherever it runs, since it writes each voxel once and blends nothing.
-fn choose(context: &Context, settings: &Settings) -> Result<(Way, String)> {
+fn choose(context: &Context, settings: &Settings) -> Result<(BuildPath, String)> {
     let lacks_room = room(settings).lacks(context.features(), " for as many slices");
     let coverage = Some(settings.coverage).filter(|coverage| *coverage != Coverage::Off);
     let wants_raster = coverage.map(|coverage| format!("coverage={}", word_of(coverage)));
     let wants_raster = wants_raster.or(settings.route.map(|route| format!("route={}", word_of(route))));
     let (way, reason) = match (settings.path, &lacks_room, wants_raster) {
-        (Some(Way::Raster), ..) => (Way::Raster, "asked for".to_owned()),
-        (Some(Way::Fused), Some(missing), _) => return Err(Error::Refused { needs: missing.clone() }),
-        (Some(Way::Fused), _, Some(wants)) => {
+        (Some(BuildPath::Raster), ..) => (BuildPath::Raster, "asked for".to_owned()),
+        (Some(BuildPath::Fused), Some(missing), _) => return Err(Error::Refused { needs: missing.clone() }),
+        (Some(BuildPath::Fused), _, Some(wants)) => {
             let needs = format!("path=raster: {wants} has no meaning for path=fused");
             return Err(Error::Refused { needs });
         }
-        (Some(Way::Fused), ..) => (Way::Fused, "asked for".to_owned()),
-        (None, _, Some(wants)) => (Way::Raster, format!("auto: {wants}")),
-        (None, Some(missing), _) => (Way::Raster, format!("auto: fused needs {missing}")),
-        (None, ..) => (Way::Fused, format!("auto: {} device", context.features().kind)),
+        (Some(BuildPath::Fused), ..) => (BuildPath::Fused, "asked for".to_owned()),
+        (None, _, Some(wants)) => (BuildPath::Raster, format!("auto: {wants}")),
+        (None, Some(missing), _) => (BuildPath::Raster, format!("auto: fused needs {missing}")),
+        (None, ..) => (BuildPath::Fused, format!("auto: {} device", context.features().kind)),
     };
-    ENTRY.require(context, if way == Way::Raster { RASTER } else { FUSED })?;
+    ENTRY.require(context, if way == BuildPath::Raster { RASTER } else { FUSED })?;
     Ok((way, reason))
 }
 
@@ -280,13 +280,13 @@ impl Technique for Psm {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = if let Build::Fused(fused) = &mut self.build { fused.bins.settle(frame)? } else { false };
         let grew = self.maps.settle(frame, grew)?;
         if grew {
             self.built.forget();
         }
-        Ok(Settled::of(grew))
+        Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

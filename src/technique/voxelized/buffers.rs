@@ -130,10 +130,10 @@ impl Groups {
     }
 }
 
-/// Where `large` is_current in the state.
+/// Where `large` stands in the state.
 pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
 
-/// Where `pieces` is_current in the state.
+/// Where `pieces` stands in the state.
 pub const PIECES_OFFSET: u64 = std::mem::offset_of!(BuildState, pieces) as u64;
 
 /// Words per projected triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
@@ -150,7 +150,7 @@ const TILE_WORDS: u32 = 67;
 /// The most bytes of columns that stay for the next bake while something moves. Where the columns of all trees take more, none stay.
 const MOST_KEPT_BYTES: u64 = 256 << 20;
 
-/// Where `words` is_current in the state.
+/// Where `words` stands in the state.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
 
 /// Columns per side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.

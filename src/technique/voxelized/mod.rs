@@ -43,13 +43,13 @@ use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
 use self::cube::{Cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory};
 use crate::maps::Map;
 use crate::scene::Resolution;
 use crate::shaders::folder;
 use crate::shaders::set;
-use crate::world::{Made, Parts, World};
+use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 use std::collections::BTreeMap;
@@ -113,7 +113,7 @@ pub struct Voxelized {
     constants: Constants,
     cubes: Cubes,
     /// The state of the world that `cubes` were fitted to.
-    looked: Made,
+    looked: BuildStamp,
     triangles: u32,
     step: Step,
     moves: Moves,
@@ -203,7 +203,7 @@ impl Voxelized {
             look_up,
             constants: plan.constants(Constants::new()),
             cubes,
-            looked: Made::of(OF),
+            looked: BuildStamp::of(OF),
             triangles,
             step: Step::Tile { light: 0, tile: 0 },
             moves: Moves::default(),
@@ -298,11 +298,11 @@ impl Voxelized {
 
     /// Makes room for the words that look-ups read. One word more than needed is kept, since a look-up may read it as the second half of a
     /// pointer. A single tree keeps its nodes, and only packs them once more. With several trees the bake begins anew.
-    fn grow_data(&mut self) -> Result<Settled> {
+    fn grow_data(&mut self) -> Result<BuildStatus> {
         let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
         if self.cubes.views.len() > 1 {
             self.restart(room)?;
-            return Ok(Settled::Grew);
+            return Ok(BuildStatus::Retry);
         }
         self.room = room;
         let bytes = 4 * u64::from(self.room.data);
@@ -310,7 +310,7 @@ impl Voxelized {
         self.set.replace(set::VoxelizedBuild::DATA, &self.buffers.data)?;
         self.look_up.replace(set::VoxelizedLookUp::NODES, &self.buffers.data)?;
         self.step = Step::Pack;
-        Ok(Settled::More)
+        Ok(BuildStatus::Continue)
     }
 
     fn error(&self, cause: String, way_out: &str) -> Error {
@@ -393,22 +393,22 @@ impl Technique for Voxelized {
         Ok(())
     }
 
-    fn settle(&mut self, frame: u64) -> Result<Settled> {
+    fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         if !self.recorded {
-            return Ok(Settled::Done);
+            return Ok(BuildStatus::Done);
         }
         // The step was recorded in another frame, whose results are still to come.
-        let Some(state) = self.buffers.state_read.read::<BuildState>(frame, 1)? else { return Ok(Settled::More) };
+        let Some(state) = self.buffers.state_read.read::<BuildState>(frame, 1)? else { return Ok(BuildStatus::Continue) };
         self.state = state.first().copied().unwrap_or_default();
         self.recorded = false;
         if let Step::Tile { light, tile } = self.step {
             if self.grow(tile)? {
-                return Ok(Settled::Grew);
+                return Ok(BuildStatus::Retry);
             }
             // Something moves: from now on bakes store what the next one needs to find only what moved.
             if self.moves.baked && !self.room.stays && self.shape.may_stay(self.cubes.views.len()) {
                 self.restart(Room { stays: true, ..self.room.clone() })?;
-                return Ok(Settled::Grew);
+                return Ok(BuildStatus::Retry);
             }
             let levels = &self.state.levels;
             let top = self.shape.root_level();
@@ -417,7 +417,7 @@ impl Technique for Voxelized {
             self.tree[1] += tree_nodes(levels, 1..=if last { top } else { self.shape.tile_level() });
             if !last {
                 self.step = Step::Tile { light, tile: tile + 1 };
-                return Ok(Settled::More);
+                return Ok(BuildStatus::Continue);
             }
             self.kept[0] += u64::from(levels[0].unique);
             self.kept[1] += levels[1..=top as usize].iter().map(|level| u64::from(level.unique)).sum::<u64>();
@@ -426,10 +426,10 @@ impl Technique for Voxelized {
                 if self.state.words >= self.room.data {
                     let all = f64::from(self.state.words) * 1.1 * self.cubes.views.len() as f64 / f64::from(light + 1);
                     self.restart(Room { data: all as u32, ..self.room.clone() })?;
-                    return Ok(Settled::Grew);
+                    return Ok(BuildStatus::Retry);
                 }
                 self.step = Step::Tile { light: light + 1, tile: 0 };
-                return Ok(Settled::More);
+                return Ok(BuildStatus::Continue);
             }
         }
         if self.state.words >= self.room.data {
@@ -439,7 +439,7 @@ impl Technique for Voxelized {
         (self.restarts, self.baked) = (0, true);
         self.moves.baked = true;
         self.moves.kept = (self.room.stays && !self.moves.mixed).then(|| TreeData::all(&self.cubes));
-        Ok(Settled::Done)
+        Ok(BuildStatus::Done)
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -1,4 +1,4 @@
-//! A tree of a light as look-ups read it: where it is_current, and where its nodes are.
+//! A tree of a light as look-ups read it: where it stands, and where its nodes are.
 
 use super::buffers::Shape;
 use super::cube::Cubes;

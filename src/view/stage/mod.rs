@@ -166,7 +166,7 @@ impl Stage {
         self.area
     }
 
-    /// A place in the window as one in the picture that is_current there.
+    /// A place in the window as one in the picture that stands there.
     pub fn place(&self, at: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| if self.area[i] == self.size[i] { at[i] } else { at[i].rem_euclid(f64::from(self.size[i])) })
     }

@@ -9,7 +9,7 @@ const COLORS: usize = 3;
 
 /// Consecutive casters that take red, green and blue light in the same ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ink {
+pub struct ExtinctionGroup {
     /// How many of the scene's casters, in the order of [`Scene::casters`], behind those of the ink before.
     pub casters: usize,
     /// Factors of their extinction for red, green and blue light: in [0, 1], not all 0.
@@ -24,7 +24,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Input`] where the scene has inks already or a ratio of its own, where the inks are of fewer or more casters than the scene
     /// has, or split a volume, or where a ratio is out of range; [`Error::Refused`] where the scene moves.
-    pub fn with_inks(mut self, inks: &[Ink]) -> Result<Self> {
+    pub fn with_inks(mut self, inks: &[ExtinctionGroup]) -> Result<Self> {
         if !self.inks.is_empty() || self.extinction_ratio != Self::GREY {
             return Err(self.wrong_inks("its casters have ratios of extinctions already".into()));
         }
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn lights_stand_once_per_color() {
-        let scene = two().with_inks(&[Ink { casters: 1, ratio: RED }, Ink { casters: 2, ratio: BLUE }]).expect("inks");
+        let scene = two().with_inks(&[ExtinctionGroup { casters: 1, ratio: RED }, ExtinctionGroup { casters: 2, ratio: BLUE }]).expect("inks");
         let radiances: Vec<_> = scene.lights.iter().map(|light| light.radiance).collect();
         let expected =
             [[0.5, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 8.0]];
@@ -205,27 +205,27 @@ mod tests {
 
     #[test]
     fn inks_of_one_ratio_are_a_color() {
-        let same = Ink { casters: 1, ratio: [2.0, 1.0, 0.5] };
-        let scene = two().with_inks(&[same, Ink { casters: 0, ratio: RED }, Ink { casters: 2, ..same }]).expect("one");
+        let same = ExtinctionGroup { casters: 1, ratio: [2.0, 1.0, 0.5] };
+        let scene = two().with_inks(&[same, ExtinctionGroup { casters: 0, ratio: RED }, ExtinctionGroup { casters: 2, ..same }]).expect("one");
         assert_eq!((scene.extinction_ratio, scene.inks.len(), scene.lights.len()), (same.ratio, 0, 2));
-        let grey = two().with_inks(&[Ink { casters: 3, ratio: Scene::GREY }]).expect("grey");
+        let grey = two().with_inks(&[ExtinctionGroup { casters: 3, ratio: Scene::GREY }]).expect("grey");
         assert_eq!(grey, two());
     }
 
     #[test]
     fn what_does_not_go_with_inks_is_one_line() {
-        let (red, blue) = (Ink { casters: 1, ratio: RED }, Ink { casters: 2, ratio: BLUE });
-        let told = |scene: Scene, inks: &[Ink]| scene.with_inks(inks).expect_err("refused").to_string();
+        let (red, blue) = (ExtinctionGroup { casters: 1, ratio: RED }, ExtinctionGroup { casters: 2, ratio: BLUE });
+        let told = |scene: Scene, inks: &[ExtinctionGroup]| scene.with_inks(inks).expect_err("refused").to_string();
         let moving = Scene { motion: Motion::Lantern, ..two() };
         let inked = || two().with_inks(&[red, blue]).expect("inks");
         for (found, words) in [
             (told(two(), &[red]), "inks of 1 casters, and it has 3"),
-            (told(two(), &[red, Ink { ratio: [1.0, 1.5, 0.0], ..blue }]), "not from 0 to 1"),
-            (told(two(), &[red, Ink { ratio: [0.0; 3], ..blue }]), "all 0"),
-            (told(two(), &[red, Ink { ratio: [f32::NAN, 1.0, 1.0], ..blue }]), "not from 0 to 1"),
-            (told(two(), &[Ink { casters: 3, ratio: [-1.0, 1.0, 1.0] }]), "below 0"),
-            (told(two(), &[Ink { casters: 3, ratio: [0.0; 3] }]), "all 0"),
-            (told(two(), &[Ink { casters: 3, ratio: [f32::INFINITY, 1.0, 1.0] }]), "not finite"),
+            (told(two(), &[red, ExtinctionGroup { ratio: [1.0, 1.5, 0.0], ..blue }]), "not from 0 to 1"),
+            (told(two(), &[red, ExtinctionGroup { ratio: [0.0; 3], ..blue }]), "all 0"),
+            (told(two(), &[red, ExtinctionGroup { ratio: [f32::NAN, 1.0, 1.0], ..blue }]), "not from 0 to 1"),
+            (told(two(), &[ExtinctionGroup { casters: 3, ratio: [-1.0, 1.0, 1.0] }]), "below 0"),
+            (told(two(), &[ExtinctionGroup { casters: 3, ratio: [0.0; 3] }]), "all 0"),
+            (told(two(), &[ExtinctionGroup { casters: 3, ratio: [f32::INFINITY, 1.0, 1.0] }]), "not finite"),
             (told(moving, &[red, blue]), "stands still"),
             (told(inked(), &[red, blue]), "already"),
         ] {
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn what_with_inks_would_not_make_is_found() {
-        let (red, blue) = (Ink { casters: 1, ratio: RED }, Ink { casters: 2, ratio: BLUE });
+        let (red, blue) = (ExtinctionGroup { casters: 1, ratio: RED }, ExtinctionGroup { casters: 2, ratio: BLUE });
         let good = two().with_inks(&[red, blue]).expect("inks");
         good.check_inks().expect("as it was made");
         let damaged = |damage: fn(&mut Scene)| {
@@ -249,7 +249,7 @@ mod tests {
             (damaged(|scene| scene.lights.truncate(3)), "once per color"),
             (damaged(|scene| scene.particles.truncate(2)), "inks of 3 casters, and it has 2"),
             (damaged(|scene| scene.particles.clear()), "it has 0"),
-            (damaged(|scene| scene.inks.push(Ink { casters: 0, ..scene.inks[0] })), "an ink of no casters"),
+            (damaged(|scene| scene.inks.push(ExtinctionGroup { casters: 0, ..scene.inks[0] })), "an ink of no casters"),
             (damaged(|scene| scene.extinction_ratio = RED), "one ratio and several"),
             (damaged(|scene| scene.inks[0].ratio = [f32::NAN; 3]), "not from 0 to 1"),
         ] {
