@@ -1,6 +1,6 @@
 #version 460
 // Empties the curves of tiles that have casters, for the interlock path. Inputs: maps, counts. Output: nodes.
-#include "technique/avsm/beside.glsl"
+#include "technique/avsm/interleaved_layout.glsl"
 #include "technique/avsm/maps.glsl"
 #include "maps/curve/tiled.glsl"
 

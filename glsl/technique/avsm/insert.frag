@@ -5,7 +5,7 @@
 // nodes of neighbouring texels are neighbours in memory, since a warp waits for each line of the cache that an access meets.
 // Invariant: `pairs` is coherent, since the interlock orders accesses but does not make writes visible.
 #define SPLAT_FRAGMENT
-#include "technique/avsm/beside.glsl"
+#include "technique/avsm/interleaved_layout.glsl"
 #include "maps/curve/curve.glsl"
 #include "maps/splat.glsl"
 

@@ -2,7 +2,7 @@
 // Reorders the curves of a group of maps, which technique/avsm/insert.frag built, so that all nodes of a curve stand side by side. It does
 // so in the same buffer, or packs the curves into another buffer. Inputs: built, counts. In and out: nodes. Invariant: each curve is
 // rounded once, after all insertions. In the same buffer, nodes move only among eight neighbouring texels.
-#include "technique/avsm/beside.glsl"
+#include "technique/avsm/interleaved_layout.glsl"
 #include "technique/avsm/maps.glsl"
 #include "maps/curve/tiled.glsl"
 

@@ -2,8 +2,8 @@
 // them, then the second pair of each, and so on. They use the same memory that the eight curves take afterwards. Neighbouring fragments
 // then read and write the same cache line; otherwise each of them would need its own. technique/avsm/pack.comp reorders the pairs, so that
 // they stand curve by curve.
-#ifndef TECHNIQUE_AVSM_BESIDE_GLSL
-#define TECHNIQUE_AVSM_BESIDE_GLSL
+#ifndef TECHNIQUE_AVSM_INTERLEAVED_LAYOUT_GLSL
+#define TECHNIQUE_AVSM_INTERLEAVED_LAYOUT_GLSL
 #include "maps/curve/node.glsl"
 
 // The place of pair i of a texel, counted in pairs. `x`: the texel's place in its row. `row`: the place of the row's first texel among all
