@@ -374,7 +374,7 @@ fn rows_have_an_error_of_each_color() {
     });
 }
 
-/// What docs/notebook/colour.md says of casters of two inks: `cargo test --release --test color two_inks -- --nocapture`. One curve and the mean of
+/// What docs/notebook/color.md says of casters of two inks: `cargo test --release --test color two_inks -- --nocapture`. One curve and the mean of
 /// their ratios is wrong however exact the curve is; a curve and three exponents for each ink are as good as the curves are.
 #[test]
 fn two_inks_take_two_curves() {

@@ -37,7 +37,7 @@ fn middles() -> impl Iterator<Item = DVec2> {
     (0..SIZE[0] * SIZE[1]).map(|i| DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5)
 }
 
-/// What rounding does to a colour of about 1: of f32, or of the half floats of a device that blends no others.
+/// What rounding does to a color of about 1: of f32, or of the half floats of a device that blends no others.
 fn rounding(context: &Context) -> f32 {
     if context.features().float32_blend { 1e-5 } else { 2e-3 }
 }

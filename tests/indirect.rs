@@ -240,10 +240,10 @@ fn all_flux_is_kept() {
     });
 }
 
-/// Many colours: each channel is kept on average, and luminance as it is.
+/// Many colors: each channel is kept on average, and luminance as it is.
 #[test]
-fn colours_are_kept_on_average() {
-    gpu_test("colours_are_kept_on_average", |context| {
+fn colors_are_kept_on_average() {
+    gpu_test("colors_are_kept_on_average", |context| {
         let scene = Scene::load("cornell", 0.0).expect("built in");
         let count = 4096;
         let vpls = made(context, &scene, count);

@@ -391,7 +391,7 @@ fn cost(context: &Context, scene: &Scene, text: &str) -> (u64, u64, f64) {
     (facts.bytes_resident, facts.bytes_transient, least)
 }
 
-/// What docs/notebook/colour.md says of three curves: `GOBO_TEST_ALL=1 cargo test --release --test inks three_curves -- --nocapture`.
+/// What docs/notebook/color.md says of three curves: `GOBO_TEST_ALL=1 cargo test --release --test inks three_curves -- --nocapture`.
 #[test]
 fn three_curves_err_as_one_does() {
     if crate::support::is_long("three_curves_err_as_one_does") {

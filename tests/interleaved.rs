@@ -67,9 +67,9 @@ fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartReadb
     (renderer.read().expect("read"), renderer.read_parts(&kernels).expect("read").expect("parts"))
 }
 
-/// What rounding does to a colour: of f32, or of the half floats of a device that blends no others.
-fn rounding(context: &Context, colour: [f32; 3]) -> f32 {
-    let brightest = colour.iter().fold(1.0f32, |most, c| most.max(*c));
+/// What rounding does to a color: of f32, or of the half floats of a device that blends no others.
+fn rounding(context: &Context, color: [f32; 3]) -> f32 {
+    let brightest = color.iter().fold(1.0f32, |most, c| most.max(*c));
     brightest * if context.features().float32_blend { 1e-5 } else { 2e-3 }
 }
 
@@ -128,7 +128,7 @@ fn each_pixel_asks_for_its_part() {
     });
 }
 
-/// Colours are what the twin gathers from what pixels found: of houses, where most pixels have others beside them, at sizes that
+/// Colors are what the twin gathers from what pixels found: of houses, where most pixels have others beside them, at sizes that
 /// are no multiples of anything, smaller than 4 × 4, without lights, in the sky; and twice the same bytes.
 #[test]
 fn gathering_equals_its_twin() {
@@ -146,10 +146,10 @@ fn gathering_equals_its_twin() {
             };
             let geometry: Vec<_> = (0..seen_now.z.len()).map(geometry).collect();
             let light = gather(&frame, &geometry, &seen_now.estimates, scene.lights.len() as u32);
-            for (i, colour) in picture.pixels.iter().enumerate() {
+            for (i, color) in picture.pixels.iter().enumerate() {
                 let albedo = seen_now.albedo[i];
                 let expected = if albedo[3] == 0.0 { SKY } else { shaded(albedo, light[i]) };
-                assert_near(context, *colour, expected, format!("{}, {size:?}, pixel {i}", scene.name));
+                assert_near(context, *color, expected, format!("{}, {size:?}, pixel {i}", scene.name));
             }
             assert!(seen(context, &built, size).0 == picture, "{}: the same bytes", scene.name);
         }
@@ -183,8 +183,8 @@ fn a_ground_has_the_light_of_all_suns() {
             });
             let expected = shaded([0.6, 0.6, 0.6, 1.0], all);
             let (picture, _) = seen(context, &build(context, &scene, "voxel-grid:size=64"), [21, 13]);
-            for (i, colour) in picture.pixels.iter().enumerate() {
-                assert_near(context, *colour, expected, format!("{count} suns, pixel {i}"));
+            for (i, color) in picture.pixels.iter().enumerate() {
+                assert_near(context, *color, expected, format!("{count} suns, pixel {i}"));
             }
         }
     });
@@ -334,7 +334,7 @@ fn virtual_lights_stand_for_what_is_ambient() {
             }
             for (i, picture) in pictures.iter().enumerate() {
                 // Smoke before the sky is neither.
-                let is = |p: &&[f32; 3], colour: [f32; 3]| (0..3).all(|c| (p[c] - colour[c]).abs() < 1e-3);
+                let is = |p: &&[f32; 3], color: [f32; 3]| (0..3).all(|c| (p[c] - color[c]).abs() < 1e-3);
                 let ground = [0, 1, 2].map(|c| if is_virtual { 0.0 } else { 0.6 * AMBIENT[c] });
                 let shown = picture.pixels.iter().filter(|p| is(p, ground)).count();
                 let sky = picture.pixels.iter().filter(|p| is(p, SKY)).count();

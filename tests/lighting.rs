@@ -264,7 +264,7 @@ fn vertices_ask_by_their_width() {
 }
 
 /// Spheres and strands, one sphere cut by the ground, one cut by the picture's edge, one behind a wall, one behind the camera,
-/// under three lights of different colours.
+/// under three lights of different colors.
 fn still_life() -> Scene {
     let sphere = |position, radius, extinction| Particle { position, radius, extinction };
     let particles = vec![

@@ -61,7 +61,7 @@ pub fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// What rounding does to a colour: of f32, or of the half floats of a device that blends no others.
+/// What rounding does to a color: of f32, or of the half floats of a device that blends no others.
 pub fn rounding(context: &Context, picture: &Picture) -> f32 {
     let brightest = picture.pixels.iter().flatten().fold(1.0f32, |most, c| most.max(*c));
     brightest * if context.features().float32_blend { 1e-5 } else { 2e-3 }

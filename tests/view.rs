@@ -391,7 +391,7 @@ fn a_gif_has_the_window() {
     let times: Vec<u32> = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).collect();
     assert_eq!(times, [100, 300]);
     let shots = ["a.png", "b.png"].map(|name| pixels(&folder.path().join(name)).1);
-    // How far the window's left is from a picture, in the mean: a GIF has 256 colours.
+    // How far the window's left is from a picture, in the mean: a GIF has 256 colors.
     let apart = |frame: usize, shot: usize| {
         let image = frames[frame].buffer();
         assert_eq!(image.height(), 120);

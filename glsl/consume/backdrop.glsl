@@ -8,7 +8,7 @@ layout(push_constant, scalar) uniform BackdropPush {
     vec3 up;        // unit length
     vec3 sun;       // the way towards it, unit length
     vec3 sunlight;  // black where there is none
-    vec3 horizon;   // colours
+    vec3 horizon;   // colors
     vec3 zenith;
     vec3 middle;      // of the ground
     float fade_begin;  // how far from the middle it begins to fade

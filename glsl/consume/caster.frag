@@ -1,7 +1,7 @@
 #version 460
 // Shades a caster by single scattering. In a sphere, light is looked up at the middle of the stretch that the camera ray has inside the
 // sphere; on a strand, at the strand's lit side. Inputs: lights, camera, casters, z of the meshes, the technique. Output: premultiplied
-// colour, blended over.
+// color, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/shading.glsl"
 #include "visibility.glsl"

@@ -1,6 +1,6 @@
 #version 460
 // Second half of deferred shading: restores a pixel's position from z, and looks up the visibility of each light once per
-// pixel. Inputs: lights, camera, albedo, normal, z, the technique. Output: colour.
+// pixel. Inputs: lights, camera, albedo, normal, z, the technique. Output: color.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/picture_set.glsl"
 #include "consume/shading.glsl"

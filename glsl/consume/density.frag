@@ -1,6 +1,6 @@
 #version 460
-// Colours a pixel by how many particles cover it, as if they were a fluid, which is thin where few particles are. Source: the density view
-// of Pestana's GPU particles (2015). Input: counts. Output: premultiplied colour, blended over.
+// Colors a pixel by how many particles cover it, as if they were a fluid, which is thin where few particles are. Source: the density view
+// of Pestana's GPU particles (2015). Input: counts. Output: premultiplied color, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_scalar_block_layout : require
 

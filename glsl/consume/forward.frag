@@ -1,5 +1,5 @@
 #version 460
-// Shades the meshes in the pass that draws them. Inputs: lights, camera, the technique. Outputs: colour, z.
+// Shades the meshes in the pass that draws them. Inputs: lights, camera, the technique. Outputs: color, z.
 #include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"

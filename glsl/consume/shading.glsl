@@ -1,4 +1,4 @@
-// Colour from arriving light and albedo. Twin: reference::truth::picture.
+// Color from arriving light and albedo. Twin: reference::truth::picture.
 #ifndef CONSUME_SHADING_GLSL
 #define CONSUME_SHADING_GLSL
 #include "world/caster.glsl"
@@ -19,7 +19,7 @@ vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 // Single scattering with an isotropic phase function, normalised so that a fully lit dense medium has its albedo.
 vec3 shade_caster(vec3 albedo, vec3 light) { return albedo * light; }
 
-// The colour of casters without a colour of their own.
+// The color of casters without a color of their own.
 vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO; }
 
 // Where to ask for the light that arrives at `position` of a caster. A strand takes its light in one step of depth. Its own points lie on

@@ -1,6 +1,6 @@
 #version 460
 // Marches a volume and blends it over the picture. Inputs: lights, camera, fields, z of the meshes, the technique. Output: premultiplied
-// colour, blended over.
+// color, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/shading.glsl"
 #include "visibility.glsl"

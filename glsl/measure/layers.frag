@@ -1,5 +1,5 @@
 #version 460
-// A layer's colour, to be blended. Inputs: the layer, push constants. Output: colour.
+// A layer's color, to be blended. Inputs: the layer, push constants. Output: color.
 #include "measure/layers.glsl"
 
 layout(location = 0) flat in uint layer;

@@ -56,13 +56,13 @@ void main() {
         return;
     }
     uint at = start + i * stride, kind = lights[i].kind;
-    uvec3 place = three(at + position), way = three(at + direction), colour = three(at + radiance);
+    uvec3 place = three(at + position), way = three(at + direction), color = three(at + radiance);
     uint size = radius == NOWHERE ? floatBitsToUint(radius_is) : theirs[at + radius];
     uint cone = cos_cone == NOWHERE ? floatBitsToUint(cos_cone_is) : theirs[at + cos_cone];
     bool has_place = kind != LIGHT_DIRECTIONAL, has_way = kind != LIGHT_POINT, has_cone = kind == LIGHT_SPOT;
     // An infinite radius is that of a light that does not end.
     bool ends = size < 0x7F800000u, is_size = size >= floatBitsToUint(LEAST_RADIUS) && size <= 0x7F800000u;
-    bool stands = is_not_negative(colour.x) && is_not_negative(colour.y) && is_not_negative(colour.z);
+    bool stands = is_not_negative(color.x) && is_not_negative(color.y) && is_not_negative(color.z);
     stands = stands && (!has_place || is_finite(place) && is_size && (ends || kind != LIGHT_VIRTUAL));
     stands = stands && (!has_way || is_unit(way));
     float cosine = uintBitsToFloat(cone);
@@ -72,7 +72,7 @@ void main() {
         atomicAdd(counted.refused, 1u);
         return;
     }
-    lights[i].radiance = uintBitsToFloat(colour);
+    lights[i].radiance = uintBitsToFloat(color);
     if (has_place) {
         float reach = uintBitsToFloat(size);
         lights[i].position = uintBitsToFloat(place);

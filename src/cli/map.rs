@@ -9,7 +9,7 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The colour where nothing was found.
+/// The color where nothing was found.
 const HOLE: [u8; 3] = [213, 94, 0];
 
 #[derive(Args)]

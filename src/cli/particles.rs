@@ -1,10 +1,10 @@
 //! `gobo render --particles`: simulated particles as their simulation left them.
 
 use super::render_frames::spec_alone;
-use super::render::{Arguments, ColoursArgument};
+use super::render::{Arguments, ColorsArgument};
 use super::sequence::Sequence;
 use super::{check_messages, say};
-use crate::consume::{Colours, Lighting, Pictures};
+use crate::consume::{Colors, Lighting, Pictures};
 use crate::reference::truth::filmic;
 use crate::report::with_scale;
 use crate::scene::{Picture, Scene, Show};
@@ -14,11 +14,11 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::process::ExitCode;
 
-/// The end of the scale: this many times the number of particles over a pixel at which pixels are coloured densely.
+/// The end of the scale: this many times the number of particles over a pixel at which pixels are colored densely.
 const MOST: f32 = 3.0;
 
 /// Draws `scene` at each of these times.
-pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: ColoursArgument) -> Result<ExitCode> {
+pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colors: ColorsArgument) -> Result<ExitCode> {
     if arguments.alone("--particles")? == "reference" {
         let way_out = "name a technique, or leave --particles out";
         return Err(Error::usage("--technique reference", "it knows of no speeds", way_out));
@@ -31,10 +31,10 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
         return Err(Error::input("--particles", cause, "leave it out, or name fountain"));
     };
     let fountain = simulation.fountain();
-    let colours = match colours {
-        ColoursArgument::Speed => Colours::speed(&fountain),
-        ColoursArgument::Colour => Colours::Light,
-        ColoursArgument::Density => Colours::density(&fountain),
+    let colors = match colors {
+        ColorsArgument::Speed => Colors::speed(&fountain),
+        ColorsArgument::Color => Colors::Light,
+        ColorsArgument::Density => Colors::density(&fountain),
     };
     let (size, show) = (arguments.size(), arguments.show()?);
     let mut opened = open(&context, &world, &spec)?;
@@ -49,9 +49,9 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
         path = opened.technique.facts()?.path;
         let answer = opened.technique.answer();
         let kernels = renderer.kernels(&answer, arguments.shading(&spec), Lighting::Fragment)?;
-        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colours)?;
+        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colors)?;
         renderer.draw_points(&kernels, &points)?;
-        let (size, rgb8) = with_legend(&pictures.read()?, colours, show);
+        let (size, rgb8) = with_legend(&pictures.read()?, colors, show);
         sequence.add(size, rgb8)?;
     }
     check_messages()?;
@@ -59,18 +59,18 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
     Ok(ExitCode::SUCCESS)
 }
 
-/// The picture with the scale of colours below it, where it is shown to people.
-fn with_legend(picture: &Picture, colours: Colours, show: Option<Show>) -> ([u32; 2], Vec<u8>) {
+/// The picture with the scale of colors below it, where it is shown to people.
+fn with_legend(picture: &Picture, colors: Colors, show: Option<Show>) -> ([u32; 2], Vec<u8>) {
     let size = [picture.width, picture.height];
-    let (last, what, more) = match colours {
-        Colours::Speed { fastest } => (fastest, "speed, world units per step", ""),
-        Colours::Density { many } => (MOST * many, "particles over a pixel", " and more"),
-        Colours::Light => return (size, picture.to_srgb8()),
+    let (last, what, more) = match colors {
+        Colors::Speed { fastest } => (fastest, "speed, world units per step", ""),
+        Colors::Density { many } => (MOST * many, "particles over a pixel", " and more"),
+        Colors::Light => return (size, picture.to_srgb8()),
     };
     let Some(show) = show else { return (size, picture.to_srgb8()) };
-    // The colours are shown as under a light of radiance 1.
+    // The colors are shown as under a light of radiance 1.
     let shown = |share: f64| {
-        let linear = colours.of(last * share as f32).unwrap_or_default();
+        let linear = colors.of(last * share as f32).unwrap_or_default();
         let pixels = vec![linear.map(|c| filmic(f64::from(show.stops).exp2() * f64::from(c)) as f32)];
         let bytes = Picture { width: 1, height: 1, pixels }.to_srgb8();
         [bytes[0], bytes[1], bytes[2]]

@@ -30,11 +30,11 @@ enum Mesh {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-pub(super) enum ColoursArgument {
-    /// A triangle per particle, coloured by its speed, lit by the technique
+pub(super) enum ColorsArgument {
+    /// A triangle per particle, colored by its speed, lit by the technique
     Speed,
-    /// A triangle per particle, as white as smoke, in the colour of the light that the technique lets through
-    Colour,
+    /// A triangle per particle, as white as smoke, in the color of the light that the technique lets through
+    Color,
     /// How many particles cover each pixel
     Density,
 }
@@ -85,7 +85,7 @@ pub struct Arguments {
     steps: bool,
     /// Draw simulated particles (of fountain) straight from the simulation: none is copied from the device
     #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls", "eye", "target", "direction", "extinction"])]
-    particles: Option<ColoursArgument>,
+    particles: Option<ColorsArgument>,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
     frames: u32,
@@ -177,12 +177,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 
 /// Draws a scene that is already loaded.
 pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode> {
-    if let Some(colours) = arguments.particles {
+    if let Some(colors) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
         if times_s.is_empty() {
             times_s.push(arguments.load.time);
         }
-        return particles::run(arguments, &scene, &times_s, colours);
+        return particles::run(arguments, &scene, &times_s, colors);
     }
     let mut states = States::new(scene, &arguments.moving, arguments.frames, arguments.change.change())?;
     // What is wrong of a frame is mostly so of the first, and said before a device is opened.

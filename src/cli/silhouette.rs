@@ -4,7 +4,7 @@ use crate::report::{Paper, captioned, with_scale};
 use crate::scene::{Caster, Mesh, Projection, Scene, View};
 use glam::{DVec2, DVec3};
 
-/// The translucent casters' colour: orange, as of Okabe and Ito 2008.
+/// The translucent casters' color: orange, as of Okabe and Ito 2008.
 const OUTLINE: [u8; 3] = [213, 94, 0];
 
 /// That of meshes: their blue.
@@ -119,14 +119,14 @@ fn covered_by(mesh: &Mesh, view: &View) -> Vec<bool> {
 }
 
 /// Paints the pixels that are covered beside one that is not.
-fn outline(covered: &[bool], size: u32, colour: [u8; 3], rgb8: &mut [u8]) {
+fn outline(covered: &[bool], size: u32, color: [u8; 3], rgb8: &mut [u8]) {
     // What goes on outside of the picture ends nowhere in it.
     let is_free = |x: u32, y: u32| x < size && y < size && !covered[(y * size + x) as usize];
     for (x, y) in (0..size).flat_map(|y| (0..size).map(move |x| (x, y))) {
         let beside = [(x + 1, y), (x.wrapping_sub(1), y), (x, y + 1), (x, y.wrapping_sub(1))];
         if covered[(y * size + x) as usize] && beside.iter().any(|(x, y)| is_free(*x, *y)) {
             let place = 3 * (y * size + x) as usize;
-            rgb8[place..place + 3].copy_from_slice(&colour);
+            rgb8[place..place + 3].copy_from_slice(&color);
         }
     }
 }

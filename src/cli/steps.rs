@@ -1,4 +1,4 @@
-//! `gobo render --steps`: how many steps look-ups take, as colours.
+//! `gobo render --steps`: how many steps look-ups take, as colors.
 
 use super::render_frames::RenderedFrame;
 use super::render::Arguments;
@@ -6,12 +6,12 @@ use super::frame_source::States;
 use crate::Result;
 use crate::consume::Renderer;
 use crate::gpu::Context;
-use crate::report::{StepRange, step_colour, with_scale};
+use crate::report::{StepRange, step_color, with_scale};
 use crate::scene::View;
 use crate::technique::{Spec, open};
 use crate::world::World;
 
-/// Counts the steps in each state, then paints all states with one range of colours. Returns notes for the user.
+/// Counts the steps in each state, then paints all states with one range of colors. Returns notes for the user.
 pub(super) fn by_technique(
     arguments: &Arguments,
     context: &Context,
@@ -44,7 +44,7 @@ pub(super) fn by_technique(
             each(RenderedFrame::of_bytes(size, painted))?;
             continue;
         }
-        let paper = with_scale(&painted, size, step_colour, [&ends[0], "steps of all look-ups", &ends[1]]);
+        let paper = with_scale(&painted, size, step_color, [&ends[0], "steps of all look-ups", &ends[1]]);
         each(RenderedFrame::of_bytes(paper.size, paper.rgb8))?;
     }
     let said = format!("{} on {}, path {path}", spec.short(), context.features().name);

@@ -11,10 +11,10 @@ use clap::Args;
 use glam::DVec3;
 use std::process::ExitCode;
 
-/// Colours that a grid's voxels have in turn, so that neighbours can be told apart.
+/// Colors that a grid's voxels have in turn, so that neighbours can be told apart.
 const VOXELS: [[f32; 3]; 2] = [[0.62, 0.58, 0.52], [0.46, 0.44, 0.42]];
 
-/// Colours of nodes by size, from one voxel per side up: Okabe and Ito 2008.
+/// Colors of nodes by size, from one voxel per side up: Okabe and Ito 2008.
 const NODES: [[f32; 3]; 6] = [
     [0.80, 0.11, 0.0],
     [0.80, 0.35, 0.0],
@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Voxels per side: 64, 128, 192 or 256; for a tree a power of two
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=256))]
     size: u32,
-    /// Instead of voxel-grid's voxels, draw the nodes of voxelized's tree that lie in shadow, coloured by size: red is one voxel
+    /// Instead of voxel-grid's voxels, draw the nodes of voxelized's tree that lie in shadow, colored by size: red is one voxel
     #[arg(long)]
     tree: bool,
     /// With --tree: the light, from 0, which is directional

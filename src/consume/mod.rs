@@ -36,7 +36,7 @@ pub use lighting::{Lighting, VERTEX_SPACING};
 pub use painter::{ListReadback, PaintTotals, PartData, PatchData};
 pub use picture::Renderer;
 pub use pictures::Pictures;
-pub use points::{Colours, Points};
+pub use points::{Colors, Points};
 pub use query::{PointBatch, Query, QueryKernel};
 pub use reservoir::ReservoirData;
 pub use settings::{

@@ -67,7 +67,7 @@ pub struct Renderer {
     pub(super) volumes: Option<Volumes>,
 }
 
-/// Words of the buffer `Splats` of glsl/consume/picture_set.glsl: the index of the first splat or cell among the casters, then the colour
+/// Words of the buffer `Splats` of glsl/consume/picture_set.glsl: the index of the first splat or cell among the casters, then the color
 /// of each splat and cell.
 fn splat_colors(world: &World) -> Result<Vec<u32>> {
     if !world.has_packed() {

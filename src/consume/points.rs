@@ -1,4 +1,4 @@
-//! Simulated particles, drawn from the buffer that the simulation writes: one triangle each, coloured by speed or density, on top of the
+//! Simulated particles, drawn from the buffer that the simulation writes: one triangle each, colored by speed or density, on top of the
 //! picture's meshes. They need no sorting, so nothing is read back from the device.
 
 use super::colored::colored;
@@ -12,24 +12,24 @@ use crate::shaders::set;
 use crate::shaders::{constant, consume as shaders};
 use crate::technique::Answer;
 
-/// The meaning of particles' colours.
+/// The meaning of particles' colors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Colours {
+pub enum Colors {
     /// How fast each is, lit by a technique.
     Speed {
-        /// The speed that the fastest colour stands for.
+        /// The speed that the fastest color stands for.
         fastest: f32,
     },
     /// No meaning: each is as white as smoke, so that only light and shadow show.
     Light,
     /// How many cover a pixel.
     Density {
-        /// The number of particles over a pixel at which its colour is 63 % of the way to the dense colour.
+        /// The number of particles over a pixel at which its color is 63 % of the way to the dense color.
         many: f32,
     },
 }
 
-/// Colours by speed, from slow to fast, linear RGB. Twin: RAMP in glsl/consume/points.frag.
+/// Colors by speed, from slow to fast, linear RGB. Twin: RAMP in glsl/consume/points.frag.
 const RAMP: [[f32; 3]; 4] = [[0.02, 0.10, 0.45], [0.03, 0.55, 0.65], [0.95, 0.80, 0.25], [1.0, 0.22, 0.06]];
 
 /// Twins: THIN, THICK in glsl/consume/density.frag.
@@ -39,8 +39,8 @@ fn mixed(from: [f32; 3], to: [f32; 3], share: f32) -> [f32; 3] {
     [0, 1, 2].map(|i| from[i] + share * (to[i] - from[i]))
 }
 
-impl Colours {
-    /// The colour for a speed, or for a number of particles over a pixel, linear RGB; none with [`Colours::Light`].
+impl Colors {
+    /// The color for a speed, or for a number of particles over a pixel, linear RGB; none with [`Colors::Light`].
     pub fn of(self, number: f32) -> Option<[f32; 3]> {
         match self {
             Self::Speed { fastest } => {
@@ -53,12 +53,12 @@ impl Colours {
         }
     }
 
-    /// Colours by speed, up to the fastest speed of the fountain's law.
+    /// Colors by speed, up to the fastest speed of the fountain's law.
     pub fn speed(fountain: &Fountain) -> Self {
         Self::Speed { fastest: fountain.law().fastest }
     }
 
-    /// Colours by density. A fountain with more particles has smaller ones, so the scale follows from both.
+    /// Colors by density. A fountain with more particles has smaller ones, so the scale follows from both.
     pub fn density(fountain: &Fountain) -> Self {
         let radius = fountain.law().radius;
         Self::Density { many: DENSE * fountain.particles as f32 * radius * radius }
@@ -75,11 +75,11 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
-/// Distance from a triangle's middle to its corners when coloured by speed, as a multiple of the particle's radius. It is small, so that
+/// Distance from a triangle's middle to its corners when colored by speed, as a multiple of the particle's radius. It is small, so that
 /// particles hide little of each other.
 const SPECK: f32 = 0.5;
 
-/// Factor from the sum of all particles' squared radii to [`Colours::Density`]'s `many`.
+/// Factor from the sum of all particles' squared radii to [`Colors::Density`]'s `many`.
 const DENSE: f32 = 0.17;
 
 /// Kernels that draw simulated particles.
@@ -98,13 +98,13 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
-    pub fn points(&self, answer: &Answer, bodies: &Buffer, count: u32, colours: Colours) -> Result<Points> {
+    pub fn points(&self, answer: &Answer, bodies: &Buffer, count: u32, colors: Colors) -> Result<Points> {
         let set = set::PicturePoints { bodies, distances: &self.distance }.bind(&self.context, "picture.points")?;
         let sets = [&self.scene, answer.bindings, &set];
         let vertex = &shaders::POINTS_VERT;
-        let way = match colours {
-            Colours::Speed { .. } | Colours::Light => {
-                let fastest = if let Colours::Speed { fastest } = colours { fastest } else { 0.0 };
+        let way = match colors {
+            Colors::Speed { .. } | Colors::Light => {
+                let fastest = if let Colors::Speed { fastest } = colors { fastest } else { 0.0 };
                 let colors = [(self.color_format, Blend::None)];
                 let fragment = shaders::POINTS_FRAG.of(answer.folder);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };
@@ -112,7 +112,7 @@ impl Renderer {
                 let kernel = Kernel::graphics(&self.context, &state, &sets, &constants)?;
                 BuildPath::Speed(kernel, PointsPush { fastest })
             }
-            Colours::Density { many } => {
+            Colors::Density { many } => {
                 let size = self.color.size();
                 let counts = Image::new(&self.context, "picture.counts", self.color_format, size, ImageUse::Color)?;
                 let counted = set::PictureCounted { counts: &counts }.bind(&self.context, "picture.counted")?;
@@ -148,7 +148,7 @@ impl Renderer {
         }
     }
 
-    /// How many particles cover each pixel of the last picture, rows from the top; empty unless coloured by density.
+    /// How many particles cover each pixel of the last picture, rows from the top; empty unless colored by density.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read.

@@ -106,13 +106,13 @@ pub struct Features {
     pub buffer_int64_atomics: bool,
     /// Largest storage buffer, bytes.
     pub max_storage_buffer_range: u32,
-    /// Colour attachments of a render pass.
+    /// Color attachments of a render pass.
     pub max_color_attachments: u32,
-    /// Colour attachments that a fragment shader may write.
+    /// Color attachments that a fragment shader may write.
     pub max_fragment_output_attachments: u32,
     /// Input attachments that a fragment shader may read.
     pub max_per_stage_descriptor_input_attachments: u32,
-    /// Colour attachments, storage buffers and storage images of a fragment shader together.
+    /// Color attachments, storage buffers and storage images of a fragment shader together.
     pub max_fragment_combined_output_resources: u32,
     /// Storage buffers of a shader stage.
     pub max_per_stage_descriptor_storage_buffers: u32,
@@ -236,7 +236,7 @@ impl Features {
     }
 
     /// The Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
-    /// `attachments` colour attachments which it also reads; none where all limits suffice.
+    /// `attachments` color attachments which it also reads; none where all limits suffice.
     pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }

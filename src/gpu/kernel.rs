@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Bytes of push constants that every kernel takes; Vulkan guarantees them everywhere.
 pub(super) const PUSH_BYTES: u32 = 128;
 
-/// How colours are blended into a target.
+/// How colors are blended into a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Blend {
     /// Replace.
@@ -25,7 +25,7 @@ pub enum Blend {
     Multiply,
     /// new + old, in every channel.
     Add,
-    /// The greater of new and old in colour, new + old in alpha.
+    /// The greater of new and old in color, new + old in alpha.
     MaxAndAdd,
 }
 
@@ -36,7 +36,7 @@ pub struct Graphics<'a> {
     pub vertex: &'a Shader,
     /// Fragment shader.
     pub fragment: &'a Shader,
-    /// Colour targets in order.
+    /// Color targets in order.
     pub colors: &'a [(vk::Format, Blend)],
     /// The format of the depth buffer, which draws test against (less) and write to; none for no depth buffer.
     pub depth: Option<vk::Format>,
@@ -454,7 +454,7 @@ fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         Blend::Add | Blend::MaxAndAdd => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),
     };
     let color_op = if blend == Blend::MaxAndAdd { vk::BlendOp::MAX } else { vk::BlendOp::ADD };
-    // For alpha, Vulkan takes the alpha of a colour factor.
+    // For alpha, Vulkan takes the alpha of a color factor.
     base.blend_enable(true)
         .src_color_blend_factor(new)
         .dst_color_blend_factor(old)

@@ -57,13 +57,13 @@ limits! {
     image_3d = "maxImageDimension3D" of max_image_dimension_3d;
     /// Layers of a render.
     layers = "maxFramebufferLayers" of max_framebuffer_layers;
-    /// Colour attachments of a render.
+    /// Color attachments of a render.
     color_attachments = "maxColorAttachments" of max_color_attachments;
-    /// Colour attachments that a fragment shader writes.
+    /// Color attachments that a fragment shader writes.
     output_attachments = "maxFragmentOutputAttachments" of max_fragment_output_attachments;
     /// Input attachments that a fragment shader reads.
     input_attachments = "maxPerStageDescriptorInputAttachments" of max_per_stage_descriptor_input_attachments;
-    /// Colour attachments, storage buffers and storage images of a fragment shader together.
+    /// Color attachments, storage buffers and storage images of a fragment shader together.
     output_resources = "maxFragmentCombinedOutputResources" of max_fragment_combined_output_resources;
 }
 
@@ -71,7 +71,7 @@ impl Limit {
     /// The limits that everything needs, beyond those that Vulkan 1.3 guarantees.
     pub const FLOOR: [Self; 1] = [Self::storage_buffers(STORAGE_BUFFERS as u64)];
 
-    /// The limits that a fragment shader needs, with `buffers` storage buffers and `attachments` colour attachments
+    /// The limits that a fragment shader needs, with `buffers` storage buffers and `attachments` color attachments
     /// that it also reads.
     pub fn attachments(attachments: u32, buffers: u32) -> [Self; 4] {
         let (attachments, buffers) = (u64::from(attachments), u64::from(buffers));

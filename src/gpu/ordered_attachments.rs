@@ -1,4 +1,4 @@
-//! Colour attachments that a fragment shader reads and writes back, one fragment of a texel at a time, in drawing order
+//! Color attachments that a fragment shader reads and writes back, one fragment of a texel at a time, in drawing order
 //! (VK_EXT_rasterization_order_attachment_access). The shader reads them as input attachments, which dynamic rendering does not have, so
 //! this file uses a render pass.
 

@@ -99,7 +99,7 @@ impl Splat {
         Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 
-    /// A kernel that draws casters with a fragment shader into colour targets. Sets 0 and 1 are the maps' and the
+    /// A kernel that draws casters with a fragment shader into color targets. Sets 0 and 1 are the maps' and the
     /// order's, set 2 is `more`.
     ///
     /// # Errors

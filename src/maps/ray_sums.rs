@@ -71,7 +71,7 @@ struct Raster {
     pack: Kernel,
 }
 
-/// The limit on colour targets that `sums` sums need.
+/// The limit on color targets that `sums` sums need.
 pub fn sum_targets(sums: u32) -> Limit {
     Limit::color_attachments(sums.div_ceil(4).next_power_of_two().min(MOST_TARGETS).into())
 }

@@ -1,7 +1,7 @@
 //! The state of a scene in each frame, and how simulated particles are drawn.
 
 use crate::Result;
-use crate::consume::{Colours, Kernels, Lighting, Points, Renderer, Shading};
+use crate::consume::{Colors, Kernels, Lighting, Points, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::scene::{Scene, View};
 use crate::simulate::Simulation;
@@ -111,7 +111,7 @@ impl Drawing {
         let answer = lit.technique.answer();
         let kernels = renderer.kernels(&answer, shading, Lighting::Fragment)?;
         let fountain = simulation.fountain();
-        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, Colours::speed(&fountain))?;
+        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, Colors::speed(&fountain))?;
         Ok(Self { renderer, kernels, points })
     }
 

@@ -1,7 +1,7 @@
 //! The transmittance along one light ray, as each technique has it, as an SVG.
 
 use crate::measure::{LightRay, RayPoints};
-use crate::report::colours::COLOURS;
+use crate::report::colors::COLORS;
 use crate::{Error, Result};
 use plotters::prelude::*;
 
@@ -9,7 +9,7 @@ use plotters::prelude::*;
 pub(super) const TEXT: u32 = 17;
 pub(super) const TITLE: u32 = 20;
 
-/// Draws the true curve in black, and the line of each technique in a colour of its own, with the technique's name from
+/// Draws the true curve in black, and the line of each technique in a color of its own, with the technique's name from
 /// `names`. The technique's nodes are dots on its line.
 ///
 /// # Errors
@@ -55,7 +55,7 @@ fn draw(
         .label("true")
         .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.stroke_width(3)));
     for (i, (line, name)) in lines.iter().zip(names).enumerate() {
-        let color = COLOURS[i % COLOURS.len()];
+        let color = COLORS[i % COLORS.len()];
         chart
             .draw_series(std::iter::once(path(&line.points, color.stroke_width(2))))?
             .label(name)

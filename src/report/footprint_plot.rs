@@ -1,7 +1,7 @@
 //! Errors against means over areas, by the area's width, as an SVG.
 
 use crate::measure::{FOOTPRINTS, Results, Row};
-use crate::report::colours::COLOURS;
+use crate::report::colors::COLORS;
 use crate::report::curve::{TEXT, TITLE};
 use crate::report::pareto::scenes;
 use crate::report::series::{range_with_air, ticks};
@@ -55,14 +55,14 @@ fn draw(svg: &mut String, panels: &[(String, Vec<&Row>)], specs: &Specs) -> Resu
             .label_style(("sans-serif", TEXT))
             .draw()?;
         for (i, row) in rows.iter().enumerate() {
-            let colour = COLOURS[i % COLOURS.len()];
+            let color = COLORS[i % COLORS.len()];
             let points: Vec<_> = row.footprints.iter().map(|error| (error.texels, error.rms.max(LEAST))).collect();
-            // The second line in the same colour has hollow dots.
-            let dot = if i < COLOURS.len() { colour.filled() } else { colour.stroke_width(2) };
-            chart.draw_series([PathElement::new(points.clone(), colour.stroke_width(2))])?;
+            // The second line in the same color has hollow dots.
+            let dot = if i < COLORS.len() { color.filled() } else { color.stroke_width(2) };
+            chart.draw_series([PathElement::new(points.clone(), color.stroke_width(2))])?;
             chart.draw_series(points.into_iter().map(|point| Circle::new(point, 4, dot)))?;
             let y = 48 + 20 * i as i32;
-            legend.draw(&PathElement::new([(8, y), (30, y)], colour.stroke_width(2)))?;
+            legend.draw(&PathElement::new([(8, y), (30, y)], color.stroke_width(2)))?;
             legend.draw(&Circle::new((19, y), 4, dot))?;
             let name = shortened(&specs.compact(row), 56);
             legend.draw(&Text::new(name, (38, y - 8), ("sans-serif", TEXT)))?;

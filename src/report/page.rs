@@ -4,7 +4,7 @@ use crate::measure::{CASTER_CLASSES, DeviceFacts, PointError, Results, Row, Stat
 use crate::report::axes::AXES;
 use crate::report::casters::{ENDS, cell, heading};
 use crate::report::summary::{Choice, choice};
-use crate::report::colours::distinct;
+use crate::report::colors::distinct;
 use crate::report::columns::{Column, shown};
 use crate::report::warnings::{MARK, agreement, marked, warnings};
 use crate::report::pareto::{rows_on_front, scenes};
@@ -44,8 +44,8 @@ struct Page<'a> {
     /// How far surface error and FLIP agree.
     agreement: Option<String>,
     plots: Vec<String>,
-    /// Colours of the passes, by their number in the run.
-    colours: Vec<String>,
+    /// Colors of the passes, by their number in the run.
+    colors: Vec<String>,
     fronts: Vec<Front>,
     scenes: Vec<Scene<'a>>,
 }
@@ -127,11 +127,11 @@ struct Statistics {
     lines: Vec<Vec<String>>,
 }
 
-/// A pass and its colour.
+/// A pass and its color.
 #[derive(Serialize)]
 struct Pass {
     name: String,
-    colour: usize,
+    color: usize,
 }
 
 #[derive(Serialize)]
@@ -139,7 +139,7 @@ struct Bar {
     /// Whether techniques share the pass.
     shared: bool,
     name: String,
-    colour: usize,
+    color: usize,
     percent: String,
     milliseconds: String,
     spread: String,
@@ -172,7 +172,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         shared: specs.shared_line(),
         agreement: agreement(results),
         plots: plots(results).into_iter().map(|(_, svg)| svg).collect(),
-        colours: distinct(shared.passes.len()).iter().map(hexadecimal).collect(),
+        colors: distinct(shared.passes.len()).iter().map(hexadecimal).collect(),
         fronts: shared.fronts.iter().map(|&(front, _)| front).collect(),
         scenes: scenes(results).into_iter().map(|name| scene(results, name, &shared, dir)).collect(),
     };
@@ -197,7 +197,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
 /// Shared by all scenes.
 struct Shared<'a> {
     specs: &'a Specs,
-    /// Numbered over the whole run, so that a pass has one colour in every scene.
+    /// Numbered over the whole run, so that a pass has one color in every scene.
     passes: Vec<&'a str>,
     /// Each front, with the indices of the rows on it.
     fronts: Vec<(Front, Vec<usize>)>,
@@ -213,9 +213,9 @@ fn fronts(results: &Results) -> Vec<(Front, Vec<usize>)> {
 fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -> Scene<'a> {
     let specs = shared.specs;
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == name).collect();
-    let colour_of = |name: &str| shared.passes.iter().position(|&known| known == name).unwrap_or(0);
+    let color_of = |name: &str| shared.passes.iter().position(|&known| known == name).unwrap_or(0);
     let passes = pass_names(rows.iter().map(|&(_, row)| row));
-    let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), colour: colour_of(name) }).collect();
+    let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), color: color_of(name) }).collect();
     let columns = shown(rows.iter().map(|&(_, row)| row));
     let longest_ns = scale(rows.iter().map(|(_, row)| passes_ns(row)).collect());
     let rows = rows.into_iter().map(|(index, row)| {
@@ -225,7 +225,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
             .map(|pass| Bar {
                 shared: pass.is_shared(),
                 name: pass.name.clone(),
-                colour: colour_of(&pass.name),
+                color: color_of(&pass.name),
                 percent: format!("{:.2}", if longest_ns > 0.0 { 100.0 * pass.median_ns / longest_ns } else { 0.0 }),
                 milliseconds: milliseconds(pass.median_ns),
                 spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
@@ -341,8 +341,8 @@ fn by_caster(row: &Row) -> Statistics {
 }
 
 /// `#0072b2`.
-fn hexadecimal(colour: &RGBColor) -> String {
-    format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
+fn hexadecimal(color: &RGBColor) -> String {
+    format!("#{:02x}{:02x}{:02x}", color.0, color.1, color.2)
 }
 
 /// A picture as a data URI. Only PNG files directly in `dir` are read: the name comes from a file that anyone may have

@@ -114,12 +114,12 @@ pub fn captioned(above: &Paper, lines: &[String]) -> Paper {
     paper
 }
 
-/// A picture with a scale below it: colours from the left to the right, by a share from 0 to 1, and the labels below both ends and between
+/// A picture with a scale below it: colors from the left to the right, by a share from 0 to 1, and the labels below both ends and between
 /// them.
 pub fn with_scale(
     rgb8: &[u8],
     [width, height]: [u32; 2],
-    colour: impl Fn(f64) -> [u8; 3],
+    color: impl Fn(f64) -> [u8; 3],
     [left, middle, right]: [&str; 3],
 ) -> Paper {
     const BAR: u32 = 12;
@@ -127,7 +127,7 @@ pub fn with_scale(
     paper.paste([0, 0], width, rgb8);
     let long = width.saturating_sub(2 * GAP);
     for (x, y) in (0..long).flat_map(|x| (0..BAR).map(move |y| (x, y))) {
-        paper.set([GAP + x, height + GAP + y], colour(f64::from(x) / f64::from(long.max(2) - 1)));
+        paper.set([GAP + x, height + GAP + y], color(f64::from(x) / f64::from(long.max(2) - 1)));
     }
     let y = height + GAP + BAR + 2;
     let room = long.saturating_sub(written(left) + written(right) + 4 * GAP);
@@ -169,9 +169,9 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_has_its_colours_at_its_ends() {
-        let colour = |share: f64| [(255.0 * share).round() as u8, 0, 7];
-        let paper = with_scale(&[9; 3 * 50 * 4], [50, 4], colour, ["0", "", "9"]);
+    fn a_scale_has_its_colors_at_its_ends() {
+        let color = |share: f64| [(255.0 * share).round() as u8, 0, 7];
+        let paper = with_scale(&[9; 3 * 50 * 4], [50, 4], color, ["0", "", "9"]);
         let pixel = |x: u32, y: u32| &paper.rgb8[3 * (y * 50 + x) as usize..][..3];
         assert_eq!(pixel(GAP, 4 + GAP), [0, 0, 7]);
         assert_eq!(pixel(49 - GAP, 4 + GAP), [255, 0, 7]);

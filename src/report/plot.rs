@@ -2,7 +2,7 @@
 
 use crate::measure::Results;
 use crate::report::axes::{AXES, Axes};
-use crate::report::colours::COLOURS;
+use crate::report::colors::COLORS;
 use crate::report::footprint_plot::footprint_plot;
 use crate::report::series::{Panel, Point, panels, ticks};
 use crate::report::format::{one_line, shortened};
@@ -35,7 +35,7 @@ const LEGEND_NEXT_LINE: i32 = 15;
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
 const FAINT_INK: RGBColor = RGBColor(0x5b, 0x63, 0x6e);
 const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
-/// The number of shapes; coprime to the number of colours, so that thirty series have thirty looks.
+/// The number of shapes; coprime to the number of colors, so that thirty series have thirty looks.
 const SHAPES: usize = 5;
 
 /// File names and SVGs with logarithmic axes. `time-vs-error.svg` plots the time of a build against the map error, and
@@ -130,14 +130,14 @@ fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, axes: &Axes, to
     }
     for series in &panel.series {
         let look = names.iter().position(|&name| name == series.name).unwrap_or(0);
-        let colour = &COLOURS[look % COLOURS.len()];
+        let color = &COLORS[look % COLORS.len()];
         let places: Vec<_> = series.points.iter().map(pixel).collect();
-        root.draw(&PathElement::new(places.clone(), colour.mix(0.55).stroke_width(1)))?;
+        root.draw(&PathElement::new(places.clone(), color.mix(0.55).stroke_width(1)))?;
         for (point, &(x, y)) in series.points.iter().zip(&places) {
             if let Some((low, high)) = point.spread_milliseconds {
                 let clamped = |ms: f64| ms.clamp(panel.milliseconds.0, panel.milliseconds.1).log10();
                 let spread = [clamped(low), clamped(high)].map(|ms| area.map_coordinate(&(ms, point.error.log10())));
-                root.draw(&PathElement::new(spread.to_vec(), colour.mix(0.55).stroke_width(2)))?;
+                root.draw(&PathElement::new(spread.to_vec(), color.mix(0.55).stroke_width(2)))?;
             }
             if point.on_front {
                 root.draw(&Circle::new((x, y), 9, INK.stroke_width(2)))?;
@@ -208,10 +208,10 @@ fn limits_and_floor(
     }
     let Some(floor) = panel.floor else { return Ok(()) };
     let y = height_of(floor);
-    dashed(root, (left, right), y, &COLOURS[1], (7, 5))?;
+    dashed(root, (left, right), y, &COLORS[1], (7, 5))?;
     let label = format!("{} or less, zero included", tick_label(floor));
     labels.taken.push((left + 4, y + 2, left + 10 + text_width(&label, 13), y + 15));
-    text(root, &label, (left + 6, y + 10), 13, &COLOURS[1], (HPos::Left, VPos::Center), false)
+    text(root, &label, (left + 6, y + 10), 13, &COLORS[1], (HPos::Left, VPos::Center), false)
 }
 
 /// Draws the border of the points that the front beats: steps, since nothing between two points of the front has been
@@ -250,7 +250,7 @@ fn legend(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names: &[
     for series in &panel.series {
         let look = names.iter().position(|&name| name == series.name).unwrap_or(0);
         entry(&series.name, &|y| {
-            let style = COLOURS[look % COLOURS.len()].mix(0.55).stroke_width(1);
+            let style = COLORS[look % COLORS.len()].mix(0.55).stroke_width(1);
             root.draw(&PathElement::new(vec![(across.0, y), (across.1, y)], style))?;
             marker(root, look, (LEGEND_LEFT + 12, y))
         })?;
@@ -263,7 +263,7 @@ fn legend(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names: &[
         entry("limit of that many nodes", &|y| dashed(root, across, y, &FAINT_INK, (2, 4)))?;
     }
     if panel.floor.is_some() {
-        entry("error too small for the axis", &|y| dashed(root, across, y, &COLOURS[1], (7, 5)))?;
+        entry("error too small for the axis", &|y| dashed(root, across, y, &COLORS[1], (7, 5)))?;
     }
     if panel.series.iter().flat_map(|series| &series.points).any(|point| !point.label.is_empty()) {
         entry("number at a point: nodes", &|_| Ok(()))?;
@@ -305,7 +305,7 @@ impl Labels {
 }
 
 fn marker(root: &DrawingArea<Backend, Shift>, look: usize, (x, y): (i32, i32)) -> PlotResult {
-    let fill = COLOURS[look % COLOURS.len()].filled();
+    let fill = COLORS[look % COLORS.len()].filled();
     let polygon =
         |corners: &[(i32, i32)]| Polygon::new(corners.iter().map(|c| (x + c.0, y + c.1)).collect::<Vec<_>>(), fill);
     match look % SHAPES {
@@ -331,21 +331,21 @@ fn dashed(
     root: &DrawingArea<Backend, Shift>,
     (left, right): (i32, i32),
     y: i32,
-    colour: &RGBColor,
+    color: &RGBColor,
     (dash, gap): (i32, i32),
 ) -> PlotResult {
     for start in (left..right).step_by((dash + gap) as usize) {
         let end = (start + dash).min(right);
-        root.draw(&PathElement::new(vec![(start, y), (end, y)], colour.stroke_width(1)))?;
+        root.draw(&PathElement::new(vec![(start, y), (end, y)], color.stroke_width(1)))?;
     }
     Ok(())
 }
 
-fn style_of(size: i32, colour: &RGBColor, (horizontal, vertical): (HPos, VPos), bold: bool) -> TextStyle<'_> {
+fn style_of(size: i32, color: &RGBColor, (horizontal, vertical): (HPos, VPos), bold: bool) -> TextStyle<'_> {
     let weight = if bold { FontStyle::Bold } else { FontStyle::Normal };
     // The backend divides sizes by 1.24, so they are multiplied by it to be in pixels.
     let font = FontDesc::new(FontFamily::SansSerif, f64::from(size) * 1.24, weight);
-    TextStyle::from(font).color(colour).pos(Pos::new(horizontal, vertical))
+    TextStyle::from(font).color(color).pos(Pos::new(horizontal, vertical))
 }
 
 fn text(
@@ -353,11 +353,11 @@ fn text(
     text: &str,
     place: (i32, i32),
     size: i32,
-    colour: &RGBColor,
+    color: &RGBColor,
     anchor: (HPos, VPos),
     bold: bool,
 ) -> PlotResult {
-    root.draw(&Text::new(text, place, style_of(size, colour, anchor, bold)))
+    root.draw(&Text::new(text, place, style_of(size, color, anchor, bold)))
 }
 
 /// The mean advance of common sans-serif fonts is half an em; the widest of them need 0.62.

@@ -1,4 +1,4 @@
-//! Plots of the page: rows as points, one colour per technique, one shape per path, with labels that do not overlap.
+//! Plots of the page: rows as points, one color per technique, one shape per path, with labels that do not overlap.
 
 use crate::report::pareto::pareto_front;
 use crate::report::series::ticks;

@@ -24,7 +24,7 @@ pub(super) struct Point {
     pub(super) on_front: bool,
 }
 
-/// Points that are drawn in one colour and joined.
+/// Points that are drawn in one color and joined.
 pub(super) struct Series {
     /// `avsm two-pass linear`.
     pub(super) name: String,

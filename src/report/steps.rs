@@ -1,19 +1,19 @@
-//! How many steps look-ups take, as colours.
+//! How many steps look-ups take, as colors.
 
 /// Counts of one picture, rows from the top; none for pixels without a mesh.
 pub type Counts = Vec<Option<u32>>;
 
-/// Colours from few to many steps, sRGB: the ends and the middle of cividis, which looks alike with any colour vision
+/// Colors from few to many steps, sRGB: the ends and the middle of cividis, which looks alike with any color vision
 /// (Nuñez, Anderton and Renslow 2018).
-const COLOURS: [[f64; 3]; 3] = [[0.0, 32.0, 77.0], [124.0, 123.0, 120.0], [255.0, 234.0, 70.0]];
+const COLORS: [[f64; 3]; 3] = [[0.0, 32.0, 77.0], [124.0, 123.0, 120.0], [255.0, 234.0, 70.0]];
 
 /// Where no mesh is.
 const NOTHING: [u8; 3] = [0; 3];
 
-/// The colour of a share from 0 to 1.
-pub fn step_colour(share: f64) -> [u8; 3] {
+/// The color of a share from 0 to 1.
+pub fn step_color(share: f64) -> [u8; 3] {
     let at = 2.0 * share;
-    let [from, to] = if at < 1.0 { [COLOURS[0], COLOURS[1]] } else { [COLOURS[1], COLOURS[2]] };
+    let [from, to] = if at < 1.0 { [COLORS[0], COLORS[1]] } else { [COLORS[1], COLORS[2]] };
     let share = if at < 1.0 { at } else { at - 1.0 };
     [0, 1, 2].map(|i| (from[i] + share * (to[i] - from[i])).round() as u8)
 }
@@ -39,11 +39,11 @@ impl StepRange {
         [self.least, self.most]
     }
 
-    /// Colours of `counts` on the scale of `range`, three bytes per pixel.
+    /// Colors of `counts` on the scale of `range`, three bytes per pixel.
     pub fn paint(range: Option<Self>, counts: &[Option<u32>]) -> Vec<u8> {
         let (least, most) = range.map_or((0, 1), |range| (range.least, range.most));
-        let colour = |count: u32| step_colour(f64::from(count - least) / f64::from((most - least).max(1)));
-        counts.iter().flat_map(|count| count.map_or(NOTHING, colour)).collect()
+        let color = |count: u32| step_color(f64::from(count - least) / f64::from((most - least).max(1)));
+        counts.iter().flat_map(|count| count.map_or(NOTHING, color)).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::measure::{Results, Row};
 use crate::report::selection::{FLIP, Measure, answer, floor_ms, measure, point, why_untimed};
-use crate::report::colours::named;
+use crate::report::colors::named;
 use crate::report::pareto::scenes;
 use crate::report::scatter::{Dot, SIZES, scatter, shape};
 use crate::report::series::says_nothing;
@@ -13,7 +13,7 @@ use serde::Serialize;
 #[derive(Serialize)]
 pub(super) struct Choice {
     scenes: Vec<SceneChoice>,
-    /// In the order in which they were first measured, which gives each its colour and its shape.
+    /// In the order in which they were first measured, which gives each its color and its shape.
     techniques: Vec<Look>,
     paths: Vec<Look>,
 }
@@ -22,7 +22,7 @@ pub(super) struct Choice {
 #[derive(Serialize)]
 struct Look {
     name: String,
-    colour: String,
+    color: String,
     shape: &'static str,
 }
 
@@ -69,15 +69,15 @@ pub(super) fn choice(results: &Results, specs: &Specs) -> Choice {
     paths.retain(|path| !path.is_empty());
     let of_scene = |name: &str| scene(results, specs, name, &techniques, &paths);
     let scenes = scenes(results).into_iter().map(of_scene).collect();
-    let colours = named(techniques.len());
-    let techniques = techniques.iter().zip(colours).map(|(name, c)| Look {
+    let colors = named(techniques.len());
+    let techniques = techniques.iter().zip(colors).map(|(name, c)| Look {
         name: (*name).to_owned(),
-        colour: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2),
+        color: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2),
         shape: shape(0),
     });
     let paths = paths.iter().enumerate().map(|(place, name)| Look {
         name: (*name).to_owned(),
-        colour: String::new(),
+        color: String::new(),
         shape: shape(place),
     });
     Choice { scenes, techniques: techniques.collect(), paths: paths.collect() }

@@ -18,7 +18,7 @@ const KEPT_COLUMNS: usize = 3;
 
 /// One row per line, grouped by scene in the order in which they were measured. A column in which no row has a value is
 /// left out. On a terminal that is too narrow, the least useful columns are left out first, and a last line names them.
-/// There is never any colour, so that a file or a pipe gets the same text in full width.
+/// There is never any color, so that a file or a pipe gets the same text in full width.
 pub fn table(results: &Results) -> String {
     table_of_width(results, Table::new().width().map(usize::from))
 }

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, VecDeque};
 /// Frames that are kept.
 const FRAMES: usize = 120;
 
-/// Colours of passes: Okabe and Ito 2008, which are told apart with any colour vision.
-const COLOURS: [[u8; 3]; 7] =
+/// Colors of passes: Okabe and Ito 2008, which are told apart with any color vision.
+const COLORS: [[u8; 3]; 7] =
     [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [0, 114, 178], [213, 94, 0], [204, 121, 167]];
 
 /// Nanoseconds of each pass, in the last frames that had any passes.
@@ -50,8 +50,8 @@ impl Chart {
         let (place, _) = ui.allocate_exact_size(size, egui::Sense::hover());
         ui.painter().rect_filled(place, 0.0, ui.visuals().extreme_bg_color);
         let width = place.width() / FRAMES as f32;
-        let colour = |i: usize| {
-            let [r, g, b] = COLOURS[i.min(COLOURS.len() - 1)];
+        let color = |i: usize| {
+            let [r, g, b] = COLORS[i.min(COLORS.len() - 1)];
             egui::Color32::from_rgb(r, g, b)
         };
         for (i, frame) in self.0.iter().enumerate() {
@@ -61,14 +61,14 @@ impl Chart {
                 let Some(ns) = frame.get(name) else { continue };
                 let top = bottom - place.height() * (ns / most) as f32;
                 let bar = egui::Rect::from_min_max(egui::pos2(left, top), egui::pos2(left + width, bottom));
-                ui.painter().rect_filled(bar, 0.0, colour(pass));
+                ui.painter().rect_filled(bar, 0.0, color(pass));
                 bottom = top;
             }
         }
         ui.label(format!("highest frame {:.2} ms", most / 1e6));
         for (i, (name, ns)) in passes.iter().enumerate().take(10) {
             let Some(ns) = ns else { continue };
-            ui.colored_label(colour(i), format!("{name} {:.3} ms", ns / 1e6));
+            ui.colored_label(color(i), format!("{name} {:.3} ms", ns / 1e6));
         }
     }
 }

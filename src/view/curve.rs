@@ -4,8 +4,8 @@ use super::rays::Found;
 use crate::measure::RayPoints;
 use egui::{Color32, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
-/// Colours of A and B: Okabe and Ito 2008, as in plots of files.
-const COLOURS: [Color32; 2] = [Color32::from_rgb(0x56, 0xb4, 0xe9), Color32::from_rgb(0xe6, 0x9f, 0x00)];
+/// Colors of A and B: Okabe and Ito 2008, as in plots of files.
+const COLORS: [Color32; 2] = [Color32::from_rgb(0x56, 0xb4, 0xe9), Color32::from_rgb(0xe6, 0x9f, 0x00)];
 
 /// Plots the curve: the truth, each technique's line with its nodes as dots, and a line at the depth of the point that
 /// is seen.
@@ -19,26 +19,26 @@ pub fn plot(ui: &mut Ui, found: &Found) {
     let grey = ui.visuals().weak_text_color();
     let seen = at(&(found.depth, 0.0)).x;
     painter.vline(seen, place.y_range(), Stroke::new(1.0, grey));
-    let line = |points: &RayPoints, width: f32, colour: Color32| {
-        Shape::line(points.iter().map(at).collect(), Stroke::new(width, colour))
+    let line = |points: &RayPoints, width: f32, color: Color32| {
+        Shape::line(points.iter().map(at).collect(), Stroke::new(width, color))
     };
-    let (truth, colour_of_truth) = (&found.ray.truth, ui.visuals().strong_text_color());
-    painter.add(line(truth, 3.0, colour_of_truth));
+    let (truth, color_of_truth) = (&found.ray.truth, ui.visuals().strong_text_color());
+    painter.add(line(truth, 3.0, color_of_truth));
     for (i, said) in found.ray.lines.iter().enumerate() {
-        let colour = COLOURS[i.min(1)];
-        painter.add(line(&said.points, 1.5, colour));
+        let color = COLORS[i.min(1)];
+        painter.add(line(&said.points, 1.5, color));
         for node in &said.nodes {
-            painter.circle_filled(at(node), 3.0, colour);
+            painter.circle_filled(at(node), 3.0, color);
         }
     }
     let (is, said) = found.there();
-    ui.colored_label(colour_of_truth, format!("true, at what is seen {is:.4}"));
+    ui.colored_label(color_of_truth, format!("true, at what is seen {is:.4}"));
     for (i, (name, said)) in found.names.iter().zip(said).enumerate() {
         let nodes = match found.ray.lines[i].nodes.len() {
             0 => String::new(),
             nodes => format!(", {nodes} nodes"),
         };
-        ui.colored_label(COLOURS[i.min(1)], format!("{name} {said:.4}{nodes}"));
+        ui.colored_label(COLORS[i.min(1)], format!("{name} {said:.4}{nodes}"));
     }
     let [x, y] = found.texel;
     let color = if found.is_red { " in red" } else { "" };

@@ -199,10 +199,10 @@ fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
 pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let scale = ui.ctx().pixels_per_point();
-    let ring = |at: [f64; 2], radius: f32, colour: egui::Color32| {
+    let ring = |at: [f64; 2], radius: f32, color: egui::Color32| {
         let at = egui::pos2(at[0] as f32, at[1] as f32) / scale;
         painter.circle_stroke(at, radius, egui::Stroke::new(4.0, egui::Color32::BLACK));
-        painter.circle_stroke(at, radius, egui::Stroke::new(2.0, colour));
+        painter.circle_stroke(at, radius, egui::Stroke::new(2.0, color));
     };
     let size = stage.size();
     if let (Some(at), Ok((.., view))) = (state.attractor, stage.seen()) {
@@ -236,12 +236,12 @@ pub fn labels(ui: &Ui, state: &State, stage: &Stage) {
     let size = stage.size().map(|side| side as f32 / ui.ctx().pixels_per_point());
     for (y, texts) in (0..).zip(texts) {
         for (x, text) in (0..).zip(texts) {
-            let (colour, width) = (egui::Color32::WHITE, size[0] - 8.0);
-            let galley = painter.layout(text, egui::FontId::proportional(13.0), colour, width);
+            let (color, width) = (egui::Color32::WHITE, size[0] - 8.0);
+            let galley = painter.layout(text, egui::FontId::proportional(13.0), color, width);
             let at = egui::pos2(x as f32 * size[0] + 4.0, y as f32 * size[1] + 4.0);
             let behind = egui::Rect::from_min_size(at, galley.size()).expand(2.0);
             painter.rect_filled(behind, 2.0, egui::Color32::from_black_alpha(160));
-            painter.galley(at, galley, colour);
+            painter.galley(at, galley, color);
         }
     }
 }

@@ -47,7 +47,7 @@ pub struct Found {
     /// The depth, in the light's range, of the point that is seen.
     pub depth: f64,
     pub ray: LightRay,
-    /// Whether the scene has light 0 once per colour, since its casters differ in what they take: the ray is of red light then.
+    /// Whether the scene has light 0 once per color, since its casters differ in what they take: the ray is of red light then.
     pub is_red: bool,
     /// The name of each of the ray's lines: a technique or the reference.
     pub names: Vec<String>,

@@ -15,7 +15,7 @@ impl Parts {
     pub const STRANDS: Self = Self(4);
     /// Smoke and hair.
     pub const CASTERS: Self = Self::PARTICLES.and(Self::STRANDS);
-    /// The lights' positions and directions. Their colours are read by look-ups, and nothing is built from them.
+    /// The lights' positions and directions. Their colors are read by look-ups, and nothing is built from them.
     pub const LIGHTS: Self = Self(8);
     /// The scene's camera.
     pub const CAMERA: Self = Self(16);

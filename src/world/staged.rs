@@ -312,7 +312,7 @@ struct Changed {
     particles: bool,
     /// Strands, splats or volumes.
     strands: bool,
-    /// The lights, even where only their colours have changed.
+    /// The lights, even where only their colors have changed.
     lights: bool,
     /// The casters on the device that have changed.
     casters: Range<usize>,
@@ -354,7 +354,7 @@ fn whole([meshes, casters]: [Bounds; 2]) -> Bounds {
     meshes.with(casters)
 }
 
-/// Raises the generations of lights that have moved. A change of colour alone does not count.
+/// Raises the generations of lights that have moved. A change of color alone does not count.
 pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Light], all: bool) {
     for ((is, was), generation) in lights.iter().zip(before).zip(&mut now.lights) {
         *generation += u64::from(all || (is.kind, is.radius) != (was.kind, was.radius));

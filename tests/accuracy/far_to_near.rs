@@ -156,7 +156,7 @@ fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// Dense balls of a colour each, one behind the other, in the light of the sky alone, so that none shadows another.
+/// Dense balls of a color each, one behind the other, in the light of the sky alone, so that none shadows another.
 fn colored_row() -> Scene {
     let mut scene = scenes::directional("row", [0.2, 0.1, -1.0], Vec::new());
     scene.lights[0].radiance = [0.0; 3];
@@ -170,8 +170,8 @@ fn colored_row() -> Scene {
     scene
 }
 
-/// The most by which a pixel's colour may differ from the reference's. A ball ends at 3 deviations here, with more extinction within, as
-/// glsl/world/gaussian.glsl has it (GAUSSIAN_WHOLE), and at 5 in the reference. The colour is linear in what each ball lets through.
+/// The most by which a pixel's color may differ from the reference's. A ball ends at 3 deviations here, with more extinction within, as
+/// glsl/world/gaussian.glsl has it (GAUSSIAN_WHOLE), and at 5 in the reference. The color is linear in what each ball lets through.
 fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {
     const WHOLE: f64 = 1.011_234_52;
     let at = DVec2::new((pixel % SIZE[0] as usize) as f64 + 0.5, (pixel / SIZE[0] as usize) as f64 + 0.5);
@@ -187,8 +187,8 @@ fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {
     differ.sum::<f64>() as f32 * brightest
 }
 
-/// Around a row of balls of many colours, from one picture to the next by one renderer: what a new one draws, to the bit, and what the
-/// reference does. Seen from either end colours differ, so that a wrong order would show. The sort runs where something has moved alone.
+/// Around a row of balls of many colors, from one picture to the next by one renderer: what a new one draws, to the bit, and what the
+/// reference does. Seen from either end colors differ, so that a wrong order would show. The sort runs where something has moved alone.
 #[test]
 fn a_moving_camera_sees_them_in_order() {
     gpu_test("a_moving_camera_sees_them_in_order", |context| {

@@ -52,7 +52,7 @@ fn leaving_shadows_out_costs_what_shadows_take() {
     });
 }
 
-/// However it is shaded, the picture is that of the reference where nothing casts: where nothing casts, the meshes' colours are left.
+/// However it is shaded, the picture is that of the reference where nothing casts: where nothing casts, the meshes' colors are left.
 #[test]
 fn a_picture_without_shadows_is_one_of_what_casts_nothing() {
     gpu_test("a_picture_without_shadows_is_one_of_what_casts_nothing", |context| {

@@ -60,7 +60,7 @@ fn shading_equals_its_twin() {
             scenes::spot([3.0, 2.0, 9.0], 120.0, smoke_over_ground(1e-4)),
             scenes::point([-1.0, 0.5, 3.0], smoke_over_ground(1e-4)),
         ];
-        // Different colours, so that a light that is mistaken for another shows.
+        // Different colors, so that a light that is mistaken for another shows.
         let mut three = one.clone();
         three.lights = [&one, &spot, &point].map(|s| s.lights[0]).to_vec();
         let shines = [([0.5, 0.1, 0.0], f64::INFINITY), ([0.0, 0.6, 0.2], 11.0), ([0.3, 0.0, 0.7], 4.0)];

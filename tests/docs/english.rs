@@ -16,7 +16,7 @@ const COUNTED: &str = "bytes byte bits bit nodes texels voxels cells columns wor
 const UNITS: &str = "texel light frame pixel voxel node map row caster slice sample particle ray layer side channel thread workgroup \
     byte technique page scene cell receiver key command strand triangle block tile vertex point column group step \
     second curve brick leaf level word line view picture device grid axis face mesh instance volume segment bin warp \
-    lane pass test splat coordinate component color colour plane degree cluster patch facet edge corner cascade object entry \
+    lane pass test splat coordinate component color color plane degree cluster patch facet edge corner cascade object entry \
     quad run build query draw dispatch job case file machine minute hour dimension paragraph program world optical further field unit";
 
 /// Numbers in words, and words that stand for one: `four a texel`, `one value a key`.

@@ -183,7 +183,7 @@ fn pixels_ask_by_their_width() {
     });
 }
 
-/// Colours are the mean over pixels that see one surface.
+/// Colors are the mean over pixels that see one surface.
 #[test]
 fn what_is_gathered_is_a_mean() {
     gpu_test("what_is_gathered_is_a_mean", |context| {
@@ -203,10 +203,10 @@ fn what_is_gathered_is_a_mean() {
         let frame = Frame { camera, corner, across, down, edge };
         let light = gather(&frame, &geometry, &seen.estimates, 1);
         let picture = renderer.read().expect("read");
-        for (i, colour) in picture.pixels.iter().enumerate() {
+        for (i, color) in picture.pixels.iter().enumerate() {
             let albedo = seen.albedo[i];
             let expected = if albedo[3] == 0.0 { SKY } else { super::shaded(albedo, light[i]) };
-            super::assert_near(context, *colour, expected, format!("pixel {i}"));
+            super::assert_near(context, *color, expected, format!("pixel {i}"));
         }
         // From the first frame on the same bytes.
         kernels.begin_at(0);

@@ -9,7 +9,7 @@ pub fn lamp(position: [f64; 3]) -> Light {
     Light { kind: LightKind::Point { position: position.into() }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Houses and a roof on posts on a ground, under so many lamps of different reach and colour; the horizon in the picture.
+/// Houses and a roof on posts on a ground, under so many lamps of different reach and color; the horizon in the picture.
 pub fn lamps(count: usize) -> Scene {
     let mut scene = directional("lamps", [0.0, 0.0, -1.0], Vec::new());
     scene.meshes = vec![level(0.0, 6.0, [0.0, 0.0])];

@@ -267,8 +267,8 @@ fn the_blur_equals_its_twin() {
                     sum += DVec3::new(8.0, 4.0, 2.0) * arrives * f64::from(visible[pixel]);
                     soft += usize::from(arrives > 0.0 && visible[pixel] > 0.0 && visible[pixel] < 1.0);
                 }
-                let colour = DVec3::from(drawn.pixels[pixel].map(f64::from));
-                largest = largest.max((colour - 0.5 * sum).abs().max_element() / sum.max_element());
+                let color = DVec3::from(drawn.pixels[pixel].map(f64::from));
+                largest = largest.max((color - 0.5 * sum).abs().max_element() / sum.max_element());
             }
             println!("{tiled:?}, moving {moving}: largest {largest:.1e}, {soft} soft");
             assert!(largest < if context.features().float32_blend { 1e-4 } else { 4e-3 }, "{tiled:?}: {largest}");

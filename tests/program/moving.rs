@@ -127,16 +127,16 @@ fn render_draws_simulated_particles() {
     let scene = ["render", "fountain:particles=900", "--picture", "96x54", "--validation"];
     let drawn = ["--technique", "avsm:path=binned,size=32", "--particles"];
     let mut written = Vec::new();
-    for colours in some_usual(["speed", "density"]) {
-        let path = |name: &str| folder.path().join(format!("{colours}{name}"));
+    for colors in some_usual(["speed", "density"]) {
+        let path = |name: &str| folder.path().join(format!("{colors}{name}"));
         let out = path(".png");
         let moving = ["--moving", "1..2", "--frames", "3", "--out", text(&out)];
-        ok(&[&scene[..], &drawn, &[colours], &moving].concat());
+        ok(&[&scene[..], &drawn, &[colors], &moving].concat());
         for (frame, time) in ["1", "1.5", "2"].into_iter().enumerate() {
             let alone = path(&format!("-alone-{frame}.png"));
-            ok(&[&scene[..], &drawn, &[colours, "--time", time, "--out", text(&alone)]].concat());
+            ok(&[&scene[..], &drawn, &[colors, "--time", time, "--out", text(&alone)]].concat());
             let [moved, alone] = [path(&format!("-{frame}.png")), alone].map(|p| std::fs::read(p).expect("written"));
-            assert!(moved == alone, "{colours}, {time} s");
+            assert!(moved == alone, "{colors}, {time} s");
             written.push(alone);
         }
     }

@@ -116,9 +116,9 @@ fn columns_without_any_value_are_not_there() {
     assert!(html.contains("colspan=\"1\">refused: no</td>"));
 }
 
-/// Class → colour in the style sheet, pass → classes of its bars.
+/// Class → color in the style sheet, pass → classes of its bars.
 #[test]
-fn each_pass_has_a_colour_of_its_own_in_all_scenes() {
+fn each_pass_has_a_color_of_its_own_in_all_scenes() {
     let pass =
         |i: usize| PassTiming { name: format!("pass {i};"), median_ns: 1e6, p05_ns: 1e6, p95_ns: 1e6, raster: None };
     let mut rows = vec![row("a", "one", 8, 1.0, 0.1), row("a", "two", 8, 1.0, 0.1), row("b", "two", 8, 1.0, 0.1)];
@@ -128,12 +128,12 @@ fn each_pass_has_a_colour_of_its_own_in_all_scenes() {
     rows[2].passes = (3..38).rev().map(pass).collect();
     let dir = tempfile::tempdir().expect("a folder");
     let html = page(&results(rows), dir.path()).expect("a page");
-    let colours: BTreeMap<&str, &str> = html
+    let colors: BTreeMap<&str, &str> = html
         .lines()
         .filter_map(|line| line.strip_prefix(".c")?.split_once(" { background: #"))
         .map(|(class, rest)| (class, &rest[..6]))
         .collect();
-    assert_eq!(colours.values().collect::<BTreeSet<_>>().len(), 40, "{colours:?}");
+    assert_eq!(colors.values().collect::<BTreeSet<_>>().len(), 40, "{colors:?}");
     let mut classes: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for bar in html.split("<i class=\"c").skip(1) {
         let (class, rest) = bar.split_once('"').expect("a class");
@@ -142,7 +142,7 @@ fn each_pass_has_a_colour_of_its_own_in_all_scenes() {
     }
     assert_eq!((classes.len(), classes.values().map(Vec::len).sum::<usize>()), (40, 25 + 20 + 35));
     assert!(
-        classes.values().all(|of| of.iter().all(|class| *class == of[0] && colours.contains_key(class))),
+        classes.values().all(|of| of.iter().all(|class| *class == of[0] && colors.contains_key(class))),
         "{classes:?}"
     );
     assert_eq!(classes.values().map(|of| of[0]).collect::<BTreeSet<_>>().len(), 40);

@@ -6,7 +6,7 @@ use crate::*;
 pub(crate) fn hair(hairs: u32, points: u32, bits: u32, segments: u32, arrays: &[&[u8]]) -> Vec<u8> {
     let mut bytes = b"HAIR".to_vec();
     bytes.extend([hairs, points, bits, segments].iter().flat_map(|n| n.to_le_bytes()));
-    // Thickness, transparency, colour.
+    // Thickness, transparency, color.
     bytes.extend(floats(&[0.5, 0.25, 0.1, 0.2, 0.3]));
     bytes.extend([b' '; 88]);
     assert_eq!(bytes.len(), 128);

@@ -138,7 +138,7 @@ fn broken_splats_are_refused_by_number() {
         (7, f64::NAN, "deviations"),
         (8, 200.0, "deviations"),
         (9, -200.0, "deviations"),
-        (3, f64::INFINITY, "colour"),
+        (3, f64::INFINITY, "color"),
         (10, f64::NAN, "quaternion"),
     ] {
         let mut row = ROW;

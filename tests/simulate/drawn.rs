@@ -1,9 +1,9 @@
-//! What is seen of simulated particles: triangles where they belong, as many as there are, in the colours of their speeds, before
+//! What is seen of simulated particles: triangles where they belong, as many as there are, in the colors of their speeds, before
 //! and behind meshes.
 
 use crate::support::{ask, built, gpu_test, runs, scenes, scenes::Random};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Colours, Lighting, Renderer, Shading};
+use gobo::consume::{Colors, Lighting, Renderer, Shading};
 use gobo::gpu::{Buffer, Context};
 use gobo::scene::{Body, Mesh, Picture, Scene, View};
 use gobo::technique::Technique;
@@ -45,14 +45,14 @@ fn drawn(
     scene: &Scene,
     lit: &dyn Technique,
     bodies: &[Body],
-    colours: Colours,
+    colors: Colors,
 ) -> (Picture, Vec<f32>) {
     let world = World::new(context, scene).expect("room");
     let buffer = Buffer::with_data(context, "bodies", bodies).expect("room");
     let renderer = Renderer::new(context, &world, &View::camera(&scene.camera, scene, SIZE)).expect("room");
     let answer = lit.answer();
     let kernels = renderer.kernels(&answer, Shading::Forward, Lighting::Fragment).expect("kernels");
-    let points = renderer.points(&answer, &buffer, bodies.len() as u32, colours).expect("kernels");
+    let points = renderer.points(&answer, &buffer, bodies.len() as u32, colors).expect("kernels");
     renderer.draw_points(&kernels, &points).expect("drawn");
     (renderer.read().expect("read"), renderer.counts(&points).expect("read"))
 }
@@ -95,8 +95,8 @@ fn as_many_are_counted_as_cover_a_pixel() {
         let lit = built(context, &scene, TECHNIQUE);
         let camera = View::camera(&scene.camera, &scene, SIZE);
         let bodies = bodies(120, [0.1, 0.5]);
-        let (picture, counts) = drawn(context, &scene, lit.as_ref(), &bodies, Colours::Density { many: 4.0 });
-        let (_, none) = drawn(context, &scene, lit.as_ref(), &[], Colours::Density { many: 4.0 });
+        let (picture, counts) = drawn(context, &scene, lit.as_ref(), &bodies, Colors::Density { many: 4.0 });
+        let (_, none) = drawn(context, &scene, lit.as_ref(), &[], Colors::Density { many: 4.0 });
         assert!(none.iter().all(|count| *count == 0.0) && none.len() == counts.len());
         let (mut checked, mut most, mut hidden) = (0, 0, 0);
         for (i, count) in counts.iter().enumerate() {
@@ -117,7 +117,7 @@ fn as_many_are_counted_as_cover_a_pixel() {
     });
 }
 
-/// The colours of the shader, from slow to fast.
+/// The colors of the shader, from slow to fast.
 fn ramp(share: f64) -> [f64; 3] {
     let ramp = [[0.02, 0.10, 0.45], [0.03, 0.55, 0.65], [0.95, 0.80, 0.25], [1.0, 0.22, 0.06]];
     let at = 3.0 * share.min(1.0);
@@ -127,17 +127,17 @@ fn ramp(share: f64) -> [f64; 3] {
 }
 
 #[test]
-fn the_nearest_has_the_colour_of_its_speed() {
-    gpu_test("the_nearest_has_the_colour_of_its_speed", |context| {
-        if !runs("the_nearest_has_the_colour_of_its_speed", context, TECHNIQUE) {
+fn the_nearest_has_the_color_of_its_speed() {
+    gpu_test("the_nearest_has_the_color_of_its_speed", |context| {
+        if !runs("the_nearest_has_the_color_of_its_speed", context, TECHNIQUE) {
             return;
         }
         let scene = scene();
         let lit = built(context, &scene, TECHNIQUE);
         let camera = View::camera(&scene.camera, &scene, SIZE);
         let bodies = bodies(60, [0.5, 1.4]);
-        let (picture, _) = drawn(context, &scene, lit.as_ref(), &bodies, Colours::Speed { fastest: FASTEST });
-        let (empty, _) = drawn(context, &scene, lit.as_ref(), &[], Colours::Speed { fastest: FASTEST });
+        let (picture, _) = drawn(context, &scene, lit.as_ref(), &bodies, Colors::Speed { fastest: FASTEST });
+        let (empty, _) = drawn(context, &scene, lit.as_ref(), &[], Colors::Speed { fastest: FASTEST });
         let middles: Vec<_> = bodies.iter().map(|b| [b.place[0], b.place[1], b.place[2]]).collect();
         let visible = ask(context, lit.as_ref(), 0, &middles);
         let (mut colored, mut free) = (0, 0);
@@ -168,6 +168,6 @@ fn the_nearest_has_the_colour_of_its_speed() {
             }
             colored += 1;
         }
-        assert!(colored > 300 && free > 500, "{colored} coloured, {free} free");
+        assert!(colored > 300 && free > 500, "{colored} colored, {free} free");
     });
 }

@@ -163,7 +163,7 @@ fn volumes_stay_among_casters_that_are_sorted() {
 }
 
 /// Lit, it differs from the reference by as much as the technique's light: here that of cells, whose error in space bounds the error of a
-/// pixel, which averages it, colour and radiance being 1 at most.
+/// pixel, which averages it, color and radiance being 1 at most.
 #[test]
 fn volumes_are_lit_as_in_the_reference() {
     gpu_test("volumes_are_lit_as_in_the_reference", |context| {

@@ -149,7 +149,7 @@ fn volumes_are_looked_at_again() {
             assert!(found.pixels == of_file.pixels, "frame {frame}: {} from its file's", apart(&found, &of_file));
             let casters = Casters::new(&scene);
             let expected = picture(&casters, &scene, &view(&scene));
-            // By no more than light is wrong by, colour and radiance being 1 at most.
+            // By no more than light is wrong by, color and radiance being 1 at most.
             let points = space_points(&scene, 0, 3000);
             let light = left_by_cells(&scene, &points).into_iter().zip(points);
             let most = light.map(|(cells, p)| (cells - casters.visibility(0, DVec3::from(p.map(f64::from)))).abs());

@@ -18,13 +18,13 @@ enum Part {
     Strands,
     Light,
     Camera,
-    /// The colour of a light or of a mesh: light and shadow stay where they are.
-    Colour,
+    /// The color of a light or of a mesh: light and shadow stay where they are.
+    Color,
     /// Particles leave the box about all that casts.
     Box,
 }
 
-use Part::{Box, Camera, Colour, Light as OneLight, Meshes, Particles, Strands};
+use Part::{Box, Camera, Color, Light as OneLight, Meshes, Particles, Strands};
 
 /// Smoke and hair between a ground and a lid to one side, a plate among them, under two lights such as the technique takes.
 fn all_of_it(spec: &Spec) -> Scene {
@@ -72,7 +72,7 @@ fn after(part: Part, before: &Scene) -> Scene {
             }
         }
         Camera => scene.camera.position += DVec3::new(0.2, -0.9, 0.4),
-        Colour => scene.lights[0].radiance = [0.3, 0.2, 0.1],
+        Color => scene.lights[0].radiance = [0.3, 0.2, 0.1],
         Box => scene.particles[0].position[2] = 2.5,
     }
     scene
@@ -88,9 +88,9 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         Particles | Box => casts.particles,
         Strands => casts.strands,
         Meshes => casts.meshes,
-        OneLight | Camera | Colour => true,
+        OneLight | Camera | Color => true,
     };
-    if !cast || part == Colour {
+    if !cast || part == Color {
         return false;
     }
     if part == Camera {
@@ -192,7 +192,7 @@ fn what_did_not_change_is_not_built() {
             let mut moved = opened(context, &world, &spec);
             let first = build(&mut moved, &world, &spec.short()).passes;
             let mut counts = vec![first.len()];
-            for part in [Particles, Meshes, Camera, OneLight, Strands, Colour, Box] {
+            for part in [Particles, Meshes, Camera, OneLight, Strands, Color, Box] {
                 let what = format!("{}, {part:?}", spec.short());
                 scene = after(part, &scene);
                 world.replace(&scene).expect(&what);

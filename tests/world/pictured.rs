@@ -45,7 +45,7 @@ fn smoke_of_a_buffer_is_seen_as_a_scenes() {
     });
 }
 
-/// What only a scene knows is named: colours of splats and volumes.
+/// What only a scene knows is named: colors of splats and volumes.
 #[test]
 fn splats_of_a_buffer_have_no_colors() {
     gpu_test("splats_of_a_buffer_have_no_colors", |context| {

@@ -98,7 +98,7 @@ impl Target {
     }
 }
 
-/// The one layer of an image of colours.
+/// The one layer of an image of colors.
 pub fn whole_image() -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange::default().aspect_mask(vk::ImageAspectFlags::COLOR).level_count(1).layer_count(1)
 }

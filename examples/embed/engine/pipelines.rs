@@ -108,7 +108,7 @@ pub fn compute(
     keep(gpu, made)
 }
 
-/// Triangles without vertex buffers; they draw premultiplied colour, blended over.
+/// Triangles without vertex buffers; they draw premultiplied color, blended over.
 pub fn draw(
     gpu: &mut Gpu,
     layout: vk::PipelineLayout,

@@ -3,7 +3,7 @@
 // that see another surface. At edges the square moves to where most of its pixels see the pixel's own surface. Sources: as ask.comp;
 // Wald et al. 2002, Interactive global illumination (a filter that ends at edges); moving the square is ours. Twin:
 // reference::twin::interleaved::gather. Inputs: the light that each pixel reflects from its part of the lights, albedo, normal, z.
-// Output: colour. Invariant: a square of 4 × 4 pixels has each part of the lights once, wherever the square begins, and all lights that
+// Output: color. Invariant: a square of 4 × 4 pixels has each part of the lights once, wherever the square begins, and all lights that
 // were asked have the same weight. So on one surface the mean is the mean over all lights, and a pixel without neighbours on its surface
 // keeps its own part.
 // variants: HALF 0 1

@@ -4,7 +4,7 @@
 // pixels has one weight for all lights, which is found once. A word holds one bit per light, for 32 lights: a few operations on words add
 // up the bits of all 32 lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur); adding up by words and the weights are
 // ours. Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal.
-// Output: colour. Invariant: the weights along a side are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same
+// Output: color. Invariant: the weights along a side are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same
 // total weight, and the dither leaves no pattern behind.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require

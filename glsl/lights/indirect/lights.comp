@@ -1,5 +1,5 @@
 #version 460
-// Makes virtual lights from the chosen texels: each has an equal share of all weights, in its texel's colour and flux. Inputs:
+// Makes virtual lights from the chosen texels: each has an equal share of all weights, in its texel's color and flux. Inputs:
 // picks, fluxes, maps, triangles, lights. Output: virtual lights. Twin: reference::twin::indirect::light.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"

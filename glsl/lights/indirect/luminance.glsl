@@ -1,4 +1,4 @@
-// How a colour weighs where one number stands for it.
+// How a color weighs where one number stands for it.
 #ifndef LIGHTS_INDIRECT_LUMINANCE_GLSL
 #define LIGHTS_INDIRECT_LUMINANCE_GLSL
 

@@ -1,5 +1,5 @@
 #version 460
-// Inserts the caster's segment into the texel's curve, which lies in colour attachments: read as input attachments,
+// Inserts the caster's segment into the texel's curve, which lies in color attachments: read as input attachments,
 // written back as outputs, one fragment of a texel at a time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 // Inputs: maps, casters. In and out: the attachments.
 // Invariant: the order is the pipeline's (VK_EXT_rasterization_order_attachment_access); nothing is stored to memory.

@@ -1,5 +1,5 @@
 #version 460
-// Blends a caster into a texel: the nearest entry, the farthest exit, the sum of optical depths. Colour is blended by maximum, alpha by
+// Blends a caster into a texel: the nearest entry, the farthest exit, the sum of optical depths. Color is blended by maximum, alpha by
 // addition. Source: Hillaire 2020. Inputs: maps, casters. Output: texel (technique/beer_shadow_map/texel.glsl). Twin:
 // reference::twin::beer_shadow_map::blend. Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
 #define SPLAT_FRAGMENT

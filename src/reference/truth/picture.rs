@@ -229,7 +229,7 @@ fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64
     move |towards| caster.map_or(0.0, |caster| lift(caster, towards))
 }
 
-/// A caster's albedo: splats and volumes have colours of their own.
+/// A caster's albedo: splats and volumes have colors of their own.
 pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.gaussians.get(i));
     match splat {
@@ -240,7 +240,7 @@ pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     }
 }
 
-/// The colour of a cell's volume, from the cell's index among all casters.
+/// The color of a cell's volume, from the cell's index among all casters.
 fn cell_color(scene: &Scene, index: usize) -> DVec3 {
     let mut first = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
     let its = scene.volumes.iter().find(|volume| {

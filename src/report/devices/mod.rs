@@ -8,7 +8,7 @@ pub use answer::devices_answer;
 pub use table::{devices_csv, devices_json, devices_markdown};
 
 use crate::measure::{BUILD_PATHS, Comparison, Built, Line, ROUNDING, Row, Status, Timing, Verdict};
-use crate::report::colours::named;
+use crate::report::colors::named;
 use crate::report::warnings::{MARK, warnings};
 use crate::report::scatter::shape;
 use crate::report::format::{
@@ -136,7 +136,7 @@ struct Page {
     columns: Vec<PageColumn>,
     /// The devices, in the place of the techniques for which report.html has its style sheet.
     choice: Choice,
-    colours: Vec<String>,
+    colors: Vec<String>,
     scenes: Vec<PageScene>,
     shared: Option<String>,
     /// What interlock buys: in a line, and with numbers.
@@ -160,7 +160,7 @@ struct Choice {
 
 #[derive(Serialize)]
 struct Look {
-    colour: String,
+    color: String,
 }
 
 #[derive(Serialize)]
@@ -275,7 +275,7 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
     let agreement = beside.agreement();
     let built = beside.built();
     let bought = answer::interlock(beside, &built);
-    let colours = named(beside.columns.len());
+    let colors = named(beside.columns.len());
     let columns = beside.columns.iter().enumerate().map(|(place, column)| {
         let results = &column.results;
         PageColumn {
@@ -306,12 +306,12 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
         what: answer::what(beside),
         columns: columns.collect(),
         choice: Choice {
-            techniques: colours
+            techniques: colors
                 .iter()
-                .map(|c| Look { colour: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2) })
+                .map(|c| Look { color: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2) })
                 .collect(),
         },
-        colours: Vec::new(),
+        colors: Vec::new(),
         scenes: scenes(beside, &names),
         shared: names.specs.shared_line(),
         interlock_short: answer::interlock_short(&bought),

@@ -1,5 +1,5 @@
 //! The built-in scene `cornell`: a room lit mostly by light that its walls reflect. After the box of Goral et al. 1984, *Modeling the
-//! interaction of light between diffuse surfaces*, with colours near Cornell University's measurements.
+//! interaction of light between diffuse surfaces*, with colors near Cornell University's measurements.
 
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, block, empty};

@@ -251,7 +251,7 @@ impl Courtyard {
         }
     }
 
-    /// Slabs with joints between them, in two colours.
+    /// Slabs with joints between them, in two colors.
     fn floor(&mut self) {
         const SLABS: u32 = 12;
         let side = 2.0 * (YARD - 0.6) / f64::from(SLABS);

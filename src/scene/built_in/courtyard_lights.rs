@@ -17,7 +17,7 @@ const RADIUS_WORLD: f64 = 5.6;
 /// Strength of each lamp, with the default number of lamps.
 const STRENGTH: f64 = 0.85;
 
-/// The colours of lamps, linear RGB.
+/// The colors of lamps, linear RGB.
 const COLORS: [[f64; 3]; 6] =
     [[1.0, 0.62, 0.28], [1.0, 0.8, 0.55], [0.42, 0.66, 1.0], [1.0, 0.45, 0.3], [0.55, 0.95, 0.75], [0.95, 0.55, 0.8]];
 

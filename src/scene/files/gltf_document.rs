@@ -1,4 +1,4 @@
-//! glTF documents, reduced to the parts that are read: nodes and triangles, base colours, lights and cameras.
+//! glTF documents, reduced to the parts that are read: nodes and triangles, base colors, lights and cameras.
 
 use crate::Result;
 use crate::scene::files::input;
@@ -144,8 +144,8 @@ fn keep_what_is_read(root: &mut Value) {
         root.get_mut(array).and_then(Value::as_array_mut).into_iter().flatten().for_each(reduce);
     };
     each("materials", |material| {
-        let colour = material["pbrMetallicRoughness"].get("baseColorFactor").cloned();
-        *material = colour.map_or(json!({}), |colour| json!({"pbrMetallicRoughness": {"baseColorFactor": colour}}));
+        let color = material["pbrMetallicRoughness"].get("baseColorFactor").cloned();
+        *material = color.map_or(json!({}), |color| json!({"pbrMetallicRoughness": {"baseColorFactor": color}}));
     });
     each("nodes", |node| {
         if let Some(node) = node.as_object_mut() {

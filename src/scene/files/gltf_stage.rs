@@ -1,7 +1,7 @@
 //! Lights (KHR_lights_punctual) and cameras of glTF files.
 //!
 //! glTF intensities are in lux (directional) and candela (spot, point). A [`Light`] has the same radiance at any distance, and 1 lights a
-//! white surface fully. So each light's radiance is its colour times the illuminance that it gives in the middle of the file's meshes. Then
+//! white surface fully. So each light's radiance is its color times the illuminance that it gives in the middle of the file's meshes. Then
 //! all radiances are scaled by one factor, so that the brightest channel is 1. The illuminance of a light among the meshes is computed as
 //! if the light were at their outer radius; otherwise a lamp in the middle would outshine all others.
 
@@ -16,7 +16,7 @@ type Checked<T> = std::result::Result<T, String>;
 /// The widest cone of a [`LightKind::Spot`], degrees. glTF goes up to 180, which no single map shows.
 const WIDEST_CONE: f64 = 170.0;
 
-/// A node's light, with colour × intensity as its radiance, before [`balance`]. It shines along the node's −z.
+/// A node's light, with color × intensity as its radiance, before [`balance`]. It shines along the node's −z.
 pub(in crate::scene) fn light(light: &gltf::khr_lights_punctual::Light, to_world: DMat4) -> Checked<Light> {
     let position = || finite("light position", to_world.w_axis.truncate().to_array());
     let direction = || direction(to_world, DVec3::NEG_Z).ok_or("light has no direction");
@@ -63,7 +63,7 @@ fn direction(to_world: DMat4, local: DVec3) -> Option<DVec3> {
     Some(to_world.transform_vector3(local)).filter(|vector| vector.is_finite()).and_then(unit)
 }
 
-/// Turns colour × intensity into radiance, as the top of this file says. Lights that are off are left out.
+/// Turns color × intensity into radiance, as the top of this file says. Lights that are off are left out.
 pub(in crate::scene) fn balance(contents: &mut Contents) {
     let (low, high) = contents.bounds().unwrap_or_default();
     let middle = (low + high) * 0.5;

@@ -7,10 +7,10 @@
 //! | 4 | hairs, u32 | 1 | points, 3 × f32, segments + 1 for each hair, root first |
 //! | 8 | points, u32 | 2 | thickness of each point, f32 |
 //! | 12 | bits, u32 | 3 | transparency of each point, f32 |
-//! | 16 | segments per hair, u32, for files without array 0 | 4 | colour of each point, 3 × f32; passed over |
+//! | 16 | segments per hair, u32, for files without array 0 | 4 | color of each point, 3 × f32; passed over |
 //! | 20 | thickness, f32, for files without array 2 | | |
 //! | 24 | transparency, f32, for files without array 3 | | |
-//! | 28 | colour, 3 × f32, for files without array 4; then 88 bytes of text | | |
+//! | 28 | color, 3 × f32, for files without array 4; then 88 bytes of text | | |
 //!
 //! The format does not define *thickness*, and programs differ; here it is the diameter. *Opacity* is 1 − transparency. A segment takes the
 //! mean of the values at its two points.
@@ -25,7 +25,7 @@ const WAY_OUT: &str = "check that the file is a HAIR file and was copied whole";
 
 const HEADER_BYTES: u64 = 128;
 
-/// Bit of each array; colours have bit 4.
+/// Bit of each array; colors have bit 4.
 const SEGMENTS: u32 = 0;
 const POINTS: u32 = 1;
 const THICKNESS: u32 = 2;

@@ -7,7 +7,7 @@ use crate::scene::{Caster, Gaussian, files::input, files::splat_ply, files::spz_
 use glam::DQuat;
 use std::path::Path;
 
-/// The zeroth spherical harmonic's constant, which files use to encode colours.
+/// The zeroth spherical harmonic's constant, which files use to encode colors.
 const HARMONIC_0: f64 = 0.282_094_791_773_878_14;
 
 /// Bytes per splat in a `.splat` file.
@@ -25,7 +25,7 @@ pub(in crate::scene) struct Row {
 }
 
 /// Loads the splats of a file by its ending: `.ply` as 3D Gaussian Splatting writes it or as PlayCanvas compresses it, `.splat`, `.spz`. A
-/// splat whose colour depends on the viewing direction gets its mean colour. Axes stay as in the file.
+/// splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a splat that [`Gaussian`] does not allow, with its
@@ -76,7 +76,7 @@ pub(in crate::scene) fn opacity_of(byte: f64) -> f64 {
     (byte / 255.0).min(254.5 / 255.0)
 }
 
-/// The colour for the zeroth coefficients of spherical harmonics.
+/// The color for the zeroth coefficients of spherical harmonics.
 pub(in crate::scene) fn color_of(coefficients: [f64; 3]) -> [f64; 3] {
     coefficients.map(|c| 0.5 + HARMONIC_0 * c)
 }
@@ -94,7 +94,7 @@ fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, St
         return Err(format!("opacity {opacity} is not in [0, 1]"));
     }
     if !row.color.iter().all(|c| c.is_finite()) {
-        return Err(format!("colour {:?} is not finite", row.color));
+        return Err(format!("color {:?} is not finite", row.color));
     }
     let turned = placement.rotate * DQuat::from_array(rotation.map(|x| x / length));
     let gaussian = Gaussian {

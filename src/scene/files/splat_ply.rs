@@ -2,10 +2,10 @@
 //! PlayCanvas compresses them.
 //!
 //! Kerbl's format: element `vertex` with `x y z`, `scale_0..2` (logarithms of deviations), `rot_0..3` (w, x, y, z, of any length),
-//! `opacity` (before a logistic function) and `f_dc_0..2` (colour as a spherical harmonic). PlayCanvas' format: element `chunk`, each with
+//! `opacity` (before a logistic function) and `f_dc_0..2` (color as a spherical harmonic). PlayCanvas' format: element `chunk`, each with
 //! the bounds of 256 splats, and element `vertex` with four words. The first word is the position and the second the scale, as numbers of
 //! 11, 10 and 11 bits between the chunk's bounds. The third holds the three smaller numbers of the quaternion, of 10 bits each. The fourth
-//! is colour and opacity, of 8 bits each.
+//! is color and opacity, of 8 bits each.
 
 use crate::Result;
 use crate::scene::files::ply::{self, PlyFile};
@@ -39,7 +39,7 @@ const BOUNDS: [&str; 18] = [
     "max_g",
     "max_b",
 ];
-/// Number of bounds without those of colours. Older files lack the latter; their colours are bounded by 0 and 1.
+/// Number of bounds without those of colors. Older files lack the latter; their colors are bounded by 0 and 1.
 const LEAST_BOUNDS: usize = 12;
 
 /// Splats per chunk.

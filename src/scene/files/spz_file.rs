@@ -4,10 +4,10 @@
 //! |---|---|
 //! | 9; version 1: 6 | position: three 24-bit whole numbers, in units of 2^-fraction world units; version 1: three half floats |
 //! | 1 | opacity |
-//! | 3 | colour, as coefficients of a spherical harmonic: (byte/255 − ½) / 0.15 |
+//! | 3 | color, as coefficients of a spherical harmonic: (byte/255 − ½) / 0.15 |
 //! | 3 | logarithms of deviations: byte/16 − 10 |
 //! | 3; version 3: 4 | rotation: x, y, z of a quaternion; version 3: its three smaller numbers, 10 bits each |
-//! | … | how the colour changes with the viewing direction; not read |
+//! | … | how the color changes with the viewing direction; not read |
 
 use crate::Result;
 use crate::scene::files::input;

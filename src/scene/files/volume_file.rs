@@ -30,10 +30,10 @@ use std::sync::Arc;
 /// Endings of such files.
 pub(in crate::scene) const ENDINGS: [&str; 3] = ["volume", "nrrd", "vdb"];
 
-/// Albedo of smoke, and of casters whose file has no colour.
+/// Albedo of smoke, and of casters whose file has no color.
 const COLOR: [f32; 3] = [0.92, 0.92, 0.95];
 
-/// A field, with its place, extinction and colour from the file.
+/// A field, with its place, extinction and color from the file.
 pub(in crate::scene) struct Grid {
     pub field: Field,
     /// Place of sample (0, 0, 0).

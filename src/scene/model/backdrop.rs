@@ -5,7 +5,7 @@ use crate::scene::model::view::{across, some_up, vec};
 use crate::scene::{LightKind, Mesh, Scene};
 use glam::DVec3;
 
-/// Two colours of the sky, linear RGB: at the horizon and at the zenith. `DAY` is for scenes with a sun, `NIGHT` for scenes without one.
+/// Two colors of the sky, linear RGB: at the horizon and at the zenith. `DAY` is for scenes with a sun, `NIGHT` for scenes without one.
 const DAY: [[f32; 3]; 2] = [[0.15, 0.19, 0.26], [0.03, 0.055, 0.12]];
 const NIGHT: [[f32; 3]; 2] = [[0.055, 0.065, 0.090], [0.008, 0.012, 0.025]];
 
@@ -28,9 +28,9 @@ pub struct Backdrop {
     pub sun: [f32; 3],
     /// The sun's radiance; black where there is no sun.
     pub sunlight: [f32; 3],
-    /// The sky's colour at the horizon, linear RGB; below the horizon the sky gets darker.
+    /// The sky's color at the horizon, linear RGB; below the horizon the sky gets darker.
     pub horizon: [f32; 3],
-    /// The sky's colour straight above, linear RGB.
+    /// The sky's color straight above, linear RGB.
     pub zenith: [f32; 3],
     /// The ground's middle, world units.
     pub middle: [f32; 3],

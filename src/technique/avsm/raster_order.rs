@@ -1,4 +1,4 @@
-//! path=raster-order: the curves stand in colour attachments. The device lets the fragments of a texel read and write them one
+//! path=raster-order: the curves stand in color attachments. The device lets the fragments of a texel read and write them one
 //! at a time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
 use super::settings::Settings;

@@ -12,7 +12,7 @@ words! {
         TwoPass = "two-pass",
         /// Fragment by fragment, under pixel interlock.
         Interlock = "interlock",
-        /// Fragment by fragment, in ordered colour attachments.
+        /// Fragment by fragment, in ordered color attachments.
         RasterOrder = "raster-order",
         /// Tile by tile, in compute shaders.
         Binned = "binned",

@@ -196,7 +196,7 @@ impl Stage {
         self.refused.iter().flatten().map(|(_, cause)| cause.as_str()).chain(unanswered)
     }
 
-    /// The range of the steps that are shown as colours.
+    /// The range of the steps that are shown as colors.
     pub fn steps(&self) -> Option<&StepRange> {
         self.steps.as_ref()
     }

@@ -180,7 +180,7 @@ fn a_texel_is_chosen() {
     });
 }
 
-/// The command's file: black is the truth and each technique's colour its line, a pixel apart at most, and dots are where its
+/// The command's file: black is the truth and each technique's color its line, a pixel apart at most, and dots are where its
 /// nodes are.
 #[test]
 fn the_svg_shows_the_ray() {

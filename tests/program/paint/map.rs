@@ -116,7 +116,7 @@ fn a_map_is_what_rays_find() {
                 (0..SIDE * SIDE).map(|i| pixels[i / SIDE * SCALE * SIDE * SCALE + i % SIDE * SCALE]).collect();
             for (i, pixel) in pixels.iter().enumerate() {
                 let [x, y] = [i % (SIDE * SCALE), i / (SIDE * SCALE)].map(|p| p / SCALE);
-                assert_eq!(*pixel, painted[y * SIDE + x], "a texel is one colour");
+                assert_eq!(*pixel, painted[y * SIDE + x], "a texel is one color");
                 assert!(*pixel == ORANGE || pixel.iter().all(|c| *c == pixel[0]), "grey or orange: {pixel:?}");
             }
             let empty = painted.iter().filter(|p| **p == ORANGE).count();

@@ -32,7 +32,7 @@ impl Plot {
     pub fn read(path: &Path) -> Self {
         let svg = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let (mut drawn, mut names, mut ticks) = (Vec::<Drawn>::new(), Vec::new(), [Vec::new(), Vec::new()]);
-        let mut colours = Vec::new();
+        let mut colors = Vec::new();
         let mut lines = svg.lines().peekable();
         while let Some(element) = lines.next() {
             if element.starts_with("<text") {
@@ -52,19 +52,19 @@ impl Plot {
                 // The legend's are of two points.
                 if line.len() > 2 {
                     drawn.push(Drawn { line, dots: Vec::new() });
-                    colours.push(attribute(element, "stroke").to_owned());
+                    colors.push(attribute(element, "stroke").to_owned());
                 }
             } else if element.starts_with("<circle") {
                 let last = drawn.last_mut().expect("its line");
-                assert_eq!(attribute(element, "fill"), colours[colours.len() - 1], "a dot is of its line's colour");
+                assert_eq!(attribute(element, "fill"), colors[colors.len() - 1], "a dot is of its line's color");
                 last.dots.push(DVec2::new(number(element, "cx"), number(element, "cy")));
             }
         }
         let ends = |ticks: &Vec<(f64, f64)>| [ticks[0], ticks[ticks.len() - 1]];
-        let mut apart = colours.clone();
+        let mut apart = colors.clone();
         apart.sort();
         apart.dedup();
-        assert_eq!(apart.len(), drawn.len(), "a colour for each: {colours:?}");
+        assert_eq!(apart.len(), drawn.len(), "a color for each: {colors:?}");
         Self { drawn, names, axes: [ends(&ticks[0]), ends(&ticks[1])] }
     }
 

@@ -128,7 +128,7 @@ fn panels_are_their_pictures() {
     }
 }
 
-/// More exposure is brighter, and the scale of speeds begins and ends with its colours.
+/// More exposure is brighter, and the scale of speeds begins and ends with its colors.
 #[test]
 fn exposure_and_scales() {
     if crate::support::is_costly("exposure_and_scales") {
@@ -150,6 +150,6 @@ fn exposure_and_scales() {
     let row = &pixels[(54 + 12) * 96..][..96];
     assert_eq!(row[6], [0.02, 0.10, 0.45].map(shown8), "the slowest");
     assert_eq!(row[89], [1.0, 0.22, 0.06].map(shown8), "the fastest");
-    let (size, _) = render("plain.png", &["--particles", "colour"]);
+    let (size, _) = render("plain.png", &["--particles", "color"]);
     assert_eq!(size, [96, 54], "white says nothing that needs a scale");
 }

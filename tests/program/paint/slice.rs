@@ -97,7 +97,7 @@ fn slices_are_the_truth() {
                 assert!(off < 1.0, "{name}, light {light}, depth {depth}: off by {off} of 255");
                 darkest = darkest.min(dark);
                 if i > 0 {
-                    // An animation has 256 colours, here of grey.
+                    // An animation has 256 colors, here of grey.
                     let frame = animated[i - 1].buffer();
                     let rgb: Vec<[u8; 3]> = frame.pixels().map(|p| [p.0[0], p.0[1], p.0[2]]).collect();
                     let off = rgb.iter().zip(pixels).map(|(a, b)| a[0].abs_diff(b[0])).max();

@@ -1,4 +1,4 @@
-//! `gobo render --steps`: each pixel's colour is its count. That counts are the twin's stands in tests/voxelized/steps.rs.
+//! `gobo render --steps`: each pixel's color is its count. That counts are the twin's stands in tests/voxelized/steps.rs.
 
 use super::rgb8;
 use crate::support::{all, gpu_test_needing, opened, spec};
@@ -21,11 +21,11 @@ const SIZE: [u32; 2] = [96, 54];
 
 /// Black where a ray meets no mesh, and nowhere else; elsewhere the counts, in the range that is printed.
 #[test]
-fn colours_are_counts() {
-    if crate::support::is_costly("colours_are_counts") {
+fn colors_are_counts() {
+    if crate::support::is_costly("colors_are_counts") {
         return;
     }
-    gpu_test_needing("colours_are_counts", &[], |context| {
+    gpu_test_needing("colors_are_counts", &[], |context| {
         let text_of = "voxelized:size=512";
         // Town has a million triangles.
         let name = if all() { "town" } else { "houses" };

@@ -96,7 +96,7 @@ fn voxels_are_those_that_the_cuboid_meets() {
             Some((axis, voxel.as_i64vec3()))
         })
     };
-    let (sky, mut colours, mut compared) = (pixels[0], BTreeMap::<_, BTreeMap<[u8; 3], usize>>::new(), [0; 2]);
+    let (sky, mut colors, mut compared) = (pixels[0], BTreeMap::<_, BTreeMap<[u8; 3], usize>>::new(), [0; 2]);
     for (i, pixel) in pixels.iter().enumerate() {
         let Some(met) = agreed(&camera, i, meets) else { continue };
         if met.iter().any(|other| *other != met[0]) {
@@ -105,14 +105,14 @@ fn voxels_are_those_that_the_cuboid_meets() {
         assert_eq!(met[0].is_none(), *pixel == sky, "pixel {i}: {pixel:?}, and a ray meets {:?}", met[0]);
         compared[usize::from(met[0].is_some())] += 1;
         if let Some((axis, voxel)) = met[0] {
-            *colours.entry((axis, voxel.element_sum() % 2)).or_default().entry(*pixel).or_default() += 1;
+            *colors.entry((axis, voxel.element_sum() % 2)).or_default().entry(*pixel).or_default() += 1;
         }
     }
-    println!("{compared:?} pixels of sky and of voxels, {colours:?}");
+    println!("{compared:?} pixels of sky and of voxels, {colors:?}");
     assert!(compared[0] > 1000 && compared[1] > 3000, "{compared:?}");
-    // Each side has two colours, one a parity, the same all over it.
+    // Each side has two colors, one a parity, the same all over it.
     for axis in [1, 2] {
-        let [even, odd] = [0, 1].map(|parity| &colours[&(axis, parity)]);
+        let [even, odd] = [0, 1].map(|parity| &colors[&(axis, parity)]);
         assert!(even.len() == 1 && odd.len() == 1, "{axis}: {even:?}, {odd:?}");
         let [even, odd] = [even, odd].map(|of| *of.first_key_value().expect("one").0);
         assert!(even[0] > odd[0] + 5, "{axis}: {even:?} and {odd:?}: the even ones are lighter");
@@ -132,7 +132,7 @@ fn nodes_fill_the_shadow() {
     let shadow = (DVec3::new(LOW.x, LOW.y, PLATE), DVec3::new(HIGH.x, HIGH.y, LOW.z));
     let all = (shadow.0 - voxel, HIGH + voxel);
     let inside = (shadow.0 + voxel, shadow.1 - voxel);
-    let (sky, mut compared, mut colours) = (pixels[0], [0; 2], BTreeSet::new());
+    let (sky, mut compared, mut colors) = (pixels[0], [0; 2], BTreeSet::new());
     // Meshes are grey.
     let is_node =
         |pixel: &[u8; 3]| *pixel != sky && pixel.iter().max().expect("three") - pixel.iter().min().expect("three") > 20;
@@ -151,12 +151,12 @@ fn nodes_fill_the_shadow() {
             }
             Some((_, true)) => {
                 assert!(is_node(pixel), "pixel {i}: {pixel:?}, in the middle of a shadow");
-                colours.insert(*pixel);
+                colors.insert(*pixel);
                 compared[1] += 1;
             }
             _ => {}
         }
     }
-    println!("{compared:?} pixels beside and in the shadow, in {} colours", colours.len());
-    assert!(compared[0] > 1000 && compared[1] > 300 && colours.len() > 1, "{compared:?}, {colours:?}");
+    println!("{compared:?} pixels beside and in the shadow, in {} colors", colors.len());
+    assert!(compared[0] > 1000 && compared[1] > 300 && colors.len() > 1, "{compared:?}, {colors:?}");
 }

@@ -1,10 +1,10 @@
-//! Colours of techniques and passes in plots and on the page.
+//! Colors of techniques and passes in plots and on the page.
 
 use plotters::style::RGBColor;
 
-/// The colours of Okabe and Ito without the yellow, which is too light for lines. They are told apart with any colour
+/// The colors of Okabe and Ito without the yellow, which is too light for lines. They are told apart with any color
 /// vision.
-pub(super) const COLOURS: [RGBColor; 6] = [
+pub(super) const COLORS: [RGBColor; 6] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
     RGBColor(0x00, 0x9e, 0x73),
@@ -13,7 +13,7 @@ pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0x56, 0xb4, 0xe9),
 ];
 
-/// Lightness and largest chroma of colours that stand out from a light page and from a dark one, and do not glare.
+/// Lightness and largest chroma of colors that stand out from a light page and from a dark one, and do not glare.
 const LIGHTNESS: std::ops::RangeInclusive<f64> = 0.43..=0.88;
 const LARGEST_CHROMA: f64 = 0.18;
 /// Step between the values that a channel may have.
@@ -27,51 +27,51 @@ const PROTANOPIA: [[f64; 3]; 3] =
 const DEUTERANOPIA: [[f64; 3]; 3] =
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]];
 
-/// A colour in OKLab, as seen with full colour vision and with the two kinds of red–green blindness.
+/// A color in OKLab, as seen with full color vision and with the two kinds of red–green blindness.
 type Seen = [[f64; 3]; 3];
 
-/// `count` colours, all different up to a thousand. Each colour is as far as possible from all colours before it. The
-/// distance from the colour right before it counts half, since these two often stand side by side. A longer list begins
-/// with the same colours.
+/// `count` colors, all different up to a thousand. Each color is as far as possible from all colors before it. The
+/// distance from the color right before it counts half, since these two often stand side by side. A longer list begins
+/// with the same colors.
 pub(super) fn distinct(count: usize) -> Vec<RGBColor> {
     beside(&[], count)
 }
 
-/// [`COLOURS`], and then as many more as are wanted, which are far from these and from each other.
+/// [`COLORS`], and then as many more as are wanted, which are far from these and from each other.
 pub(super) fn named(count: usize) -> Vec<RGBColor> {
-    let more = beside(&COLOURS, count.saturating_sub(COLOURS.len()));
-    COLOURS.into_iter().chain(more).take(count).collect()
+    let more = beside(&COLORS, count.saturating_sub(COLORS.len()));
+    COLORS.into_iter().chain(more).take(count).collect()
 }
 
 fn beside(known: &[RGBColor], count: usize) -> Vec<RGBColor> {
     let mut candidates: Vec<(RGBColor, Seen, f64)> = Vec::new();
     let channel = || (0..=u8::MAX).step_by(CHANNEL_STEP);
-    for colour in channel().flat_map(|r| channel().flat_map(move |g| channel().map(move |b| RGBColor(r, g, b)))) {
-        let seen = seen(colour);
+    for color in channel().flat_map(|r| channel().flat_map(move |g| channel().map(move |b| RGBColor(r, g, b)))) {
+        let seen = seen(color);
         let [lightness, a, b] = seen[0];
         if LIGHTNESS.contains(&lightness) && a.hypot(b) <= LARGEST_CHROMA {
             let nearest = known.iter().map(|&known| distance(&seen, &self::seen(known))).fold(f64::INFINITY, f64::min);
-            candidates.push((colour, seen, nearest));
+            candidates.push((color, seen, nearest));
         }
     }
-    let mut colours = Vec::new();
+    let mut colors = Vec::new();
     let mut before: Option<Seen> = None;
-    while colours.len() < count {
+    while colors.len() < count {
         let score = |(_, seen, nearest): &(RGBColor, Seen, f64)| {
             before.map_or(*nearest, |before| nearest.min(distance(seen, &before) / 2.0))
         };
-        let Some(&(colour, chosen, _)) = candidates.iter().max_by(|a, b| score(a).total_cmp(&score(b))) else { break };
+        let Some(&(color, chosen, _)) = candidates.iter().max_by(|a, b| score(a).total_cmp(&score(b))) else { break };
         for (_, seen, nearest) in &mut candidates {
             *nearest = nearest.min(distance(seen, &chosen));
         }
-        colours.push(colour);
+        colors.push(color);
         before = Some(chosen);
     }
-    colours
+    colors
 }
 
-/// The distance between two colours, for the kind of vision that sees the least difference. With full colour vision the
-/// distance counts half, since colours there differ in one dimension more.
+/// The distance between two colors, for the kind of vision that sees the least difference. With full color vision the
+/// distance counts half, since colors there differ in one dimension more.
 fn distance(a: &Seen, b: &Seen) -> f64 {
     let [full, without_long, without_medium] = [0, 1, 2].map(|eye| euclidean(a[eye], b[eye]));
     (full / 2.0).min(without_long).min(without_medium)
@@ -114,16 +114,16 @@ mod tests {
     use super::*;
 
     /// Red, green and blue of sRGB in OKLab, to the digits that CSS Color 4 gives. A grey looks the same with any
-    /// colour vision.
+    /// color vision.
     #[test]
-    fn known_colours() {
+    fn known_colors() {
         let known = [
             (RGBColor(255, 0, 0), [0.62796, 0.22486, 0.12585]),
             (RGBColor(0, 255, 0), [0.86644, -0.23389, 0.17950]),
             (RGBColor(0, 0, 255), [0.45201, -0.03246, -0.31153]),
         ];
-        for (colour, lab) in known {
-            assert!(euclidean(seen(colour)[0], lab) < 2e-5, "{:?}, not {lab:?}", seen(colour)[0]);
+        for (color, lab) in known {
+            assert!(euclidean(seen(color)[0], lab) < 2e-5, "{:?}, not {lab:?}", seen(color)[0]);
         }
         for grey in [0, 119, 255].map(|value| seen(RGBColor(value, value, value))) {
             assert!(grey.iter().all(|eye| euclidean(*eye, [grey[0][0], 0.0, 0.0]) < 1e-4), "{grey:?}");
@@ -134,14 +134,14 @@ mod tests {
         assert!(without_medium < full / 3.0, "{full} {without_medium}");
     }
 
-    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Any two of forty colours are at
+    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Any two of forty colors are at
     /// least 0.07 apart, or 0.035 with red–green blindness. Any two in a row are at least 0.15 apart, or 0.08 with
     /// red–green blindness.
     #[test]
     fn forty_are_told_apart() {
-        let colours = distinct(40);
-        assert_eq!((colours.len(), &colours[..7]), (40, &distinct(7)[..]));
-        let eyes: Vec<Seen> = colours.into_iter().map(seen).collect();
+        let colors = distinct(40);
+        assert_eq!((colors.len(), &colors[..7]), (40, &distinct(7)[..]));
+        let eyes: Vec<Seen> = colors.into_iter().map(seen).collect();
         for (place, one) in eyes.iter().enumerate() {
             for (before, other) in eyes[..place].iter().enumerate() {
                 let (full, blind) = if before + 1 == place { (0.15, 0.08) } else { (0.07, 0.035) };
