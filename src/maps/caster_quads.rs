@@ -13,8 +13,8 @@ use crate::world::World;
 use std::ops::Range;
 
 push_struct! {
-    /// Twin: SplatPush in glsl/maps/splat.glsl.
-    pub struct SplatPush {
+    /// Twin: QuadsPush in glsl/maps/caster_quads.glsl.
+    pub struct QuadsPush {
         /// The map's number over all lights.
         map: u32,
         /// The index at which the map's drawing order begins.
@@ -38,7 +38,7 @@ pub enum DrawingOrder {
 }
 
 /// The draw of the casters of each map, with its arguments.
-pub struct Splat {
+pub struct CasterQuads {
     /// The sort; none where casters are drawn by index.
     order: Option<NearToFar>,
     set: Bindings,
@@ -54,7 +54,7 @@ pub struct Splat {
     gaussians: bool,
 }
 
-impl Splat {
+impl CasterQuads {
     /// Draws all casters in that order, but for those that `bins` culls, if there are bins.
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl Splat {
         let (sorts, order) = match sorting {
             DrawingOrder::Index => {
                 let indices: Vec<u32> = (0..maps.count()).flat_map(|_| 0..capacity).collect();
-                (None, Buffer::with_data(context, "splat.order", &indices)?)
+                (None, Buffer::with_data(context, "quads.order", &indices)?)
             }
             DrawingOrder::NearToFar => {
                 let near_to_far = NearToFar::new(context, world, maps)?;
@@ -83,7 +83,7 @@ impl Splat {
             Some(bins) => Some(Compact::new(context, bins.met(), &order, capacity, maps.count())?),
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
-        let set = set::Splat { order: &drawn }.bind(context, "splat")?;
+        let set = set::CasterQuads { order: &drawn }.bind(context, "quads")?;
         let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_packed());
         Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
@@ -93,7 +93,7 @@ impl Splat {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
-        let set = set::Splat { order }.bind(context, "splat")?;
+        let set = set::CasterQuads { order }.bind(context, "quads")?;
         let capacity = world.caster_capacity().max(1);
         let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_packed());
         Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, gaussians })
@@ -112,9 +112,9 @@ impl Splat {
         colors: &[(Format, Blend)],
         more: &[&Bindings],
         constants: &Constants,
-    ) -> Result<Kernel<SplatPush>> {
+    ) -> Result<Kernel<QuadsPush>> {
         let constants = maps.colored(constants).set(STRANDS, self.strands).set(GAUSSIANS, self.gaussians);
-        let state = Graphics { vertex: &shaders::maps::SPLAT_VERT, fragment, colors, depth: None };
+        let state = Graphics { vertex: &shaders::maps::CASTER_QUADS_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
         Kernel::graphics(context, &state, &sets, &constants)
     }
@@ -137,9 +137,9 @@ impl Splat {
     }
 
     /// Draws the casters of each map of `maps`, which form group number `group`. The maps are stacked.
-    pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, maps: Range<u32>, group: u32, capacity: u32) {
+    pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<QuadsPush>, maps: Range<u32>, group: u32, capacity: u32) {
         for (slot, map) in (0..).zip(maps) {
-            let push = SplatPush { map, order_first: map * self.capacity, slot, group, capacity };
+            let push = QuadsPush { map, order_first: map * self.capacity, slot, group, capacity };
             draw.rows(slot * self.size[1], self.size);
             match &self.culled {
                 None => draw.draw(kernel, &push, 6 * self.caster_count, 1),
@@ -149,8 +149,8 @@ impl Splat {
     }
 
     /// Draws the casters at `places` in the first map's order.
-    pub fn draw_places(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, places: Range<u32>) {
-        let push = SplatPush { map: 0, order_first: 0, slot: 0, group: 0, capacity: 0 };
+    pub fn draw_places(&self, draw: &mut Draw, kernel: &Kernel<QuadsPush>, places: Range<u32>) {
+        let push = QuadsPush { map: 0, order_first: 0, slot: 0, group: 0, capacity: 0 };
         draw.draw_part(kernel, &push, 6 * places.start..6 * places.end);
     }
 

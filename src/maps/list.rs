@@ -1,9 +1,9 @@
 //! Per-texel linked lists of all segments, captured with atomics. Shared by the techniques that start from such lists.
 
-use super::{Bins, Maps, Splat, stacked};
+use super::{Bins, Maps, CasterQuads, stacked};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, ReadBack};
-use crate::maps::SplatPush;
+use crate::maps::QuadsPush;
 use crate::shaders;
 use crate::shaders::set;
 use crate::world::World;
@@ -63,7 +63,7 @@ pub struct List {
     places: u64,
     set: Bindings,
     /// None where the lists are filled elsewhere.
-    drawn: Option<(Splat, Kernel<SplatPush>)>,
+    drawn: Option<(CasterQuads, Kernel<QuadsPush>)>,
 }
 
 fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
@@ -72,7 +72,7 @@ fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
 }
 
 impl List {
-    /// Lists of the segments of drawn casters, one list per texel of the maps. Without `splat` a capture leaves the
+    /// Lists of the segments of drawn casters, one list per texel of the maps. Without `quads` a capture leaves the
     /// lists empty. `capacity` fixes the number of segments for all builds; without `capacity` the buffer grows.
     ///
     /// # Errors
@@ -80,7 +80,7 @@ impl List {
     pub fn new(
         context: &Context,
         maps: &Maps,
-        splat: Option<Splat>,
+        quads: Option<CasterQuads>,
         keep: Keep,
         capacity: Option<u32>,
     ) -> Result<Self> {
@@ -96,8 +96,8 @@ impl List {
         let counted = ReadBack::new(context, "list.counted", counter_bytes)?;
         let set = set::List { heads: &heads, segments: &segments, counters: &counters }.bind(context, "list")?;
         let kernel =
-            |splat: &Splat| splat.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new());
-        let drawn = splat.map(|splat| kernel(&splat).map(|kernel| (splat, kernel))).transpose()?;
+            |quads: &CasterQuads| quads.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new());
+        let drawn = quads.map(|quads| kernel(&quads).map(|kernel| (quads, kernel))).transpose()?;
         Ok(Self {
             context: context.clone(),
             heads,
@@ -149,8 +149,8 @@ impl List {
     /// Prepares for the captures of a build.
     pub fn begin(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
         commands.read_back(&self.counters, &self.counted);
-        if let Some((splat, _)) = &mut self.drawn {
-            splat.record(commands, world, maps, bins);
+        if let Some((quads, _)) = &mut self.drawn {
+            quads.record(commands, world, maps, bins);
         }
     }
 
@@ -162,10 +162,10 @@ impl List {
                 pass.fill(&self.counters, 0);
             }
         });
-        let Some((splat, kernel)) = &self.drawn else { return };
+        let Some((quads, kernel)) = &self.drawn else { return };
         commands.pass("list.capture", |pass| {
             let size = [self.size[0], self.size[1] * maps.len() as u32];
-            pass.render(size, &[], None, |draw| splat.draw(draw, kernel, maps, group, self.capacity));
+            pass.render(size, &[], None, |draw| quads.draw(draw, kernel, maps, group, self.capacity));
         });
     }
 
@@ -224,7 +224,7 @@ impl List {
 
     /// Heads, segments, counters and the draw's buffers.
     pub fn bytes(&self) -> u64 {
-        self.drawn.as_ref().map_or(0, |(splat, _)| splat.bytes())
+        self.drawn.as_ref().map_or(0, |(quads, _)| quads.bytes())
             + self.heads.bytes()
             + self.segments.bytes()
             + self.counters.bytes()

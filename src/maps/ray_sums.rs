@@ -3,7 +3,7 @@
 
 use super::texels::TexelPasses;
 use super::{
-    Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, carried_texels, coarser_texels, stacked,
+    Bins, DrawingOrder, Entries, Levels, Maps, CasterQuads, QuadsPush, TexelWay, Use, carried_texels, coarser_texels, stacked,
 };
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Limit, Memory, Resource, Shader,
@@ -63,11 +63,11 @@ enum BuildPath {
 /// Casters drawn twice: for the ends of each texel's range, where the technique needs these, and for the texel's sums.
 struct Raster {
     labels: [&'static str; 2],
-    splat: Splat,
+    quads: CasterQuads,
     ends: Buffer,
-    draw_ends: Option<Kernel<SplatPush>>,
+    draw_ends: Option<Kernel<QuadsPush>>,
     targets: Vec<Image>,
-    draw: Kernel<SplatPush>,
+    draw: Kernel<QuadsPush>,
     pack: Kernel,
 }
 
@@ -141,10 +141,10 @@ impl Raster {
         // Where the range is the map's, nothing reads the ends.
         let has_ends = constants.word(SUM_RANGE.id()) != Some(0);
         let ends = Buffer::new(context, "sums.ends", if has_ends { 8 * maps.texels() } else { 4 }, Memory::Device)?;
-        let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;
+        let quads = CasterQuads::new(context, world, maps, DrawingOrder::Index, None)?;
         let set = set::MapsEnds { ends: &ends }.bind(context, "sums.ends")?;
         let drawn = |fragment: &Shader, colors: &[(Format, Blend)]| {
-            splat.kernel(context, maps, fragment, colors, &[&set], constants)
+            quads.kernel(context, maps, fragment, colors, &[&set], constants)
         };
         let draw_ends = has_ends.then(|| drawn(&shaders::sums::ENDS_FRAG, &[])).transpose()?;
         let draw = drawn(kernels.raster[count.ilog2() as usize], &vec![(format, Blend::Add); count as usize])?;
@@ -163,30 +163,30 @@ impl Raster {
         let read = read.bind(context, packs)?;
         let storage = set::MapsSums { sum_words: words }.bind(context, packs)?;
         let pack = Kernel::compute(context, kernels.pack, &[maps.scene(), &read, &storage], constants)?;
-        Ok(Self { labels: [label, packs], splat, ends, draw_ends, targets, draw, pack })
+        Ok(Self { labels: [label, packs], quads, ends, draw_ends, targets, draw, pack })
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) {
         let size = self.targets.first().map_or([1, 1], Image::size);
         let all = 0..maps.count();
-        self.splat.record(commands, world, maps, None);
+        self.quads.record(commands, world, maps, None);
         if let Some(kernel) = &self.draw_ends {
             commands.pass("sums.clear", |pass| pass.fill(&self.ends, 0));
             commands.pass("sums.ends", |pass| {
-                pass.render(size, &[], None, |draw| self.splat.draw(draw, kernel, all.clone(), 0, 0));
+                pass.render(size, &[], None, |draw| self.quads.draw(draw, kernel, all.clone(), 0, 0));
             });
         }
         let [label, packs] = self.labels;
         commands.pass(label, |pass| {
             let targets: Vec<_> = self.targets.iter().map(|image| Target { image, clear: Some([0.0; 4]) }).collect();
-            pass.render(size, &targets, None, |draw| self.splat.draw(draw, &self.draw, all, 0, 0));
+            pass.render(size, &targets, None, |draw| self.quads.draw(draw, &self.draw, all, 0, 0));
         });
         let [x, y] = maps.tiles();
         commands.pass(packs, |pass| pass.dispatch(&self.pack, &(), [x, y, maps.count()]));
     }
 
     fn bytes(&self) -> u64 {
-        self.splat.bytes() + self.ends.bytes() + self.targets.iter().map(Image::bytes).sum::<u64>()
+        self.quads.bytes() + self.ends.bytes() + self.targets.iter().map(Image::bytes).sum::<u64>()
     }
 }
 

@@ -1,7 +1,7 @@
 //! An image with one texel per ray, built by blending or by one workgroup per tile, for techniques whose data fit into
 //! a texel.
 
-use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, Use, coarser_texels, stacked};
+use super::{Bins, DrawingOrder, Entries, Levels, Maps, CasterQuads, QuadsPush, Use, coarser_texels, stacked};
 use crate::Result;
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader, Target,
@@ -24,7 +24,7 @@ pub struct TexelKernels<'a> {
     pub labels: [&'static str; 3],
     /// The format of the image.
     pub format: Format,
-    /// Draws a caster (maps/splat.glsl).
+    /// Draws a caster (maps/caster_quads.glsl).
     pub fragment: &'a Shader,
     /// How a caster is blended with those before it.
     pub blend: Blend,
@@ -76,7 +76,7 @@ pub struct Texels {
 }
 
 enum BuildPath {
-    Raster { splat: Splat, draw: Kernel<SplatPush>, empty: [f32; 4], label: &'static str },
+    Raster { quads: CasterQuads, draw: Kernel<QuadsPush>, empty: [f32; 4], label: &'static str },
     Binned { bins: Bins, kernel: Kernel, label: &'static str },
 }
 
@@ -101,10 +101,10 @@ impl Texels {
         let image = Image::new(context, raster, kernels.format, size, usage)?;
         let way = match way {
             TexelWay::Raster => {
-                let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;
+                let quads = CasterQuads::new(context, world, maps, DrawingOrder::Index, None)?;
                 let colors = [(kernels.format, kernels.blend)];
-                let draw = splat.kernel(context, maps, kernels.fragment, &colors, &[], constants)?;
-                BuildPath::Raster { splat, draw, empty: kernels.empty, label: raster }
+                let draw = quads.kernel(context, maps, kernels.fragment, &colors, &[], constants)?;
+                BuildPath::Raster { quads, draw, empty: kernels.empty, label: raster }
             }
             TexelWay::Binned => {
                 let bins = Bins::new(
@@ -131,12 +131,12 @@ impl Texels {
 impl TexelPasses for Texels {
     fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
         match &mut self.way {
-            BuildPath::Raster { splat, draw: kernel, empty, label } => {
-                splat.record(commands, world, maps, None);
+            BuildPath::Raster { quads, draw: kernel, empty, label } => {
+                quads.record(commands, world, maps, None);
                 commands.pass(label, |pass| {
                     let target = Target { image: &self.image, clear: Some(*empty) };
                     pass.render(self.image.size(), &[target], None, |draw| {
-                        splat.draw(draw, kernel, 0..maps.count(), 0, 0)
+                        quads.draw(draw, kernel, 0..maps.count(), 0, 0)
                     });
                 });
             }

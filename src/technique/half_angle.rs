@@ -30,7 +30,7 @@ use super::painter::{Painter, PainterKernels};
 use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
-use crate::maps::{DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush};
+use crate::maps::{DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, CasterQuads, QuadsPush};
 use crate::shaders::constant::{ENDS_AT_MESHES, GAUSSIANS, STRANDS};
 use crate::shaders::{folder, half_angle as shaders};
 use crate::world::{BuildStamp, Parts, World};
@@ -97,8 +97,8 @@ pub struct HalfAngle {
     maps: Maps,
     /// The light that is left behind the casters in front of meshes.
     whole: Image,
-    splat: Splat,
-    draw: Kernel<SplatPush>,
+    quads: CasterQuads,
+    draw: Kernel<QuadsPush>,
     written: BuildStamp,
     painter: Rc<Painter>,
     look_up: Bindings,
@@ -131,7 +131,7 @@ impl HalfAngle {
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
         let constants = Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_packed());
         let whole = Image::new(context, "half_angle.whole", format, maps.size(), ImageUse::Color)?;
-        let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
+        let quads = CasterQuads::new(context, world, &maps, DrawingOrder::Index, None)?;
         let cut = constants.clone().set(ENDS_AT_MESHES, world.triangle_capacity() > 0);
         let kernels = PainterKernels {
             name: "half_angle.light",
@@ -142,13 +142,13 @@ impl HalfAngle {
             constants: &constants,
         };
         Ok(Self {
-            draw: splat.kernel(context, &maps, kernels.fragment, &[(format, Blend::Multiply)], &[], &cut)?,
+            draw: quads.kernel(context, &maps, kernels.fragment, &[(format, Blend::Multiply)], &[], &cut)?,
             painter: Rc::new(Painter::new(context, world, &maps, &kernels)?),
             look_up: maps.look_up(context, "half_angle.look_up", &[Resource::Texture(whole.clone())])?,
             written: BuildStamp::of(Maps::VOLUME.and(Maps::OPAQUE)),
             maps,
             whole,
-            splat,
+            quads,
             constants,
         })
     }
@@ -156,7 +156,7 @@ impl HalfAngle {
     fn light(&self, commands: &mut Commands) {
         commands.pass("half_angle.light", |pass| {
             let target = Target { image: &self.whole, clear: Some([1.0; 4]) };
-            pass.render(self.whole.size(), &[target], None, |draw| self.splat.draw(draw, &self.draw, 0..1, 0, 0));
+            pass.render(self.whole.size(), &[target], None, |draw| self.quads.draw(draw, &self.draw, 0..1, 0, 0));
         });
     }
 }
@@ -174,7 +174,7 @@ impl Technique for HalfAngle {
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world)?;
         if self.written.make(world) {
-            self.splat.record(commands, world, &self.maps, None);
+            self.quads.record(commands, world, &self.maps, None);
             self.light(commands);
         }
         Ok(())

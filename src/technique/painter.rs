@@ -7,7 +7,7 @@ use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Pass, Resource, Shader,
     Target, groups, push_struct,
 };
-use crate::maps::{Maps, Order, Splat, SplatPush};
+use crate::maps::{Maps, Order, CasterQuads, QuadsPush};
 use crate::scene::View;
 use crate::shaders::set;
 use crate::world::World;
@@ -30,8 +30,8 @@ pub struct Painter {
     slices: u32,
     /// The light that the slices so far leave.
     light: Image,
-    draw: Kernel<SplatPush>,
-    splat: Splat,
+    draw: Kernel<QuadsPush>,
+    quads: CasterQuads,
     keys: Kernel<HalfPush>,
     order: Order,
     /// The direction of the light, at the last build.
@@ -48,7 +48,7 @@ pub(super) struct PainterKernels<'a> {
     pub slices: u32,
     /// The format of the light's buffer.
     pub format: Format,
-    /// Draws a caster into the light's buffer (maps/splat.glsl).
+    /// Draws a caster into the light's buffer (maps/caster_quads.glsl).
     pub fragment: &'a Shader,
     /// Writes the sort key of each caster.
     pub keys: &'a Shader,
@@ -77,17 +77,17 @@ impl Painter {
         let PainterKernels { name, slices, format, fragment, keys, constants } = *kernels;
         let light = Image::new(context, name, format, maps.size(), ImageUse::Color)?;
         let order = Order::new(context, world.caster_capacity(), 1)?;
-        let splat = Splat::sorted_by(context, world, maps, &order.sorted)?;
+        let quads = CasterQuads::sorted_by(context, world, maps, &order.sorted)?;
         let items = set::OrderKeys { items: &order.items }.bind(context, name)?;
         Ok(Self {
             slices,
-            draw: splat.kernel(context, maps, fragment, &[(format, Blend::Multiply)], &[], constants)?,
+            draw: quads.kernel(context, maps, fragment, &[(format, Blend::Multiply)], &[], constants)?,
             keys: Kernel::compute(context, keys, &[maps.scene(), &items], &Constants::new())?,
             look_up: maps.look_up(context, name, &[Resource::Texture(light.clone())])?,
             sorted: set::SlicedOrder { sorted: &order.sorted }.bind(context, name)?,
             forward: Cell::default(),
             light,
-            splat,
+            quads,
             order,
         })
     }
@@ -124,7 +124,7 @@ impl Painter {
         let clear = places.is_empty().then_some([1.0; 4]);
         pass.render(self.light.size(), &[Target { image: &self.light, clear }], None, |draw| {
             if clear.is_none() {
-                self.splat.draw_places(draw, &self.draw, places);
+                self.quads.draw_places(draw, &self.draw, places);
             }
         });
     }

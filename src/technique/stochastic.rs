@@ -27,7 +27,7 @@ use super::settings::{Keyed, SIZE, Setting};
 use super::texel_map::{BINNED, RASTER};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, Requirement};
-use crate::maps::{Bins, DrawingOrder, Entries, Map, Maps, OpaqueMaps, Splat, SplatPush, TexelWay, Use, stacked};
+use crate::maps::{Bins, DrawingOrder, Entries, Map, Maps, OpaqueMaps, CasterQuads, QuadsPush, TexelWay, Use, stacked};
 use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
 use crate::shaders::{folder, set, stochastic as shaders};
 use crate::world::{BuildStamp, Parts, World};
@@ -102,7 +102,7 @@ fn promises(spec: &Spec, _path: &str) -> Promises {
 }
 
 enum BuildPath {
-    Raster { splat: Splat, draw: Kernel<SplatPush> },
+    Raster { quads: CasterQuads, draw: Kernel<QuadsPush> },
     Binned { bins: Bins, kernel: Kernel },
 }
 
@@ -157,9 +157,9 @@ impl Stochastic {
         let (label, way) = match way {
             TexelWay::Raster => {
                 stacked(context, "stochastic.draw", maps.size(), maps.count())?;
-                let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
-                let draw = splat.kernel(context, &maps, &shaders::DRAW_FRAG, &[], &[&set], &passes)?;
-                ("stochastic.draw", BuildPath::Raster { splat, draw })
+                let quads = CasterQuads::new(context, world, &maps, DrawingOrder::Index, None)?;
+                let draw = quads.kernel(context, &maps, &shaders::DRAW_FRAG, &[], &[&set], &passes)?;
+                ("stochastic.draw", BuildPath::Raster { quads, draw })
             }
             TexelWay::Binned => {
                 let reach = filter.reach();
@@ -181,13 +181,13 @@ impl Stochastic {
 
     fn draw(&mut self, commands: &mut Commands, world: &World) {
         match &mut self.way {
-            BuildPath::Raster { splat, draw } => {
-                splat.record(commands, world, &self.maps, None);
+            BuildPath::Raster { quads, draw } => {
+                quads.record(commands, world, &self.maps, None);
                 commands.pass("stochastic.clear", |pass| pass.fill(&self.samples, u32::MAX));
                 let [width, height] = self.maps.size();
                 let count = self.maps.count();
                 commands.pass(self.label, |pass| {
-                    pass.render([width, height * count], &[], None, |d| splat.draw(d, draw, 0..count, 0, 0));
+                    pass.render([width, height * count], &[], None, |d| quads.draw(d, draw, 0..count, 0, 0));
                 });
             }
             BuildPath::Binned { bins, kernel } => {

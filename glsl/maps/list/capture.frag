@@ -2,9 +2,9 @@
 // Pushes the caster's segment at the head of the texel's list. Source: Fife and Strugar 2013, Capturing fragments.
 // Inputs: maps, casters. Outputs: heads, segments, the count of fragments. Invariant: the count is the whole demand,
 // also beyond the capacity, so that the caller can grow the buffer.
-#define SPLAT_FRAGMENT
+#define QUADS_FRAGMENT
 #include "maps/list/segments.glsl"
-#include "maps/splat.glsl"
+#include "maps/caster_quads.glsl"
 
 // set 2: list
 layout(set = 2, binding = 0, r32ui) uniform uimage2D heads;
@@ -16,7 +16,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!splat_segment(view, depth, optical_depth)) {
+    if (!quad_segment(view, depth, optical_depth)) {
         return;
     }
     uint index = atomicAdd(counters[FRAGMENTS + group], 1u);

@@ -2,8 +2,8 @@
 // Where on each texel's ray its casters begin and end. Source: ours. Inputs: maps, casters. Output: ends. Twin:
 // reference::twin::texel_sums.
 // Invariant: ends are extremes, whatever order casters come in. Depths are not negative, and compare as their bits do.
-#define SPLAT_FRAGMENT
-#include "maps/splat.glsl"
+#define QUADS_FRAGMENT
+#include "maps/caster_quads.glsl"
 
 // set 2: maps_ends
 // Two words per texel: the bits of its front's depth, inverted, and the bits of its back's depth.
@@ -13,7 +13,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (splat_part(view, DARK, depth, optical_depth) && optical_depth > 0.0) {
+    if (quad_part(view, DARK, depth, optical_depth) && optical_depth > 0.0) {
         uvec2 at = uvec2(gl_FragCoord.xy);
         uint texel = at.y * view.width + at.x;
         atomicMax(ends[2u * texel], ~floatBitsToUint(depth.x));

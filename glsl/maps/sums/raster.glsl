@@ -3,8 +3,8 @@
 // least a quarter of SUMS.
 #ifndef MAPS_SUMS_RASTER_GLSL
 #define MAPS_SUMS_RASTER_GLSL
-#define SPLAT_FRAGMENT
-#include "maps/splat.glsl"
+#define QUADS_FRAGMENT
+#include "maps/caster_quads.glsl"
 #include "maps/sums/range.glsl"
 
 // set 2: maps_ends
@@ -16,7 +16,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!splat_part(view, DARK, depth, optical_depth) || optical_depth <= 0.0) {
+    if (!quad_part(view, DARK, depth, optical_depth) || optical_depth <= 0.0) {
         discard;
     }
     vec2 range = vec2(0.0, 1.0);

@@ -4,10 +4,10 @@
 // Strugar 2013, Pixel Shader Ordering. Inputs: maps, casters. In and out: nodes. Two nodes are read and written at once, and
 // nodes of neighbouring texels are neighbours in memory, since a warp waits for each line of the cache that an access meets.
 // Invariant: `pairs` is coherent, since the interlock orders accesses but does not make writes visible.
-#define SPLAT_FRAGMENT
+#define QUADS_FRAGMENT
 #include "technique/avsm/interleaved_layout.glsl"
 #include "maps/curve/curve.glsl"
-#include "maps/splat.glsl"
+#include "maps/caster_quads.glsl"
 
 layout(pixel_interlock_ordered) in;
 
@@ -15,10 +15,10 @@ layout(set = 2, binding = 0, std430) coherent buffer Nodes { vec4 pairs[]; };
 
 void main() {
     View view = maps[map].volume;
-    uvec2 texel = splat_texel(view);
+    uvec2 texel = quad_texel(view);
     vec2 depth;
     float optical_depth;
-    if (!splat_segment(view, depth, optical_depth)) {
+    if (!quad_segment(view, depth, optical_depth)) {
         discard;  // before the lock, so that no later fragment waits for it
     }
     // Curves that are to be packed are built in room for the maps that are drawn at once.

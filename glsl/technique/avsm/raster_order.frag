@@ -4,10 +4,10 @@
 // Inputs: maps, casters. In and out: the attachments.
 // Invariant: the order is the pipeline's (VK_EXT_rasterization_order_attachment_access); nothing is stored to memory.
 // variants: ATTACHMENTS 2 4 8
-#define SPLAT_FRAGMENT
+#define QUADS_FRAGMENT
 #include "technique/avsm/attachments.glsl"
 #include "maps/curve/curve.glsl"
-#include "maps/splat.glsl"
+#include "maps/caster_quads.glsl"
 
 #define STORED(i) layout(input_attachment_index = i, set = 2, binding = i) uniform subpassInput stored_##i;
 #define INSERTED(i) layout(location = i) out vec4 inserted_##i;
@@ -28,7 +28,7 @@ void main() {
     vec2 depth;
     float optical_depth;
     View view = maps[map].volume;
-    if (!splat_segment(view, depth, optical_depth)) {
+    if (!quad_segment(view, depth, optical_depth)) {
         discard;  // the attachments keep what they have
     }
     curve_clear();

@@ -2,9 +2,9 @@
 // Blends a caster into a texel: the nearest entry, the farthest exit, the sum of optical depths. Color is blended by maximum, alpha by
 // addition. Source: Hillaire 2020. Inputs: maps, casters. Output: texel (technique/beer_shadow_map/texel.glsl). Twin:
 // reference::twin::beer_shadow_map::blend. Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
-#define SPLAT_FRAGMENT
+#define QUADS_FRAGMENT
 #include "technique/beer_shadow_map/texel.glsl"
-#include "maps/splat.glsl"
+#include "maps/caster_quads.glsl"
 
 layout(location = 0) out vec4 texel;
 
@@ -12,7 +12,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!splat_segment(view, depth, optical_depth) || optical_depth <= 0.0) {
+    if (!quad_segment(view, depth, optical_depth) || optical_depth <= 0.0) {
         discard;
     }
     texel = beer_texel(depth, optical_depth);

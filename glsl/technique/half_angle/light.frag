@@ -2,9 +2,9 @@
 // Multiplies a caster's transmittance into the light's buffer. Source: Kniss et al. 2003; Green 2008. Leaving out casters behind meshes is
 // ours. Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light. Invariant: order matters
 // only as far as blending rounds, and primitives blend in drawing order.
-#define SPLAT_FRAGMENT
+#define QUADS_FRAGMENT
 #include "maps/opaque.glsl"
-#include "maps/splat.glsl"
+#include "maps/caster_quads.glsl"
 
 layout(location = 0) out float transmittance;
 
@@ -15,7 +15,7 @@ CONSTANT(bool, ENDS_AT_MESHES, false)
 // Where the ray of a texel of the volume view meets the first mesh, as a depth in that view's range; both views look along the same rays.
 float mesh_depth(View view) {
     View opaque = maps[map].opaque;
-    Ray ray = view_ray(view, vec2(splat_texel(view)) + 0.5);
+    Ray ray = view_ray(view, vec2(quad_texel(view)) + 0.5);
     ivec2 texel = ivec2(clamp(floor(view_project(opaque, ray.origin + ray.direction).xy), vec2(-1.0),
                               vec2(opaque.width, opaque.height)));
     float depth = view_has(opaque, texel) ? texelFetch(opaque_map, opaque_corner(opaque, map, opaque_map) + texel, 0).r
@@ -28,7 +28,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!splat_segment(view, depth, optical_depth)) {
+    if (!quad_segment(view, depth, optical_depth)) {
         discard;
     }
     float end = ENDS_AT_MESHES ? mesh_depth(view) : FARTHEST;

@@ -2,8 +2,8 @@
 // Draws where a texel's samples end in a caster; the nearest end stays. Source: Enderton et al. 2010. Inputs: maps, casters.
 // Output: samples. Twin: reference::twin::stochastic::draw.
 // Invariant: a minimum of whole numbers, so the same bytes in any order.
-#define SPLAT_FRAGMENT
-#include "maps/splat.glsl"
+#define QUADS_FRAGMENT
+#include "maps/caster_quads.glsl"
 #include "technique/stochastic/draw.glsl"
 
 layout(location = 2) flat in uint number;
@@ -14,8 +14,8 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (splat_segment(view, depth, optical_depth)) {
-        uvec2 texel = splat_texel(view);
+    if (quad_segment(view, depth, optical_depth)) {
+        uvec2 texel = quad_texel(view);
         draw_caster(texel, number, first_sample(view, map, texel), depth, optical_depth);
     }
 }

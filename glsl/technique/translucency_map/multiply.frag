@@ -2,8 +2,8 @@
 // Multiplies a caster's transmittance into a texel. Source: Crytek 2011; Bavoil and Jansen 2013, External Shadows.
 // Inputs: maps, casters. Output: transmittance. Twin: reference::twin::translucency_map::multiply. Invariant: order
 // matters only as far as blending rounds, and primitives blend in drawing order.
-#define SPLAT_FRAGMENT
-#include "maps/splat.glsl"
+#define QUADS_FRAGMENT
+#include "maps/caster_quads.glsl"
 
 layout(location = 0) out float transmittance;
 
@@ -11,7 +11,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!splat_segment(view, depth, optical_depth)) {
+    if (!quad_segment(view, depth, optical_depth)) {
         discard;
     }
     transmittance = exp(-optical_depth);

@@ -46,10 +46,10 @@ impl Compact {
     pub fn new(context: &Context, met: &Buffer, order: &Buffer, capacity: u32, map_count: u32) -> Result<Self> {
         let buffer = |name, count: u64| Buffer::new(context, name, 4 * count, Memory::Device);
         let blocks = u64::from(capacity.div_ceil(BLOCK_CASTERS)) * u64::from(map_count);
-        let drawn = buffer("splat.casters", u64::from(capacity) * u64::from(map_count))?;
+        let drawn = buffer("quads.casters", u64::from(capacity) * u64::from(map_count))?;
         let marks = buffer("bins.marks", blocks * u64::from(BLOCK_CASTERS / 32))?;
         let blocks = buffer("bins.blocks", blocks)?;
-        let draws = buffer("splat.draws", COMMAND_BYTES / 4 * u64::from(map_count))?;
+        let draws = buffer("quads.draws", COMMAND_BYTES / 4 * u64::from(map_count))?;
         let set = set::BinsCompact { met, order, marks: &marks, blocks: &blocks, drawn: &drawn, draws: &draws };
         let set = set.bind(context, "bins.compact")?;
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &Constants::new());

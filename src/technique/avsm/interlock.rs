@@ -4,16 +4,16 @@
 use super::{GroupPush, NodeData, Site, per_tile};
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Kernel, Memory};
-use crate::maps::{Bins, Maps, Splat, SplatPush};
+use crate::maps::{Bins, Maps, CasterQuads, QuadsPush};
 use crate::shaders::{self, set};
 use crate::world::World;
 use std::ops::Range;
 
 /// What the path builds with.
 pub struct Interlock {
-    splat: Splat,
+    quads: CasterQuads,
     clear: Kernel<GroupPush>,
-    insert: Kernel<SplatPush>,
+    insert: Kernel<QuadsPush>,
     pack: Kernel<GroupPush>,
     /// The nodes of a group of maps in full precision, before they are packed: each fragment reads back the nodes that earlier fragments
     /// wrote, and those must not be rounded. None where nodes are not packed.
@@ -25,7 +25,7 @@ pub struct Interlock {
 impl Interlock {
     pub fn new(site: &Site) -> Result<Self> {
         let Site { context, world, maps, bins, curves, plan } = *site;
-        let splat = Splat::new(context, world, maps, plan.settings.drawing_order(), bins)?;
+        let quads = CasterQuads::new(context, world, maps, plan.settings.drawing_order(), bins)?;
         let mut at_once = maps.stacked_at_once(context);
         let mut set = curves.set.clone();
         let mut full = None;
@@ -40,15 +40,15 @@ impl Interlock {
             set = set::AvsmFull { nodes: &nodes, counts: &curves.tiles }.bind(context, "avsm.full")?;
             full = Some(nodes);
         }
-        let insert = splat.kernel(context, maps, &shaders::avsm::INSERT_FRAG, &[], &[&set], &plan.constants)?;
+        let insert = quads.kernel(context, maps, &shaders::avsm::INSERT_FRAG, &[], &[&set], &plan.constants)?;
         let clear = Kernel::compute(context, &shaders::avsm::CLEAR, &[maps.scene(), &set], &plan.constants)?;
         let sets = [maps.scene(), &set, &curves.set];
         let pack = Kernel::compute(context, &shaders::avsm::PACK, &sets, &plan.constants)?;
-        Ok(Self { splat, clear, insert, pack, full, at_once })
+        Ok(Self { quads, clear, insert, pack, full, at_once })
     }
 
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
-        self.splat.record(commands, world, maps, bins);
+        self.quads.record(commands, world, maps, bins);
         for (group, of) in (0..).zip(maps.groups(self.at_once)) {
             self.clear(commands, maps, of.clone());
             self.insert(commands, maps, of.clone(), group);
@@ -66,7 +66,7 @@ impl Interlock {
     fn insert(&self, commands: &mut Commands, maps: &Maps, of: Range<u32>, group: u32) {
         let size = [maps.size()[0], maps.size()[1] * of.len() as u32];
         commands.pass("avsm.insert", |pass| {
-            pass.render(size, &[], None, |draw| self.splat.draw(draw, &self.insert, of, group, 0));
+            pass.render(size, &[], None, |draw| self.quads.draw(draw, &self.insert, of, group, 0));
         });
     }
 
@@ -77,6 +77,6 @@ impl Interlock {
 
     /// Bytes that are needed only while building.
     pub fn bytes(&self) -> u64 {
-        self.splat.bytes() + self.full.as_ref().map_or(0, Buffer::bytes)
+        self.quads.bytes() + self.full.as_ref().map_or(0, Buffer::bytes)
     }
 }

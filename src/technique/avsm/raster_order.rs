@@ -4,7 +4,7 @@
 use super::settings::Settings;
 use super::{GroupPush, Site, per_tile};
 use crate::gpu::{Commands, Image, Kernel, Limit, OrderedAttachments};
-use crate::maps::{Bins, Maps, Splat, SplatPush};
+use crate::maps::{Bins, Maps, CasterQuads, QuadsPush};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, avsm, set};
 use crate::world::World;
@@ -16,9 +16,9 @@ const BUFFERS: u32 = 2;
 
 /// What the path builds with.
 pub struct RasterOrder {
-    splat: Splat,
+    quads: CasterQuads,
     attachments: OrderedAttachments,
-    insert: Kernel<SplatPush>,
+    insert: Kernel<QuadsPush>,
     unpack: Kernel<GroupPush>,
     /// Value of a curve that nothing was inserted into.
     unshadowed: f32,
@@ -44,21 +44,21 @@ impl RasterOrder {
             4 => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_4, &avsm::UNPACK_ATTACHMENTS_4),
             _ => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_8, &avsm::UNPACK_ATTACHMENTS_8),
         };
-        let splat = Splat::new(context, world, maps, plan.settings.drawing_order(), bins)?;
+        let quads = CasterQuads::new(context, world, maps, plan.settings.drawing_order(), bins)?;
         let at_once = maps.stacked_at_once(context);
         let size = [maps.size()[0], maps.size()[1] * at_once];
         let attachments = OrderedAttachments::new(context, "avsm.attachments", size, count)?;
         let drawn = set::AvsmAttachments { stored: attachments.images() }.bind(context, "avsm.attachments")?;
-        let stages = [&shaders::maps::SPLAT_VERT, insert];
-        let sets = [maps.scene(), splat.set(), attachments.inputs()];
+        let stages = [&shaders::maps::CASTER_QUADS_VERT, insert];
+        let sets = [maps.scene(), quads.set(), attachments.inputs()];
         let insert = Kernel::ordered(context, stages, &attachments, &sets, &maps.colored(&plan.constants))?;
         let unpack = Kernel::compute(context, unpack, &[maps.scene(), &curves.set, &drawn], &plan.constants)?;
         let unshadowed = if plan.settings.is_exponential() { 0.0 } else { 1.0 };
-        Ok(Self { splat, attachments, insert, unpack, unshadowed, at_once })
+        Ok(Self { quads, attachments, insert, unpack, unshadowed, at_once })
     }
 
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
-        self.splat.record(commands, world, maps, bins);
+        self.quads.record(commands, world, maps, bins);
         for (group, of) in (0..).zip(maps.groups(self.at_once)) {
             self.raster_order(commands, of.clone(), group);
             self.unpack(commands, maps, of);
@@ -70,7 +70,7 @@ impl RasterOrder {
     fn raster_order(&self, commands: &mut Commands, of: Range<u32>, group: u32) {
         let clear = [FARTHEST, self.unshadowed, FARTHEST, self.unshadowed];
         commands.pass("avsm.raster_order", |pass| {
-            pass.render_ordered(&self.attachments, clear, |draw| self.splat.draw(draw, &self.insert, of, group, 0));
+            pass.render_ordered(&self.attachments, clear, |draw| self.quads.draw(draw, &self.insert, of, group, 0));
         });
     }
 
@@ -81,6 +81,6 @@ impl RasterOrder {
 
     /// Bytes of the attachments and of the draw's buffers.
     pub fn bytes(&self) -> u64 {
-        self.splat.bytes() + self.attachments.images().iter().map(Image::bytes).sum::<u64>()
+        self.quads.bytes() + self.attachments.images().iter().map(Image::bytes).sum::<u64>()
     }
 }

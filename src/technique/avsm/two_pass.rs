@@ -3,7 +3,7 @@
 use super::{GroupPush, Site, per_tile};
 use crate::Result;
 use crate::gpu::{Commands, Kernel};
-use crate::maps::{Bins, DrawingOrder, Keep, List, Maps, Splat};
+use crate::maps::{Bins, DrawingOrder, Keep, List, Maps, CasterQuads};
 use crate::shaders;
 use crate::world::World;
 use std::ops::Range;
@@ -18,8 +18,8 @@ pub struct TwoPass {
 impl TwoPass {
     pub fn new(site: &Site) -> Result<Self> {
         let Site { context, world, maps, bins, curves, plan } = *site;
-        let splat = Splat::new(context, world, maps, DrawingOrder::Index, bins)?;
-        let list = List::new(context, maps, Some(splat), Keep::Some, plan.settings.capacity)?;
+        let quads = CasterQuads::new(context, world, maps, DrawingOrder::Index, bins)?;
+        let list = List::new(context, maps, Some(quads), Keep::Some, plan.settings.capacity)?;
         let sets = [maps.scene(), list.set(), &curves.set];
         let shader = if plan.refined { &shaders::avsm::RESOLVE_REFINE_1 } else { &shaders::avsm::RESOLVE_REFINE_0 };
         let resolve = Kernel::compute(context, shader, &sets, &plan.constants)?;

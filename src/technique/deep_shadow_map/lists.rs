@@ -4,7 +4,7 @@ use super::DeepPush;
 use super::settings::{Settings, BuildPath};
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory};
-use crate::maps::{Bins, DrawingOrder, Entries, Keep, List, Maps, SegmentData, Splat, Use};
+use crate::maps::{Bins, DrawingOrder, Entries, Keep, List, Maps, SegmentData, CasterQuads, Use};
 use crate::shaders::constant::{GAUSSIANS, STRANDS};
 use crate::shaders::deep_shadow_map as shaders;
 use crate::world::World;
@@ -44,11 +44,11 @@ impl Lists {
         };
         // With `bytes=`, all nodes are counted before the first is written, so that the lists of all maps must stand at once.
         let keep = if settings.bytes.is_some() { Keep::All } else { Keep::Some };
-        let splat = match way {
-            BuildPath::TwoPass => Some(Splat::new(context, world, maps, DrawingOrder::Index, bins.as_ref())?),
+        let quads = match way {
+            BuildPath::TwoPass => Some(CasterQuads::new(context, world, maps, DrawingOrder::Index, bins.as_ref())?),
             BuildPath::Binned => None,
         };
-        let list = List::new(context, maps, splat, keep, None)?.with_events(EVENTS);
+        let list = List::new(context, maps, quads, keep, None)?.with_events(EVENTS);
         let capture = match &bins {
             Some(bins) if is_binned => {
                 let constants = Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_packed());

@@ -1,11 +1,11 @@
 // Push constants of draws of casters, one draw per map. Maps stand one above the other in the target. Twin:
-// maps::caster_quads::SplatPush.
+// maps::caster_quads::QuadsPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL
 #include "maps/bins/view_caster.glsl"
 #include "maps/scene.glsl"
 
-layout(push_constant, scalar) uniform SplatPush {
+layout(push_constant, scalar) uniform QuadsPush {
     uint map;
     uint order_first;
     uint slot;   // of the map among those that are drawn at once
@@ -13,27 +13,27 @@ layout(push_constant, scalar) uniform SplatPush {
     uint capacity;  // of the lists that are drawn into, if any
 };
 
-#ifdef SPLAT_FRAGMENT
+#ifdef QUADS_FRAGMENT
 // A caster in the view's axes: its position and radius, its axis and density.
 layout(location = 0) flat in vec4 ball;
 layout(location = 1) flat in vec4 rest;
 
 // The texel in the map.
-uvec2 splat_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * view.height); }
+uvec2 quad_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * view.height); }
 
 // The segment of the caster in the texel, cut off where an optical depth of `dark` is reached, as depths in the light's range. False
 // where there is none.
-bool splat_part(View view, float dark, out vec2 depth, out float optical_depth) {
+bool quad_part(View view, float dark, out vec2 depth, out float optical_depth) {
     Caster caster = Caster(ball.xyz, ball.w, STRANDS || GAUSSIANS ? rest.xyz : vec3(0.0), rest.w);
-    Ray ray = view_texel_ray(view, splat_texel(view));
+    Ray ray = view_texel_ray(view, quad_texel(view));
     vec2 z;
     bool hit = view_segment(view, ray, length(ray.direction), caster, dark, z, optical_depth);
     depth = vec2(view_depth(view, z.x), view_depth(view, z.y));
     return hit;
 }
 
-bool splat_segment(View view, out vec2 depth, out float optical_depth) {
-    return splat_part(view, MAX_OPTICAL_DEPTH, depth, optical_depth);
+bool quad_segment(View view, out vec2 depth, out float optical_depth) {
+    return quad_part(view, MAX_OPTICAL_DEPTH, depth, optical_depth);
 }
 #endif
 #endif

@@ -2,9 +2,9 @@
 // Draws casters as quads over a map, in the order of `order` from `order_first` on. Six vertices per caster.
 // Inputs: maps, casters, order. Outputs: position, the caster in the view's axes, its number. Source: Fife and Strugar 2013, Sample particle
 // system.
-#include "maps/splat.glsl"
+#include "maps/caster_quads.glsl"
 
-// set 1: splat
+// set 1: caster_quads
 layout(set = 1, binding = 0, scalar) readonly buffer Order { uint order[]; };
 
 layout(location = 0) flat out vec4 ball;
