@@ -23,7 +23,7 @@ pub fn empty() -> Scene {
         name: "example".into(),
         particles: Vec::new(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         lights: vec![Light {

@@ -11,7 +11,7 @@ use gobo::consume::{PointBatch, Lighting, Query, Renderer, Shading, parse};
 use gobo::gpu::{Context, Requirement};
 use gobo::reference::truth::{Casters, picture, space_points};
 use gobo::reference::twin::colors::color_left;
-use gobo::scene::{Camera, Gaussian, Particle, Picture, SKY, Scene, Strand, View};
+use gobo::scene::{Camera, Splat, Particle, Picture, SKY, Scene, Strand, View};
 use gobo::technique::Technique;
 use gobo::world::World;
 use support::{all, built, every_path, gpu_test, rows, scenes, some, those_that_run};
@@ -309,7 +309,7 @@ fn pictures_are_those_of_the_reference() {
     gpu_test("pictures_are_those_of_the_reference", |context| {
         let mut scene = ball_and_plate();
         scene.strands = vec![Strand { start: [-1.2, -0.9, 0.6], radius: 0.15, end: [0.2, -1.3, 0.4], opacity: 0.7 }];
-        scene.gaussians = vec![Gaussian {
+        scene.splats = vec![Splat {
             position: [-1.3, 0.4, 0.2],
             deviations: [0.3, 0.2, 0.15],
             rotation: [0.0, 0.0, 0.0, 1.0],

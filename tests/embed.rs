@@ -106,7 +106,7 @@ fn scene(particles: &[Particle]) -> Scene {
         name: "embed".into(),
         particles: particles.iter().map(particle).collect(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         lights: vec![Light { kind: sun, radiance: [1.0; 3], radius: f64::INFINITY }],

@@ -235,7 +235,7 @@ fn splats_are_the_truth_but_for_their_tails() {
                 assert!(error <= bound, "{point}: {answer} for {expected}, tails {tails}");
                 let ray = (point.as_vec3(), towards.as_vec3());
                 let splats: f32 = casters.iter().filter(|c| c.is_gaussian()).map(|c| cast_depth(ray, c, end)).sum();
-                let smoke = Scene { gaussians: Vec::new(), ..scene.clone() };
+                let smoke = Scene { splats: Vec::new(), ..scene.clone() };
                 let twin = (-f64::from(splats)).exp() * Casters::new(&smoke).visibility(0, point);
                 twin_off += usize::from((f64::from(answer) - twin).abs() > 1e-4);
             }

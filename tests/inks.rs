@@ -15,7 +15,7 @@ use gobo::Error;
 use gobo::consume::{Lighting, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, space_points};
-use gobo::scene::{Field, Gaussian, ExtinctionGroup, Light, LightKind, Placed, Scene, Volume};
+use gobo::scene::{Field, Splat, ExtinctionGroup, Light, LightKind, Placed, Scene, Volume};
 use gobo::technique::{self, Name, Spec};
 use gobo::world::World;
 use pictures::renderer;
@@ -41,7 +41,7 @@ impl Both {
     fn of(scene: Scene, run: usize) -> Self {
         let ratio = |i: usize| RATIOS[i / run % 3];
         let inks = |count: usize| (0..count).map(move |i| ExtinctionGroup { casters: 1, ratio: ratio(i) });
-        let all = inks(scene.particles.len()).chain(inks(scene.strands.len())).chain(inks(scene.gaussians.len()));
+        let all = inks(scene.particles.len()).chain(inks(scene.strands.len())).chain(inks(scene.splats.len()));
         let volumes = scene.volumes.iter().enumerate();
         let cells = volumes.map(|(i, volume)| ExtinctionGroup { casters: volume.cells().len(), ratio: VOLUME_RATIOS[i % 2] });
         let all: Vec<ExtinctionGroup> = all.chain(cells).collect();
@@ -52,7 +52,7 @@ impl Both {
             grey.particles.iter_mut().enumerate().for_each(|(i, p)| p.extinction *= k(i) as f32);
             grey.strands.iter_mut().enumerate().for_each(|(i, s)| s.opacity = thinner(s.opacity, k(i)));
             // A splat's extinction is in proportion to −ln(1 − opacity) too.
-            grey.gaussians.iter_mut().enumerate().for_each(|(i, g)| g.opacity = thinner(g.opacity, k(i)));
+            grey.splats.iter_mut().enumerate().for_each(|(i, g)| g.opacity = thinner(g.opacity, k(i)));
             for (i, volume) in grey.volumes.iter_mut().enumerate() {
                 let placed = *volume.placed();
                 let extinction = placed.extinction * f64::from(VOLUME_RATIOS[i % 2][color]);
@@ -98,8 +98,8 @@ fn all_kinds() -> Scene {
     scene.strands = scenes::strands().strands;
     scene.strands.truncate(60);
     let mut random = scenes::Random::new(7);
-    scene.gaussians = (0..12)
-        .map(|_| Gaussian {
+    scene.splats = (0..12)
+        .map(|_| Splat {
             position: random.point(-0.9, 0.9),
             deviations: [0.2, 0.1, 0.07],
             rotation: [0.0, 0.0, 0.0, 1.0],

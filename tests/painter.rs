@@ -55,7 +55,7 @@ fn alike(context: &Context, [a, b]: &[Picture; 2], left_out: usize, what: &str) 
 fn mixed() -> Scene {
     let mut scene = scenes::opaque();
     scene.particles.extend(scenes::random().particles);
-    scene.gaussians = scenes::splats().gaussians;
+    scene.splats = scenes::splats().splats;
     scene.strands = scenes::strands().strands;
     let at = DVec3::new(1.5, -1.0, 3.0);
     let far = f64::INFINITY;

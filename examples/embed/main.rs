@@ -251,7 +251,7 @@ fn mean_error(engine: &mut Engine) -> Result<f64> {
         name: "embed".into(),
         particles: particles.collect(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         lights: vec![Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }],

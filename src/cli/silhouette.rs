@@ -35,7 +35,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     };
     let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     scene.particles.iter().for_each(|p| disc(wide(p.position), p.radius.into()));
-    scene.gaussians.iter().for_each(|g| disc(wide(g.position), SEEN * f64::from(Caster::from(g).radius)));
+    scene.splats.iter().for_each(|g| disc(wide(g.position), SEEN * f64::from(Caster::from(g).radius)));
     for strand in &scene.strands {
         let (start, end) = (wide(strand.start), wide(strand.end));
         // At least one place per pixel from end to end, so that no pixel in between is left out.

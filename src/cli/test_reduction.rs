@@ -54,7 +54,7 @@ pub(super) fn scene(mut scene: Scene) -> Scene {
     if is_asked() && scene.inks.is_empty() {
         scene.particles.truncate(MOST_CASTERS);
         scene.strands.truncate(MOST_CASTERS);
-        scene.gaussians.truncate(MOST_CASTERS);
+        scene.splats.truncate(MOST_CASTERS);
         scene.volumes.iter_mut().for_each(|volume| volume.truncate(MOST_CASTERS));
         for mesh in &mut scene.meshes {
             mesh.triangles.truncate(MOST_CASTERS);

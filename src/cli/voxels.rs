@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Err(Error::input(scene.name, "there is no mesh in it", "name a scene of meshes, such as town"));
     }
     let meshes = if arguments.tree { tree(arguments, &scene)? } else { grid(&scene, arguments.size)? };
-    let shown = Scene { meshes, particles: vec![], strands: vec![], gaussians: vec![], ..scene };
+    let shown = Scene { meshes, particles: vec![], strands: vec![], splats: vec![], ..scene };
     render::run_scene(&arguments.picture, shown)
 }
 

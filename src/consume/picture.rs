@@ -76,7 +76,7 @@ fn splat_colors(world: &World) -> Result<Vec<u32>> {
     let needs = "a scene that the host knows, for the colors of splats and volumes in a picture: draw these otherwise";
     let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
     let first = (scene.particles.len() + scene.strands.len()) as u32;
-    let splats = scene.gaussians.iter().map(|g| g.color);
+    let splats = scene.splats.iter().map(|g| g.color);
     let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));
     Ok(std::iter::once(first).chain(splats.chain(cells).flat_map(|color| color.map(f32::to_bits))).collect())
 }
@@ -103,7 +103,7 @@ impl Renderer {
         let blending = Blending::new(context, world, camera)?;
         // A sequence of files may have more cells at other times; the buffer has room for the most.
         let most = match world.scene() {
-            Ok(scene) if world.has_packed() => 1 + 3 * (scene.gaussians.len() + scene.most_cells()),
+            Ok(scene) if world.has_packed() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
             _ => 0,
         };
         let words = colors.len().max(most) as u64;

@@ -51,7 +51,7 @@ pub struct CasterQuads {
     /// Whether some casters are strands.
     strands: bool,
     /// Whether some casters are Gaussians.
-    gaussians: bool,
+    splats: bool,
 }
 
 impl CasterQuads {
@@ -84,8 +84,8 @@ impl CasterQuads {
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = set::CasterQuads { order: &drawn }.bind(context, "quads")?;
-        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_packed());
-        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, gaussians })
+        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_packed());
+        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, splats })
     }
 
     /// Draws all casters in an order that the caller sorts.
@@ -95,8 +95,8 @@ impl CasterQuads {
     pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
         let set = set::CasterQuads { order }.bind(context, "quads")?;
         let capacity = world.caster_capacity().max(1);
-        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_packed());
-        Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, gaussians })
+        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_packed());
+        Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, splats })
     }
 
     /// A kernel that draws casters with a fragment shader into color targets. Sets 0 and 1 are the maps' and the
@@ -113,7 +113,7 @@ impl CasterQuads {
         more: &[&Bindings],
         constants: &Constants,
     ) -> Result<Kernel<QuadsPush>> {
-        let constants = maps.colored(constants).set(STRANDS, self.strands).set(GAUSSIANS, self.gaussians);
+        let constants = maps.colored(constants).set(STRANDS, self.strands).set(GAUSSIANS, self.splats);
         let state = Graphics { vertex: &shaders::maps::CASTER_QUADS_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
         Kernel::graphics(context, &state, &sets, &constants)

@@ -306,7 +306,7 @@ impl<'a> Truth<'a> {
             let (covered, segments) = (count(|t| t.texels.len() as u64), count(|t| t.segments));
             let steps = LIMIT_STEPS / crate::reference::truth::LIMIT_TEXELS as f64;
             // Splats and volumes give curves without vertices, so there are none to choose among.
-            let bends = self.scene.gaussians.is_empty() && self.scene.volumes.is_empty();
+            let bends = self.scene.splats.is_empty() && self.scene.volumes.is_empty();
             let affordable = bends && covered > 0 && limit_steps(segments / covered) <= steps;
             let limits = affordable.then(|| limit_mean_abs(self.casters(), views, &truths, &LIMIT_NODES));
             let points = |t: MapTruth| Points::in_space(t.light, t.points, t.visibility);

@@ -30,9 +30,9 @@ pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, MOST_GRAVITY, Place};
 #[cfg(feature = "program")]
 pub(crate) use model::fountain_steps;
-pub use model::gaussian::Gaussian;
+pub use model::splat::Splat;
 #[cfg(feature = "program")]
-pub(crate) use model::gaussian::{REACH, Shape};
+pub(crate) use model::splat::{REACH, Shape};
 pub use model::extinction_group::ExtinctionGroup;
 pub use model::light::{FACES, Light, LightKind};
 pub use model::order::{Blended, blended, volumes_among};
@@ -147,7 +147,7 @@ pub struct Scene {
     /// Hair: translucent casters too.
     pub strands: Vec<Strand>,
     /// Splats: translucent casters too.
-    pub gaussians: Vec<Gaussian>,
+    pub splats: Vec<Splat>,
     /// Grids of densities: translucent casters too.
     pub volumes: Vec<Volume>,
     /// Opaque casters and receivers.
@@ -225,7 +225,7 @@ impl Scene {
     pub fn most_casters(&self) -> usize {
         self.particles.len().max(self.motion.most_particles())
             + self.strands.len()
-            + self.gaussians.len()
+            + self.splats.len()
             + self.most_cells()
     }
 
@@ -253,7 +253,7 @@ impl Scene {
         Kinds {
             particles: !self.particles.is_empty(),
             strands: !self.strands.is_empty(),
-            splats: !self.gaussians.is_empty(),
+            splats: !self.splats.is_empty(),
             volumes: !self.volumes.is_empty(),
             meshes: !self.meshes.is_empty(),
         }
@@ -282,7 +282,7 @@ pub(crate) mod tests {
             name: "axis".into(),
             particles: spheres.iter().map(particle).collect(),
             strands: vec![],
-            gaussians: vec![],
+            splats: vec![],
             volumes: vec![],
             meshes: vec![],
             motion: Motion::Still,

@@ -87,7 +87,7 @@ impl Draw {
             name: format!("seed-{seed}"),
             particles,
             strands,
-            gaussians: Vec::new(),
+            splats: Vec::new(),
             volumes: Vec::new(),
             meshes,
             lights,

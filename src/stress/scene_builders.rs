@@ -12,7 +12,7 @@ pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>
         name: "stress".into(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes,
         lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],

@@ -47,14 +47,14 @@ impl World {
             colors: colors as u32,
             particle_count: scene.particles.len() as u32,
             strand_count: scene.strands.len() as u32,
-            gaussian_count: scene.gaussians.len() as u32,
+            gaussian_count: scene.splats.len() as u32,
             cell_count: scene.cell_count() as u32,
             triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
             triangle_capacity: triangles.len() as u32,
             triangle_count: triangles.len() as u32,
             sides: Buffer::with_data(context, "world.sides", &signs(scene))?,
             strands: !scene.strands.is_empty(),
-            packed: !scene.gaussians.is_empty() || !scene.volumes.is_empty(),
+            packed: !scene.splats.is_empty() || !scene.volumes.is_empty(),
             lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
             generations: Generations { lights: vec![0; scene.lights.len()], ..Generations::default() },
             lit: scene.lights.clone(),
@@ -231,7 +231,7 @@ impl World {
         let copied = if changed.on_device() { Some(copy(&copies)?) } else { None };
         self.bounds = Some(bounds);
         (self.particle_count, self.strand_count) = (scene.particles.len() as u32, scene.strands.len() as u32);
-        (self.gaussian_count, self.cell_count) = (scene.gaussians.len() as u32, scene.cell_count() as u32);
+        (self.gaussian_count, self.cell_count) = (scene.splats.len() as u32, scene.cell_count() as u32);
         self.lit.clone_from(&scene.lights);
         self.anchors = scene.aim().anchors;
         self.camera = Some(scene.camera);
@@ -244,14 +244,14 @@ impl World {
 
     /// Fails where `scene` is not another state of this world's scene.
     fn check(&self, scene: &Scene) -> Result<()> {
-        let casters = scene.particles.len() + scene.strands.len() + scene.gaussians.len() + scene.cell_count();
+        let casters = scene.particles.len() + scene.strands.len() + scene.splats.len() + scene.cell_count();
         let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
         let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
         let cause = if casters > self.caster_capacity as usize {
             format!("{casters} casters, and the world has room for {}", self.caster_capacity)
         } else if !scene.strands.is_empty() && !self.strands {
             "it has strands, and the world was made without".into()
-        } else if !(self.packed || scene.gaussians.is_empty() && scene.volumes.is_empty()) {
+        } else if !(self.packed || scene.splats.is_empty() && scene.volumes.is_empty()) {
             "it has splats or volumes, and the world was made without".into()
         } else if triangle_count != self.triangle_count as usize || maps(&scene.lights) != maps(&self.lit) {
             "meshes or lights are others than those that the world was made for".into()
@@ -324,10 +324,10 @@ impl Changed {
         let Staged { scene: was, written, mixed } = staged;
         let particles =
             bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
-        let others = scene.strands != was.strands || scene.gaussians != was.gaussians || scene.volumes != was.volumes;
+        let others = scene.strands != was.strands || scene.splats != was.splats || scene.volumes != was.volumes;
         // While the number of particles stays the same, the casters behind them keep their places.
         let behind = scene.particles.len();
-        let count = behind + scene.strands.len() + scene.gaussians.len() + scene.cell_count();
+        let count = behind + scene.strands.len() + scene.splats.len() + scene.cell_count();
         let casters = match (particles, others) {
             _ if *mixed || *written || behind != was.particles.len() => 0..count,
             (true, true) => 0..count,

@@ -7,7 +7,7 @@ use gobo::consume::{FarToNear, Lighting, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::far_to_near::{far_to_near as keys, order};
-use gobo::scene::{Camera, Gaussian, Particle, Picture, Scene, Strand, View, far_to_near};
+use gobo::scene::{Camera, Splat, Particle, Picture, Scene, Strand, View, far_to_near};
 use gobo::world::World;
 use std::time::Instant;
 
@@ -66,7 +66,7 @@ fn casters_come_far_to_near() {
             let sorts = FarToNear::new(context, &world).expect("room");
             let mut fewer = scene.clone();
             fewer.particles.truncate(scene.particles.len() / 2);
-            fewer.gaussians.truncate(scene.gaussians.len() / 2);
+            fewer.splats.truncate(scene.splats.len() / 2);
             for mut state in [scene.clone(), fewer] {
                 world.replace(&state).expect("as many or fewer");
                 let target = state.camera.target;
@@ -165,7 +165,7 @@ fn colored_row() -> Scene {
         let color = [f32::from(i % 2), f32::from(i / 2 % 2), f32::from(i / 4 % 2)];
         let position = [0.3 * place - 1.7, 0.05 * place, 0.02 * place];
         let rotation = [1.0, 0.0, 0.0, 0.0];
-        scene.gaussians.push(Gaussian { position, deviations: [0.3; 3], rotation, opacity: 0.9, color });
+        scene.splats.push(Splat { position, deviations: [0.3; 3], rotation, opacity: 0.9, color });
     }
     scene
 }
@@ -176,7 +176,7 @@ fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {
     const WHOLE: f64 = 1.011_234_52;
     let at = DVec2::new((pixel % SIZE[0] as usize) as f64 + 0.5, (pixel / SIZE[0] as usize) as f64 + 0.5);
     let ray = camera.ray(at);
-    let differ = scene.gaussians.iter().map(|ball| {
+    let differ = scene.splats.iter().map(|ball| {
         let to = DVec3::from(ball.position.map(f64::from)) - ray.origin;
         let beside = to.reject_from(ray.direction).length() / f64::from(ball.deviations[0]);
         let depth = -(1.0 - f64::from(ball.opacity)).ln() * (-0.5 * beside * beside).exp();
@@ -221,7 +221,7 @@ fn a_moving_camera_sees_them_in_order() {
             let truth = picture(&Casters::new(&state), &state, &view(&state));
             let brightest = truth.pixels.iter().flatten().copied().fold(0.0, f32::max);
             // Where a device does not blend floats each ball is blended into a half float.
-            let blended = state.gaussians.len() as f32 * brightest / 2048.0;
+            let blended = state.splats.len() as f32 * brightest / 2048.0;
             let rounding = if context.features().float32_blend { 1e-5 } else { blended };
             let mut certain = 0;
             for (i, (is, truth)) in is.pixels.iter().zip(&truth.pixels).enumerate() {
@@ -240,10 +240,10 @@ fn a_moving_camera_sees_them_in_order() {
         world.replace(&state).expect("the same casters");
         let before = drawn(&world, &state, true);
         assert!(drawn(&world, &state, false) == before, "nothing has moved");
-        state.gaussians.reverse();
-        let half = state.gaussians.len() / 2;
-        state.gaussians.iter_mut().for_each(|g| g.position[0] *= -1.0);
-        state.gaussians.truncate(half);
+        state.splats.reverse();
+        let half = state.splats.len() / 2;
+        state.splats.iter_mut().for_each(|g| g.position[0] *= -1.0);
+        state.splats.truncate(half);
         world.replace(&state).expect("fewer casters");
         let is = drawn(&world, &state, true);
         assert!(is == fresh(&world, &state), "after the world has moved");

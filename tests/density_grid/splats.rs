@@ -5,7 +5,7 @@ use crate::support::{self, ask, gpu_test, scenes, scenes::Random};
 use glam::DVec3;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::media::{Media, UNITS};
-use gobo::scene::{Gaussian, Scene};
+use gobo::scene::{Splat, Scene};
 use gobo::technique::Technique;
 
 /// Those of all techniques, and discs, needles and balls, from less than a voxel to a third of the grid.
@@ -19,7 +19,7 @@ fn all_sizes() -> Scene {
         let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt();
         let rotation = turn.map(|x| x / length);
         let (position, opacity) = (random.point(-0.8, 0.8), [0.01, 0.5, 0.99, 1.0][i % 4]);
-        scene.gaussians.push(Gaussian { position, deviations, rotation, opacity, color: [0.5; 3] });
+        scene.splats.push(Splat { position, deviations, rotation, opacity, color: [0.5; 3] });
     }
     scene
 }
@@ -30,7 +30,7 @@ fn splats_fill_voxels_as_their_twin() {
     gpu_test("splats_fill_voxels_as_their_twin", |context| {
         let scene = all_sizes();
         let mut turned = scene.clone();
-        turned.gaussians.reverse();
+        turned.splats.reverse();
         let [(voxels, place), (again, _)] = [&scene, &turned].map(|scene| {
             let (_, opened, place) = built(context, scene, PLAIN);
             (opened.technique.grid().media().expect("read").expect("there are splats"), place)
@@ -54,7 +54,7 @@ fn splats_fill_voxels_as_their_twin() {
 fn splats_are_near_the_error_functions() {
     gpu_test("splats_are_near_the_error_functions", |context| {
         let mut scene = scenes::splats();
-        scene.gaussians.retain(|splat| splat.opacity < 1.0);
+        scene.splats.retain(|splat| splat.opacity < 1.0);
         let truth = Casters::new(&scene);
         let mut random = Random::new(88);
         let points: Vec<_> = (0..2000).map(|_| random.point(-1.0, 1.0)).collect();

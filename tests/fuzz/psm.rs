@@ -18,7 +18,7 @@ fn ray() -> View {
         name: "ray".into(),
         particles: vec![held(-1.0), held(1.0)],
         strands: vec![],
-        gaussians: vec![],
+        splats: vec![],
         volumes: vec![],
         meshes: vec![],
         motion: Motion::Still,

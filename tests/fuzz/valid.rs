@@ -1,6 +1,6 @@
 //! What holds of every scene that was loaded.
 
-use gobo::scene::{Caster, Gaussian, Light, Mesh, Particle, Scene, Strand, View};
+use gobo::scene::{Caster, Splat, Light, Mesh, Particle, Scene, Strand, View};
 
 fn all_finite(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())
@@ -10,7 +10,7 @@ fn all_finite(numbers: &[f32]) -> bool {
 pub fn assert_valid(scene: &Scene) {
     scene.particles.iter().for_each(particle);
     scene.strands.iter().for_each(strand);
-    scene.gaussians.iter().for_each(gaussian);
+    scene.splats.iter().for_each(gaussian);
     scene.casters().iter().for_each(caster);
     scene.volumes.iter().for_each(|volume| assert!(!volume.cells().is_empty(), "{:?}", volume.placed()));
     scene.meshes.iter().for_each(mesh);
@@ -33,7 +33,7 @@ fn strand(strand: &Strand) {
     assert!((0.0..=1.0).contains(&strand.opacity), "{strand:?}");
 }
 
-fn gaussian(gaussian: &Gaussian) {
+fn gaussian(gaussian: &Splat) {
     assert!(all_finite(&gaussian.position), "{gaussian:?}");
     assert!(gaussian.deviations.iter().all(|d| d.is_finite() && *d > 0.0), "{gaussian:?}");
     assert!((gaussian.rotation.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-5, "{gaussian:?}");

@@ -3,7 +3,7 @@
 use crate::*;
 use flate2::{Compression, write::GzEncoder};
 use glam::{DQuat, DVec3};
-use gobo::scene::{Caster, Gaussian};
+use gobo::scene::{Caster, Splat};
 use std::f64::consts::LN_2;
 use std::io::Write;
 
@@ -30,13 +30,13 @@ const ROW: [f64; 14] = [
     0.0,
 ];
 
-fn splats(name: &str, bytes: &[u8]) -> gobo::Result<Vec<Gaussian>> {
-    Ok(load_caster("splats", name, bytes, "")?.gaussians)
+fn splats(name: &str, bytes: &[u8]) -> gobo::Result<Vec<Splat>> {
+    Ok(load_caster("splats", name, bytes, "")?.splats)
 }
 
 /// Whether it is the splat of [`ROW`], up to `bits` of rounding.
 #[track_caller]
-fn is_it(found: &Gaussian, rounding: f32) {
+fn is_it(found: &Splat, rounding: f32) {
     let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= rounding);
     let half = std::f32::consts::FRAC_1_SQRT_2;
     assert!(near(&found.position, &[1.0, 2.0, 3.0]), "{found:?}");
@@ -192,19 +192,19 @@ fn no_file_takes_more_than_it_accounts_for() {
 fn splats_are_placed() {
     let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [219, 219, 128, 128]);
     let scene = load_caster("splats", "a.splat", &row, "scale = 2.0\ntranslate = [0.0, 0.0, 1.0]").expect("placed");
-    let placed = scene.gaussians[0];
+    let placed = scene.splats[0];
     assert_eq!((placed.position, placed.deviations), ([2.0, 4.0, 7.0], [1.0, 0.5, 0.25]));
     let alone = splats("a.splat", &row).expect("as it stands")[0];
-    let depth = |g: &Gaussian| Caster::from(g).density * g.deviations[2];
+    let depth = |g: &Splat| Caster::from(g).density * g.deviations[2];
     assert!((depth(&placed) - depth(&alone)).abs() < 1e-6);
 
     // A turned splat has the same exponent at turned points: what is there at x is at R x.
     let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [200, 150, 90, 140]);
     let alone = splats("a.splat", &row).expect("as it stands")[0];
     let turned =
-        load_caster("splats", "a.splat", &row, "rotate = [1.0, 2.0, -1.0, 70.0]").expect("turned").gaussians[0];
+        load_caster("splats", "a.splat", &row, "rotate = [1.0, 2.0, -1.0, 70.0]").expect("turned").splats[0];
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 70_f64.to_radians());
-    let exponent = |g: &Gaussian, x: DVec3| {
+    let exponent = |g: &Splat, x: DVec3| {
         let away = x - DVec3::from_array(g.position.map(f64::from));
         let own = DQuat::from_array(g.rotation.map(f64::from)).conjugate() * away;
         (own / DVec3::from_array(g.deviations.map(f64::from))).length_squared()
@@ -223,6 +223,6 @@ fn splats_are_placed() {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).expect("written");
         let scene = load(&path).expect(name);
-        assert_eq!((scene.gaussians.len(), scene.casters().len(), scene.lights.len()), (1, 1, 1), "{name}");
+        assert_eq!((scene.splats.len(), scene.casters().len(), scene.lights.len()), (1, 1, 1), "{name}");
     }
 }

@@ -1,7 +1,7 @@
 //! Small scenes that make the cases a shadow technique goes wrong at.
 
 use glam::DVec3;
-use gobo::scene::{Camera, Gaussian, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
+use gobo::scene::{Camera, Splat, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
@@ -11,7 +11,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         name: name.into(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
@@ -218,7 +218,7 @@ pub fn splats() -> Scene {
         let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt().max(0.1);
         let rotation = turn.map(|x| x / length);
         let opacity = if i % 7 == 0 { 1.0 } else { random.between(0.05, 0.9) };
-        scene.gaussians.push(Gaussian { position, deviations, rotation, opacity, color: [0.6, 0.5, 0.4] });
+        scene.splats.push(Splat { position, deviations, rotation, opacity, color: [0.6, 0.5, 0.4] });
     }
     scene
 }

@@ -8,7 +8,7 @@ use glam::Vec3;
 use gobo::gpu::Context;
 use gobo::reference::twin::gather::{SplatWords, splats};
 use gobo::reference::twin::gaussian::shape;
-use gobo::scene::{Caster, Gaussian, Scene};
+use gobo::scene::{Caster, Splat, Scene};
 use gobo::world::{Capacity, Number, Source, SplatAt, World};
 
 /// Words from one splat of theirs to the next, and to the first.
@@ -20,9 +20,9 @@ const WORDS: SplatWords =
     SplatWords { start: FIRST, stride: STRIDE, position: 1, deviations: 8, rotation: 4, opacity: Ok(12) };
 
 /// Splats in their layout, what is none among them.
-fn laid_out(gaussians: &[Gaussian]) -> Vec<u32> {
-    let mut words = vec![NAN; FIRST + STRIDE * gaussians.len()];
-    for (i, g) in gaussians.iter().enumerate() {
+fn laid_out(splats: &[Splat]) -> Vec<u32> {
+    let mut words = vec![NAN; FIRST + STRIDE * splats.len()];
+    for (i, g) in splats.iter().enumerate() {
         let at = &mut words[FIRST + STRIDE * i..][..STRIDE];
         at[1..4].copy_from_slice(&g.position.map(f32::to_bits));
         at[4..8].copy_from_slice(&g.rotation.map(f32::to_bits));
@@ -32,17 +32,17 @@ fn laid_out(gaussians: &[Gaussian]) -> Vec<u32> {
     words
 }
 
-fn source(context: &Context, gaussians: &[Gaussian], on_device: bool) -> Source {
+fn source(context: &Context, splats: &[Splat], on_device: bool) -> Source {
     Source {
-        buffer: buffer(context, &laid_out(gaussians)),
+        buffer: buffer(context, &laid_out(splats)),
         offset: 4 * FIRST as u64,
         stride: 4 * STRIDE as u32,
-        count: count(context, gaussians.len(), on_device),
+        count: count(context, splats.len(), on_device),
     }
 }
 
 /// Any shapes: needles, discs and balls, axes alike and turned by quaternions of any length, seen through and opaque.
-fn any(random: &mut Random, count: usize) -> Vec<Gaussian> {
+fn any(random: &mut Random, count: usize) -> Vec<Splat> {
     let one = |i: usize| {
         let long = 10f32.powf(random.between(-2.0, 1.0));
         let mut deviations =
@@ -62,14 +62,14 @@ fn any(random: &mut Random, count: usize) -> Vec<Gaussian> {
             2 => 10f32.powf(random.between(-7.0, -1.0)),
             _ => random.between(0.0, 1.0),
         };
-        Gaussian { position: random.point(-2.0, 2.0), deviations, rotation, opacity, color: [0.5; 3] }
+        Splat { position: random.point(-2.0, 2.0), deviations, rotation, opacity, color: [0.5; 3] }
     };
     (0..count).map(one).collect()
 }
 
 /// Each of these is none, by one number of it.
-fn none() -> Vec<Gaussian> {
-    let good = Gaussian {
+fn none() -> Vec<Splat> {
+    let good = Splat {
         position: [0.0; 3],
         deviations: [0.3, 0.2, 0.1],
         rotation: [0.0, 0.0, 0.0, 1.0],
@@ -78,14 +78,14 @@ fn none() -> Vec<Gaussian> {
     };
     let mut all = Vec::new();
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        all.push(Gaussian { position: [0.0, bad, 0.0], ..good });
-        all.push(Gaussian { deviations: [0.3, 0.2, bad], ..good });
-        all.push(Gaussian { rotation: [0.0, 0.0, bad, 1.0], ..good });
-        all.push(Gaussian { opacity: bad, ..good });
+        all.push(Splat { position: [0.0, bad, 0.0], ..good });
+        all.push(Splat { deviations: [0.3, 0.2, bad], ..good });
+        all.push(Splat { rotation: [0.0, 0.0, bad, 1.0], ..good });
+        all.push(Splat { opacity: bad, ..good });
     }
-    all.extend([0.0, -0.1].map(|bad| Gaussian { deviations: [bad, 0.2, 0.1], ..good }));
-    all.extend([-0.1, 1.5].map(|opacity| Gaussian { opacity, ..good }));
-    all.push(Gaussian { rotation: [0.0; 4], ..good });
+    all.extend([0.0, -0.1].map(|bad| Splat { deviations: [bad, 0.2, 0.1], ..good }));
+    all.extend([-0.1, 1.5].map(|opacity| Splat { opacity, ..good }));
+    all.push(Splat { rotation: [0.0; 4], ..good });
     all
 }
 
@@ -161,7 +161,7 @@ fn splats_answer_as_a_scene_does() {
         return;
     }
     gpu_test("splats_answer_as_a_scene_does", |context| {
-        let mut scene = Scene { gaussians: scenes::splats().gaussians, ..scenes::locks() };
+        let mut scene = Scene { splats: scenes::splats().splats, ..scenes::locks() };
         // Views of a light with a place measure from it, in both.
         scene.lights = scenes::spot([0.4, 2.0, 3.0], 70.0, scene.clone()).lights;
         let at = scene.particles.len();
@@ -170,17 +170,17 @@ fn splats_answer_as_a_scene_does() {
             let capacity = Capacity { particles: 70, splats: 80, lights: 1, ..Capacity::default() };
             let mut world = World::of(context, capacity).expect("room");
             fill(context, &mut world, &Scene { strands: Vec::new(), ..scene.clone() }, on_device);
-            let splats = source(context, &scene.gaussians, on_device);
+            let splats = source(context, &scene.splats, on_device);
             record(context, |commands| world.splats(commands, &splats, AT));
             world
         };
         let first: Vec<Caster> = packed(&scene, true).casters.read(150).expect("read");
-        let all = scene.gaussians.len();
+        let all = scene.splats.len();
         let is_alike =
-            |(i, g): (usize, &Gaussian)| first[70 + i].axis.map(f32::to_bits) == Caster::from(g).axis.map(f32::to_bits);
-        scene.gaussians = scene.gaussians.iter().enumerate().filter(|one| is_alike(*one)).map(|(_, g)| *g).collect();
+            |(i, g): (usize, &Splat)| first[70 + i].axis.map(f32::to_bits) == Caster::from(g).axis.map(f32::to_bits);
+        scene.splats = scene.splats.iter().enumerate().filter(|one| is_alike(*one)).map(|(_, g)| *g).collect();
         scene.strands.clear();
-        assert!(10 * scene.gaussians.len() > 8 * all && at < 70, "{} of {all}", scene.gaussians.len());
+        assert!(10 * scene.splats.len() > 8 * all && at < 70, "{} of {all}", scene.splats.len());
         let points = points();
         for text in ["layers:size=28,path=binned", "grid-query", "uncompressed:size=28"] {
             if !runs("splats_answer_as_a_scene_does", context, text) {

@@ -80,7 +80,7 @@ pub(crate) fn share(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Gaussian, Shape};
+    use crate::scene::{Splat, Shape};
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -113,7 +113,7 @@ mod tests {
         ) {
             let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt();
             prop_assume!(length > 0.1);
-            let gaussian = Gaussian {
+            let gaussian = Splat {
                 position: [0.1, -0.2, 0.3],
                 deviations: logs.map(|log| 10f32.powf(log)),
                 rotation: turn.map(|x| x / length),

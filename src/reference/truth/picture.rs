@@ -231,7 +231,7 @@ fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64
 
 /// A caster's albedo: splats and volumes have colors of their own.
 pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
-    let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.gaussians.get(i));
+    let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.splats.get(i));
     match splat {
         Some(splat) => DVec3::from(splat.color.map(f64::from)),
         None if caster.is_cell() => cell_color(scene, index),
@@ -242,7 +242,7 @@ pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
 
 /// The color of a cell's volume, from the cell's index among all casters.
 fn cell_color(scene: &Scene, index: usize) -> DVec3 {
-    let mut first = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
+    let mut first = scene.particles.len() + scene.strands.len() + scene.splats.len();
     let its = scene.volumes.iter().find(|volume| {
         first += volume.cells().len();
         index < first

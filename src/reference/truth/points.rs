@@ -172,7 +172,7 @@ pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
             include(s.start, s.radius.into());
             include(s.end, s.radius.into());
         });
-        scene.gaussians.iter().for_each(|g| include(g.position, Caster::from(g).radius.into()));
+        scene.splats.iter().for_each(|g| include(g.position, Caster::from(g).radius.into()));
         scene.volumes.iter().flat_map(|v| v.cells()).for_each(|cell| include(cell.position, cell.radius.into()));
     }
     (low.x <= high.x).then_some([low, high])

@@ -308,7 +308,7 @@ fn shift(seed: u64) -> [f64; 6] {
 mod tests {
     use super::*;
     use crate::scene::tests::{mesh, on_the_axis};
-    use crate::scene::{Camera, Gaussian, Strand};
+    use crate::scene::{Camera, Splat, Strand};
 
     /// Looks straight down from z = 10 through a window so narrow that all rays are the axis.
     fn along_the_axis(scene: &Scene) -> View {
@@ -365,7 +365,7 @@ mod tests {
         near(sent(&hair, 8192).0, expected(DVec3::new(0.70, 0.42, 0.20), depth), "three strands, two at one place");
 
         let mut splats = with_wall(on_the_axis(&[]));
-        splats.gaussians = vec![Gaussian {
+        splats.splats = vec![Splat {
             position: [0.0; 3],
             deviations: [0.5; 3],
             rotation: [0.0, 0.0, 0.0, 1.0],

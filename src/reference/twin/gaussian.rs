@@ -134,7 +134,7 @@ pub fn cast_depth(ray: (Vec3, Vec3), caster: &Caster, end: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::reference::truth::gaussian;
-    use crate::scene::{Gaussian, Ray};
+    use crate::scene::{Splat, Ray};
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -162,7 +162,7 @@ mod tests {
             prop_assume!(turn.iter().map(|x| x * x).sum::<f32>() > 0.01);
             let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt();
             let position = [0.1, -0.2, 0.3];
-            let gaussian = Gaussian {
+            let gaussian = Splat {
                 position,
                 deviations: logs.map(|log| 10f32.powf(log)),
                 rotation: turn.map(|x| x / length),
@@ -211,7 +211,7 @@ mod tests {
     /// A ray that ends farther away never has less optical depth.
     #[test]
     fn depth_never_falls() {
-        let gaussian = Gaussian {
+        let gaussian = Splat {
             position: [0.0; 3],
             deviations: [0.5, 0.2, 0.1],
             rotation: [0.5, 0.5, 0.5, 0.5],

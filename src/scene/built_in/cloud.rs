@@ -34,7 +34,7 @@ pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
         name: name.into(),
         particles: Vec::new(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: vec![volume],
         meshes: vec![ground()],
         motion: Motion::Still,

@@ -32,7 +32,7 @@ pub(in crate::scene) fn cornell() -> Scene {
         name: "cornell".into(),
         particles: Vec::new(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: meshes(),
         motion: Motion::Still,

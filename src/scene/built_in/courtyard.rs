@@ -51,7 +51,7 @@ pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Resul
         name: name.into(),
         particles: Vec::new(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: meshes(),
         motion: Motion::Courtyard,

@@ -57,7 +57,7 @@ pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
         name: name.into(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,

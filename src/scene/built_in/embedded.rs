@@ -70,7 +70,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
         name: name.into(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         lights: vec![sun(DVec3::new(0.5, 0.3, -0.81))],

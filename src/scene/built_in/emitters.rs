@@ -225,7 +225,7 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
         inks: Vec::new(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: vec![ground(GROUND_HALF_WORLD)],
         lights: vec![Light {

@@ -75,7 +75,7 @@ pub(in crate::scene) fn failures() -> Scene {
         name: "failures".into(),
         particles,
         strands: (0..HAIRS).map(|_| hair()).collect(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: vec![wall()],
         motion: Motion::Still,

@@ -41,7 +41,7 @@ pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Res
         inks: Vec::new(),
         particles: crate::scene::built_in::fountain::particles(&fountain, time_s)?,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: meshes(),
         lights: vec![Light {

@@ -120,7 +120,7 @@ pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
         name: "hair".into(),
         particles: Vec::new(),
         strands,
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: vec![head(), floor()],
         motion: Motion::Hair,

@@ -75,7 +75,7 @@ fn scene(name: &str, light: Light, [position, target]: [DVec3; 2]) -> Scene {
         name: name.into(),
         particles: Vec::new(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: vec![ground(), houses],
         lights: vec![light],

@@ -45,7 +45,7 @@ pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
         name: title.into(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: vec![
             slab("ground", DVec3::new(-2.6, -2.2, -0.1), DVec3::new(3.4, 2.8, 0.0), [0.85, 0.85, 0.82]),

@@ -88,7 +88,7 @@ pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
         inks: Vec::new(),
         particles: particles(time_s, &mut Smoke::default())?,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: std::iter::once(ground(GROUND_HALF_WORLD)).chain(POSTS.map(post)).collect(),
         lights: lights(time_s),

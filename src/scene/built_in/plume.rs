@@ -64,7 +64,7 @@ pub(in crate::scene) fn plume_1m() -> Result<Scene> {
         name: "plume-1m".into(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,

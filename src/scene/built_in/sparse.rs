@@ -38,7 +38,7 @@ pub(in crate::scene) fn sparse() -> Scene {
         name: "sparse".into(),
         particles,
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,

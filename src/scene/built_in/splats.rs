@@ -1,6 +1,6 @@
 //! The built-in scene `splats`: a ground and an arch of flat splats, and a bush of thin ones, with shapes as in captured scenes.
 
-use crate::scene::{Camera, Gaussian, Light, LightKind, Motion, Random, Scene};
+use crate::scene::{Camera, Splat, Light, LightKind, Motion, Random, Scene};
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ const TUBE_WORLD: f64 = 0.32;
 pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
     let mut random = Random::new(SEED);
     let fine = (USUAL / f64::from(count)).sqrt();
-    let gaussians = (0..count)
+    let splats = (0..count)
         .map(|i| match i % 10 {
             place if place < GROUND => ground(&mut random, fine),
             place if place < GROUND + ARCH => arch(&mut random, fine),
@@ -38,7 +38,7 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
         name: name.into(),
         particles: Vec::new(),
         strands: Vec::new(),
-        gaussians,
+        splats,
         volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
@@ -59,14 +59,14 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
 }
 
 /// A flat splat on a surface with the given normal, rotated at random about the normal.
-fn flat(random: &mut Random, position: DVec3, normal: DVec3, wide: f64, opacity: f64, color: [f64; 3]) -> Gaussian {
+fn flat(random: &mut Random, position: DVec3, normal: DVec3, wide: f64, opacity: f64, color: [f64; 3]) -> Splat {
     let turn = DQuat::from_rotation_arc(DVec3::Z, normal) * DQuat::from_rotation_z(random.between(0.0, PI));
     let deviations = DVec3::new(wide, wide * random.between(0.5, 1.0), 0.05 * wide);
     gaussian(position, deviations, turn, opacity, color)
 }
 
-fn gaussian(position: DVec3, deviations: DVec3, turn: DQuat, opacity: f64, color: [f64; 3]) -> Gaussian {
-    Gaussian {
+fn gaussian(position: DVec3, deviations: DVec3, turn: DQuat, opacity: f64, color: [f64; 3]) -> Splat {
+    Splat {
         position: position.as_vec3().into(),
         deviations: deviations.as_vec3().into(),
         rotation: turn.normalize().as_quat().to_array(),
@@ -75,7 +75,7 @@ fn gaussian(position: DVec3, deviations: DVec3, turn: DQuat, opacity: f64, color
     }
 }
 
-fn ground(random: &mut Random, fine: f64) -> Gaussian {
+fn ground(random: &mut Random, fine: f64) -> Splat {
     let mut across = || random.between(-GROUND_WORLD, GROUND_WORLD);
     let position = DVec3::new(across(), across(), 0.0);
     let grey = random.between(0.55, 0.75);
@@ -83,7 +83,7 @@ fn ground(random: &mut Random, fine: f64) -> Gaussian {
     flat(random, position, DVec3::Z, 0.09 * fine, opacity, [grey, 0.95 * grey, 0.85 * grey])
 }
 
-fn arch(random: &mut Random, fine: f64) -> Gaussian {
+fn arch(random: &mut Random, fine: f64) -> Splat {
     let (around, about) = (random.between(0.0, PI), random.between(0.0, 2.0 * PI));
     let out = DVec3::new(around.cos(), 0.0, around.sin());
     let normal = about.cos() * out + about.sin() * DVec3::Y;
@@ -93,7 +93,7 @@ fn arch(random: &mut Random, fine: f64) -> Gaussian {
     flat(random, position, normal, 0.06 * fine, opacity, [0.80 * shade, 0.42 * shade, 0.30 * shade])
 }
 
-fn bush(random: &mut Random, fine: f64) -> Gaussian {
+fn bush(random: &mut Random, fine: f64) -> Splat {
     let place = random.in_ball();
     let position = DVec3::new(-0.2, -1.6, 0.55) + 0.55 * place;
     let along = (place + 0.6 * random.in_ball() + 0.4 * DVec3::Z).normalize();

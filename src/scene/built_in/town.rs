@@ -77,7 +77,7 @@ fn of_blocks(blocks: u32) -> Scene {
         name: "town".into(),
         particles: Vec::new(),
         strands: Vec::new(),
-        gaussians: Vec::new(),
+        splats: Vec::new(),
         volumes: Vec::new(),
         meshes: singles.into_iter().chain(walls).chain(roofs).chain(leaves).collect(),
         motion: Motion::Still,

@@ -1,6 +1,6 @@
 //! What files contain, before it becomes a scene.
 
-use crate::scene::{Camera, Gaussian, Light, Mesh, Motion, Particle, Scene, Strand, Volume, model::view};
+use crate::scene::{Camera, Splat, Light, Mesh, Motion, Particle, Scene, Strand, Volume, model::view};
 use glam::DVec3;
 
 /// The content of one file or of several, with lights and a camera if the files have them.
@@ -8,7 +8,7 @@ use glam::DVec3;
 pub(in crate::scene) struct Contents {
     pub particles: Vec<Particle>,
     pub strands: Vec<Strand>,
-    pub gaussians: Vec<Gaussian>,
+    pub splats: Vec<Splat>,
     pub volumes: Vec<Volume>,
     pub meshes: Vec<Mesh>,
     pub lights: Vec<Light>,
@@ -18,7 +18,7 @@ pub(in crate::scene) struct Contents {
 impl Contents {
     /// Spheres (centre, radius) whose convex hull contains everything.
     pub(in crate::scene) fn spheres(&self) -> impl Iterator<Item = (DVec3, f64)> {
-        let casters = view::caster_spheres(&self.particles, &self.strands, &self.gaussians, &self.volumes);
+        let casters = view::caster_spheres(&self.particles, &self.strands, &self.splats, &self.volumes);
         view::mesh_points(&self.meshes).chain(casters)
     }
 
@@ -30,12 +30,12 @@ impl Contents {
 
     /// The scene with all contents, the given lights and the given camera.
     pub(in crate::scene) fn scene(self, name: String, lights: Vec<Light>, camera: Camera) -> Scene {
-        let Self { particles, strands, gaussians, volumes, meshes, .. } = self;
+        let Self { particles, strands, splats, volumes, meshes, .. } = self;
         Scene {
             name,
             particles,
             strands,
-            gaussians,
+            splats,
             volumes,
             meshes,
             lights,

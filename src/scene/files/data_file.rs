@@ -91,6 +91,6 @@ fn sequence(pattern: &Path) -> Result<Scene> {
 }
 
 fn splats(path: &Path) -> Result<Contents> {
-    let gaussians = splat_file::load(path, &Placement::AS_IT_STANDS)?;
-    Ok(Contents { gaussians, ..Contents::default() })
+    let splats = splat_file::load(path, &Placement::AS_IT_STANDS)?;
+    Ok(Contents { splats, ..Contents::default() })
 }

@@ -257,11 +257,11 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     for entry in &parsed.splats {
         let cause = |cause| wrong(format!("splats {}: {cause}", entry.file));
         let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(cause)?;
-        let before = contents.gaussians.len();
+        let before = contents.splats.len();
         let file = folder.join(&entry.file);
         ups.push(placement.rotate * data_file::up(&file));
-        contents.gaussians.extend(splat_file::load(&file, &placement).map_err(&named)?);
-        inks.add(entry.extinction_ratio, contents.gaussians.len() - before).map_err(cause)?;
+        contents.splats.extend(splat_file::load(&file, &placement).map_err(&named)?);
+        inks.add(entry.extinction_ratio, contents.splats.len() - before).map_err(cause)?;
     }
     for entry in &parsed.volumes {
         let wrong = |cause| wrong(format!("volumes {}: {cause}", entry.file));

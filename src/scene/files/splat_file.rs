@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{MAX_COORDINATE, in_range};
-use crate::scene::{Caster, Gaussian, files::input, files::splat_ply, files::spz_file};
+use crate::scene::{Caster, Splat, files::input, files::splat_ply, files::spz_file};
 use glam::DQuat;
 use std::path::Path;
 
@@ -28,15 +28,15 @@ pub(in crate::scene) struct Row {
 /// splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a splat that [`Gaussian`] does not allow, with its
+/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a splat that [`Splat`] does not allow, with its
 /// number.
-pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Gaussian>> {
-    let mut gaussians = Vec::new();
+pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Splat>> {
+    let mut splats = Vec::new();
     let mut take = |number: usize, row: &Row| {
         let gaussian = checked(row, placement).map_err(|cause| {
             input::error(path, format!("splat {number} (the first is 0): {cause}"), "correct or drop it")
         })?;
-        gaussians.push(gaussian);
+        splats.push(gaussian);
         Ok(())
     };
     match input::ending(path).as_str() {
@@ -54,7 +54,7 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<G
         }
         _ => return Err(input::error(path, "unknown kind of splat file", "give a .ply, .splat or .spz file")),
     }
-    Ok(gaussians)
+    Ok(splats)
 }
 
 /// A row of a `.splat` file: position and deviations as floats; red, green, blue, opacity and a quaternion w, x, y, z as bytes.
@@ -81,9 +81,9 @@ pub(in crate::scene) fn color_of(coefficients: [f64; 3]) -> [f64; 3] {
     coefficients.map(|c| 0.5 + HARMONIC_0 * c)
 }
 
-/// A splat that is valid by the documentation of [`Gaussian`]; the error text names the fault. Checked in f32, because a finite f64 may
+/// A splat that is valid by the documentation of [`Splat`]; the error text names the fault. Checked in f32, because a finite f64 may
 /// become infinite or zero there.
-fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, String> {
+fn checked(row: &Row, placement: &Placement) -> std::result::Result<Splat, String> {
     let Row { position, rotation, opacity, .. } = *row;
     let deviations = row.deviations.map(|d| d * placement.scale);
     let length = rotation.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -97,7 +97,7 @@ fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, St
         return Err(format!("color {:?} is not finite", row.color));
     }
     let turned = placement.rotate * DQuat::from_array(rotation.map(|x| x / length));
-    let gaussian = Gaussian {
+    let gaussian = Splat {
         position: placement.position(position.map(|x| x as f32)).map(|x| x as f32),
         deviations: deviations.map(|d| d as f32),
         rotation: turned.to_array().map(|x| x as f32),

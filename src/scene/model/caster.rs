@@ -75,8 +75,8 @@ impl Scene {
     pub fn casters(&self) -> Vec<Caster> {
         let strands = self.strands.iter().map(Caster::from);
         let cells = self.volumes.iter().flat_map(Volume::cells).copied();
-        let gaussians = self.gaussians.iter().map(Caster::from);
-        self.particles.iter().map(Caster::from).chain(strands).chain(gaussians).chain(cells).collect()
+        let splats = self.splats.iter().map(Caster::from);
+        self.particles.iter().map(Caster::from).chain(strands).chain(splats).chain(cells).collect()
     }
 
     /// Cells of all volumes: the last of all casters.
@@ -86,6 +86,6 @@ impl Scene {
 
     /// Whether the scene has no translucent casters.
     pub fn has_only_meshes(&self) -> bool {
-        self.particles.is_empty() && self.strands.is_empty() && self.gaussians.is_empty() && self.volumes.is_empty()
+        self.particles.is_empty() && self.strands.is_empty() && self.splats.is_empty() && self.volumes.is_empty()
     }
 }

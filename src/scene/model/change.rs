@@ -87,7 +87,7 @@ fn thicken(scene: &mut Scene, factor: f64) {
         .iter_mut()
         .for_each(|p| p.extinction = (f64::from(p.extinction) * factor).min(f32::MAX.into()) as f32);
     scene.strands.iter_mut().for_each(|strand| strand.opacity = opacity(strand.opacity));
-    scene.gaussians.iter_mut().for_each(|splat| splat.opacity = opacity(splat.opacity));
+    scene.splats.iter_mut().for_each(|splat| splat.opacity = opacity(splat.opacity));
 }
 
 #[cfg(test)]

@@ -87,7 +87,7 @@ impl Scene {
 
     /// Checks that the inks are of as many casters as there are, and of whole volumes.
     fn holds_inks(&self) -> Result<()> {
-        let others = self.particles.len() + self.strands.len() + self.gaussians.len();
+        let others = self.particles.len() + self.strands.len() + self.splats.len();
         let (given, count) = (self.inks.iter().map(|ink| ink.casters).sum::<usize>(), others + self.cell_count());
         if given != count {
             return Err(self.wrong_inks(format!("inks of {given} casters, and it has {count}")));
@@ -160,7 +160,7 @@ impl Scene {
         if self.inks.is_empty() {
             return vec![Self::GREY; self.volumes.len()];
         }
-        let mut ratios = self.ink_ratios().skip(self.particles.len() + self.strands.len() + self.gaussians.len());
+        let mut ratios = self.ink_ratios().skip(self.particles.len() + self.strands.len() + self.splats.len());
         let mut of = |cells: usize| {
             let first = ratios.next().unwrap_or(Self::GREY);
             ratios.by_ref().take(cells.saturating_sub(1)).for_each(drop);

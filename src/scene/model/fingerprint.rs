@@ -10,7 +10,7 @@ impl Scene {
         for strand in &self.strands {
             hasher.update(bytemuck::bytes_of(&[strand.start, strand.end, [strand.radius, strand.opacity, 0.0]]));
         }
-        for g in &self.gaussians {
+        for g in &self.splats {
             hasher.update(bytemuck::bytes_of(&[g.position, g.deviations, g.color]));
             hasher.update(bytemuck::bytes_of(&[g.rotation, [g.opacity, 0.0, 0.0, 0.0]]));
         }
@@ -21,8 +21,8 @@ impl Scene {
             hasher.update(&[u8::from(mesh.solid)]);
         }
         let counts = [self.particles.len(), self.strands.len(), self.meshes.len()];
-        if !self.gaussians.is_empty() {
-            hasher.update(&(self.gaussians.len() as u64).to_le_bytes());
+        if !self.splats.is_empty() {
+            hasher.update(&(self.splats.len() as u64).to_le_bytes());
         }
         for volume in &self.volumes {
             hasher.update(format!("{:?}", volume.placed()).as_bytes());

@@ -123,7 +123,7 @@ pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> V
     let with_meshes = casting == Casting::Opaque || scene.has_only_meshes();
     let meshes: Vec<_> = if with_meshes { mesh_points(&scene.meshes).collect() } else { Vec::new() };
     let casters: Vec<_> = match casting {
-        Casting::Volume => caster_spheres(&scene.particles, &scene.strands, &scene.gaussians, &scene.volumes).collect(),
+        Casting::Volume => caster_spheres(&scene.particles, &scene.strands, &scene.splats, &scene.volumes).collect(),
         Casting::Opaque => Vec::new(),
     };
     // A strand may cross a view that sees neither of its ends, so no view can leave strands out by their ends.

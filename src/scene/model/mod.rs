@@ -12,7 +12,7 @@ pub(super) mod fog;
 pub(super) mod fountain_law;
 #[cfg(feature = "program")]
 pub(crate) mod fountain_steps;
-pub(crate) mod gaussian;
+pub(crate) mod splat;
 pub(super) mod extinction_group;
 pub(super) mod light;
 pub(super) mod order;

@@ -48,7 +48,7 @@ pub fn volumes_among(scene: &Scene, camera: &View) -> Vec<(u32, u32)> {
     let place = |place: [f32; 3]| DVec3::from(place.map(f64::from));
     let casters = scene.particles.iter().map(|particle| place(particle.position));
     let casters = casters.chain(scene.strands.iter().map(|strand| 0.5 * (place(strand.start) + place(strand.end))));
-    let casters = casters.chain(scene.gaussians.iter().map(|splat| place(splat.position)));
+    let casters = casters.chain(scene.splats.iter().map(|splat| place(splat.position)));
     let mut behind = vec![0; volumes.len() + 1];
     for caster in casters.map(z) {
         behind[volumes.partition_point(|(volume, _)| *volume > caster)] += 1;
@@ -68,7 +68,7 @@ const LONGEST_RUN: usize = 256;
 #[cfg(feature = "program")]
 pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
-    let count = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
+    let count = scene.particles.len() + scene.strands.len() + scene.splats.len();
     let all = scene.casters();
     let depths: Vec<f64> = all[..count].iter().map(z).collect();
     let mut casters = falling(&depths);
@@ -143,7 +143,7 @@ mod tests {
             name: String::new(),
             particles: particles.iter().map(particle).collect(),
             strands: strands.iter().map(strand).collect(),
-            gaussians: vec![],
+            splats: vec![],
             volumes: vec![],
             meshes: vec![],
             motion: Motion::Still,

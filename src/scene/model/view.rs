@@ -1,7 +1,7 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
 use crate::scene::model::fit::{Aim, aimed, fit_all};
-use crate::scene::{Camera, Caster, Casting, FACES, Gaussian, Mesh, Motion, Particle, Scene, Strand, Volume};
+use crate::scene::{Camera, Caster, Casting, FACES, Splat, Mesh, Motion, Particle, Scene, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -218,14 +218,14 @@ impl View {
 pub(in crate::scene) fn caster_spheres(
     particles: &[Particle],
     strands: &[Strand],
-    gaussians: &[Gaussian],
+    splats: &[Splat],
     volumes: &[Volume],
 ) -> impl Iterator<Item = (DVec3, f64)> {
     let particles = particles.iter().map(|p| (vec(p.position), p.radius.into()));
     let strands = strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into())));
-    let gaussians = gaussians.iter().map(|g| (vec(g.position), f64::from(Caster::from(g).radius)));
+    let splats = splats.iter().map(|g| (vec(g.position), f64::from(Caster::from(g).radius)));
     let cells = volumes.iter().flat_map(Volume::cells).map(|cell| (vec(cell.position), cell.radius.into()));
-    particles.chain(strands).chain(gaussians).chain(cells)
+    particles.chain(strands).chain(splats).chain(cells)
 }
 
 /// Spheres whose convex hull contains all translucent casters at all later times too: simulated particles move inside a box, without the
@@ -233,7 +233,7 @@ pub(in crate::scene) fn caster_spheres(
 pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
     match scene.motion {
         Motion::Fountain(fountain) => Box::new(fountain.corners().into_iter()),
-        _ => Box::new(caster_spheres(&scene.particles, &scene.strands, &scene.gaussians, &scene.volumes)),
+        _ => Box::new(caster_spheres(&scene.particles, &scene.strands, &scene.splats, &scene.volumes)),
     }
 }
 
@@ -268,7 +268,7 @@ mod tests {
             let sphere = crate::scene::Particle { position: light, radius: 1.0, extinction: 1.0 };
             let camera = Camera { position: DVec3::X, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 };
             let lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
-            let scene = Scene { name: String::new(), particles: vec![sphere], strands: vec![], gaussians: vec![], volumes: vec![], meshes: vec![], lights, motion: crate::scene::Motion::Still, extinction_ratio: Scene::GREY, inks: Vec::new(), camera };
+            let scene = Scene { name: String::new(), particles: vec![sphere], strands: vec![], splats: vec![], volumes: vec![], meshes: vec![], lights, motion: crate::scene::Motion::Still, extinction_ratio: Scene::GREY, inks: Vec::new(), camera };
             let view = View::volumes(&scene, size)[scene.lights[0].map_at(position)];
             let (texel, z) = view.project(vec(position));
             let (gutter, size) = (f64::from(gutter_texels(size)), f64::from(size));

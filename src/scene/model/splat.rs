@@ -23,7 +23,7 @@ pub(super) const EXPONENT: u32 = 0x7F80_0000;
 
 /// A splat: an anisotropic Gaussian of extinction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gaussian {
+pub struct Splat {
     /// Its middle μ, world units.
     pub position: [f32; 3],
     /// Standard deviations along its own axes, world units, > 0.
@@ -47,8 +47,8 @@ pub(crate) struct Shape {
     pub deviations: [f64; 3],
 }
 
-impl From<&Gaussian> for Caster {
-    fn from(gaussian: &Gaussian) -> Self {
+impl From<&Splat> for Caster {
+    fn from(gaussian: &Splat) -> Self {
         let [x, y, z, w] = gaussian.rotation.map(f64::from);
         let turn = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
         let mut axes = [0, 1, 2].map(|i| (f64::from(gaussian.deviations[i]), turn.col(i)));
@@ -149,14 +149,14 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn gaussian() -> impl Strategy<Value = Gaussian> {
+    fn gaussian() -> impl Strategy<Value = Splat> {
         let deviation = || (-3.0f32..1.0).prop_map(|log| 10f32.powf(log));
         let rotation = prop::array::uniform4(-1.0f64..1.0)
             .prop_filter("has a length", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01);
         (prop::array::uniform3(-10.0f32..10.0), [deviation(), deviation(), deviation()], rotation, 0.0f32..=1.0)
             .prop_map(|(position, deviations, rotation, opacity)| {
                 let rotation = DQuat::from_array(rotation).normalize().as_quat().to_array();
-                Gaussian { position, deviations, rotation, opacity, color: [0.5; 3] }
+                Splat { position, deviations, rotation, opacity, color: [0.5; 3] }
             })
     }
 
@@ -207,7 +207,7 @@ mod tests {
     /// A splat that is too flat to store gets the greatest flatness, and a finite density.
     #[test]
     fn the_flattest() {
-        let flat = Gaussian {
+        let flat = Splat {
             position: [0.0; 3],
             deviations: [1.0, 1e-9, 1.0],
             rotation: [0.0, 0.0, 0.0, 1.0],
@@ -217,7 +217,7 @@ mod tests {
         let shape = Shape::of(&Caster::from(&flat));
         assert_eq!(shape.deviations, [1.0, 1.0, 1.0 / 4096.0]);
         assert!(shape.axes[2].y.abs() > 1.0 - 1e-9, "{:?}", shape.axes);
-        let opaque = Caster::from(&Gaussian { opacity: 1.0, ..flat });
+        let opaque = Caster::from(&Splat { opacity: 1.0, ..flat });
         assert!(opaque.density.is_finite() && opaque.density > 80.0);
     }
 }
