@@ -73,7 +73,7 @@
 //!     name: "a ball of smoke".into(),
 //!     particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }],
 //!     strands: vec![],
-//!     gaussians: vec![],
+//!     splats: vec![],
 //!     volumes: vec![],
 //!     meshes: vec![],
 //!     lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],

@@ -105,8 +105,8 @@ fn who_has_no_depth_does_not_hold() {
     });
 }
 
-fn cases_named(name: &str) -> &'static gobo::stress::Case {
-    gobo::stress::Case::named(name).expect("a case")
+fn cases_named(name: &str) -> &'static gobo::stress::StressCase {
+    gobo::stress::StressCase::named(name).expect("a case")
 }
 
 fn run(arguments: &[&str]) -> Output {

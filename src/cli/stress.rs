@@ -3,7 +3,7 @@
 use super::{DeviceArguments, little, say, say_json};
 use crate::consume::runs;
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
-use crate::stress::{Case, Outcome, Results, SCHEMA, CaseResult, Sweep, Worker, cases, serve, verdicts};
+use crate::stress::{StressCase, Outcome, Results, SCHEMA, CaseResult, Sweep, Worker, cases, serve, verdicts};
 use crate::technique::Spec;
 use crate::technique::runs::List;
 use crate::{Error, Result};
@@ -64,7 +64,7 @@ fn minutes(text: &str) -> std::result::Result<f64, String> {
 /// The list of cases for `--help`.
 pub fn help() -> String {
     let line =
-        |case: &Case| super::help::fill(&format!("  {:<17} ", case.name), &format!("{} ({})", case.about, case.swept));
+        |case: &StressCase| super::help::fill(&format!("  {:<17} ", case.name), &format!("{} ({})", case.about, case.swept));
     format!("Cases, and what is swept in each:\n{}", cases().map(line).collect::<String>())
 }
 

@@ -45,14 +45,14 @@ impl BackdropPush {
 }
 
 /// Kernel and buffers of the backdrop, which pictures for people have between the meshes and the casters.
-pub(super) struct Shown {
+pub(super) struct DisplayState {
     backdrop: Kernel<BackdropPush>,
     push: BackdropPush,
     /// Normals of each triangle's corners; none where all meshes have sharp edges only.
     pub(super) normals: Option<Buffer>,
 }
 
-impl Shown {
+impl DisplayState {
     /// Updates the sun, which may have moved; the ground's fading stays.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let BackdropPush { sun, sunlight, horizon, zenith, .. } = BackdropPush::of(&Backdrop::of(world.scene()?));
@@ -110,7 +110,7 @@ impl Renderer {
             buffer.write(&normals).map(|()| buffer)
         };
         let normals = if is_round { Some(buffer()?) } else { None };
-        self.shown = Some(Shown { backdrop, push: BackdropPush::of(&Backdrop::of(scene)), normals });
+        self.shown = Some(DisplayState { backdrop, push: BackdropPush::of(&Backdrop::of(scene)), normals });
         Ok(())
     }
 

@@ -9,7 +9,7 @@ use crate::technique::{Answer, Painter};
 use std::rc::Rc;
 
 /// Draws the casters slice by slice.
-pub(super) struct Sliced {
+pub(super) struct HalfAngleDraw {
     painter: Rc<Painter>,
     /// Slices from far to near, over the picture.
     over: Kernel,
@@ -20,7 +20,7 @@ pub(super) struct Sliced {
     behind: Kernel,
 }
 
-impl Sliced {
+impl HalfAngleDraw {
     /// `answer` and `painter` must be those of the same technique.
     pub(super) fn new(renderer: &Renderer, answer: &Answer, painter: &Rc<Painter>) -> Result<Self> {
         let (context, format) = (&renderer.context, renderer.color_format);

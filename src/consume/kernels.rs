@@ -6,7 +6,7 @@ use super::interleaved::Interleaved;
 use super::many_lights::{Asking, ManyLights, Targets};
 use super::painter::{Painter, Shade, Slices};
 use super::reservoir::Reservoirs;
-use super::half_angle_draw::Sliced;
+use super::half_angle_draw::HalfAngleDraw;
 use super::volumes::VolumeKernel;
 use super::{Lighting, PainterKind, Renderer, Shading, Tiled};
 use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Requirement, Shader, Tessellated, push_struct};
@@ -53,7 +53,7 @@ pub(super) enum Casters {
         lines: Vec<Kernel<SpacingPush>>,
         push: SpacingPush,
     },
-    Sliced(Sliced),
+    HalfAngleDraw(HalfAngleDraw),
     Painted(Painter),
     PaintedSlices(Slices),
 }
@@ -214,7 +214,7 @@ impl Renderer {
         let answer = &technique.answer();
         let casters = match self.painter_kind() {
             PainterKind::Compute => Casters::PaintedSlices(Slices::new(self, answer, painter)?),
-            PainterKind::Raster => Casters::Sliced(Sliced::new(self, answer, painter)?),
+            PainterKind::Raster => Casters::HalfAngleDraw(HalfAngleDraw::new(self, answer, painter)?),
         };
         self.with_casters(answer, shading, casters)
     }

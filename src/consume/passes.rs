@@ -56,7 +56,7 @@ impl Renderer {
             Casters::Fragment(channels) => self.caster(commands, channels, kernels, &(0..u32::MAX)),
             Casters::Vertex(channels, push) => self.vertex_lit(commands, channels, push, kernels),
             Casters::Outlined { filled, lines, push } => self.outlined(commands, [filled, lines], push, kernels),
-            Casters::Sliced(sliced) => sliced.record(commands, self),
+            Casters::HalfAngleDraw(sliced) => sliced.record(commands, self),
             Casters::PaintedSlices(slices) => slices.record(commands, self),
         }
     }
@@ -64,7 +64,7 @@ impl Renderer {
     /// Puts casters in the order in which they are drawn.
     pub(super) fn sort(&self, commands: &mut Commands, kernels: &Kernels) {
         // A technique that paints casters sorts them for itself.
-        if !matches!(kernels.casters, Casters::Sliced(_) | Casters::PaintedSlices(_)) {
+        if !matches!(kernels.casters, Casters::HalfAngleDraw(_) | Casters::PaintedSlices(_)) {
             self.blending.record(commands, &self.camera);
         }
     }

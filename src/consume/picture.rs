@@ -6,7 +6,7 @@ use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
 use super::many_lights::ManyLights;
 use super::painter::{Canvas, Lists};
-use super::display::Shown;
+use super::display::DisplayState;
 use super::volumes::Volumes;
 use super::{Lighting, PainterKind, Shading};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
@@ -59,7 +59,7 @@ pub struct Renderer {
     /// Buffers and passes of `shading=tiled`, made when kernels first need them and kept from frame to frame.
     pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
     /// Sky, fading ground and smooth normals, for pictures that people look at. Measured pictures have none of these.
-    pub(super) shown: Option<Shown>,
+    pub(super) shown: Option<DisplayState>,
     pub(super) triangle_vertices: u32,
     /// All casters of the world, with the cells of volumes.
     pub(super) caster_count: u32,

@@ -1,6 +1,6 @@
 //! Acceleration structures: triangles and boxes that rays are asked about.
 
-use super::commands::Kept;
+use super::commands::KeepAlive;
 use super::device::Device;
 use super::{Buffer, Context, Memory, Pass, fault, vk_error};
 use crate::{Error, Result};
@@ -179,7 +179,7 @@ impl AccelerationStructure {
         self.0.scratch.bytes()
     }
 
-    pub(super) fn kept(&self) -> Kept {
+    pub(super) fn kept(&self) -> KeepAlive {
         self.0.clone()
     }
 

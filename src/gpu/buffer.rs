@@ -1,6 +1,6 @@
 //! Owned buffers.
 
-use super::commands::Kept;
+use super::commands::KeepAlive;
 use super::context::Link;
 use super::device::Device;
 use super::pending::Step;
@@ -272,7 +272,7 @@ impl Buffer {
         self.0.handle
     }
 
-    pub(super) fn kept(&self) -> Kept {
+    pub(super) fn kept(&self) -> KeepAlive {
         self.0.clone()
     }
 

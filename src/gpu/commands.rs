@@ -18,7 +18,7 @@ pub const MAX_UPDATE_BYTES: usize = 65536;
 const NAMES_BYTES: usize = 512;
 
 /// Something that a recorded command uses, to be kept until the device is done.
-pub(super) type Kept = Arc<dyn Any + Send + Sync>;
+pub(super) type KeepAlive = Arc<dyn Any + Send + Sync>;
 
 /// The owner of the command buffer that is recorded into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,14 +44,14 @@ pub struct Commands<'a> {
     /// Whether each pass is timed, instead of all passes together.
     times_passes: bool,
     /// Whatever a recorded command uses, kept alive until the device is done.
-    used: Vec<Kept>,
+    used: Vec<KeepAlive>,
     /// Copied behind the last pass.
     read_backs: Vec<(Buffer, ReadBack)>,
 }
 
 /// The result of a recording.
 pub(super) struct Recorded {
-    pub used: Vec<Kept>,
+    pub used: Vec<KeepAlive>,
     pub passes: u32,
     pub timed: TimedPasses,
 }
@@ -78,7 +78,7 @@ impl<'a> Commands<'a> {
         buffer: vk::CommandBuffer,
         (whose, frame): (Owner, u64),
         queries: vk::QueryPool,
-        used: Vec<Kept>,
+        used: Vec<KeepAlive>,
     ) -> Self {
         let times_passes = context.shared().times_passes.load(Ordering::Relaxed);
         let (timed, read_backs) = (TimedPasses::with_room(NAMES_BYTES), Vec::new());
@@ -207,7 +207,7 @@ impl<'a> Commands<'a> {
     }
 
     /// Keeps the resources of a recorded command alive.
-    pub(super) fn keep(&mut self, thing: Kept) {
+    pub(super) fn keep(&mut self, thing: KeepAlive) {
         self.used.push(thing);
     }
 
@@ -390,7 +390,7 @@ impl<'a> Pass<'_, 'a> {
                 device.cmd_push_constants(buffer, kernel.pipeline.layout, vk::ShaderStageFlags::ALL, 0, push);
             }
         }
-        self.commands.used.extend(sets.into_iter().map(|set| set as Kept));
+        self.commands.used.extend(sets.into_iter().map(|set| set as KeepAlive));
         self.commands.keep(kernel.clone());
     }
 }

@@ -1,6 +1,6 @@
 //! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
 
-use super::commands::{Kept, Recorded, Owner};
+use super::commands::{KeepAlive, Recorded, Owner};
 use super::times::{PassTime, Queries, TimedPasses};
 use super::{Commands, Context, vk_error};
 use crate::{Error, Result};
@@ -25,7 +25,7 @@ struct State {
 
 struct Frame {
     number: u64,
-    used: Vec<Kept>,
+    used: Vec<KeepAlive>,
     /// Queries of each recording, and its passes.
     timed: Vec<(Queries, TimedPasses)>,
 }
@@ -51,7 +51,7 @@ impl Frames {
 
     /// Begins frame `number`, or continues it. Frame `number - in_flight` is over, and so are all before it. Returns the resources that
     /// were kept alive for these frames; the list itself may be used again.
-    fn begin(&self, number: u64) -> Result<Vec<Kept>> {
+    fn begin(&self, number: u64) -> Result<Vec<KeepAlive>> {
         let mut state = self.state();
         if let Some(last) = state.running.last().filter(|last| last.number > number) {
             return Err(Error::Gpu {
@@ -111,7 +111,7 @@ impl Frames {
     }
 
     /// Keeps a resource that was dropped until the newest frame, which may still use it, is over.
-    pub(super) fn retire(&self, thing: Kept) {
+    pub(super) fn retire(&self, thing: KeepAlive) {
         if let Some(frame) = self.state().running.last_mut() {
             frame.used.push(thing);
         }

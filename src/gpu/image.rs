@@ -1,6 +1,6 @@
 //! Owned images. They stay in the GENERAL layout for life.
 
-use super::commands::Kept;
+use super::commands::KeepAlive;
 use super::context::Link;
 use super::device::Device;
 use super::pending::Step;
@@ -286,7 +286,7 @@ impl Image {
         self.0.handle
     }
 
-    pub(super) fn kept(&self) -> Kept {
+    pub(super) fn kept(&self) -> KeepAlive {
         self.0.clone()
     }
 

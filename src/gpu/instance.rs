@@ -148,9 +148,9 @@ pub(super) fn physical_devices(instance: &ash::Instance) -> Result<Vec<(vk::Phys
         .collect())
 }
 
-type Found = (vk::PhysicalDevice, Option<u32>, Features);
+type PickedDevice = (vk::PhysicalDevice, Option<u32>, Features);
 
-pub(super) fn choose(all: Vec<Found>, wanted: Option<&str>) -> Result<Found> {
+pub(super) fn choose(all: Vec<PickedDevice>, wanted: Option<&str>) -> Result<PickedDevice> {
     let names = all.iter().enumerate().map(|(i, d)| format!("{i} = {}", d.2.name)).collect::<Vec<_>>().join(", ");
     let chosen = match wanted {
         Some(wanted) => match wanted.parse::<usize>() {
@@ -158,7 +158,7 @@ pub(super) fn choose(all: Vec<Found>, wanted: Option<&str>) -> Result<Found> {
             Err(_) => all.into_iter().find(|d| d.2.name.to_lowercase().contains(&wanted.to_lowercase())),
         },
         None => {
-            let rank = |d: &Found| (d.2.below_floor.is_some(), d.2.kind);
+            let rank = |d: &PickedDevice| (d.2.below_floor.is_some(), d.2.kind);
             all.into_iter().min_by_key(rank)
         }
     };

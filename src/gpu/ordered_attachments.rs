@@ -2,7 +2,7 @@
 //! (VK_EXT_rasterization_order_attachment_access). The shader reads them as input attachments, which dynamic rendering does not have, so
 //! this file uses a render pass.
 
-use super::commands::Kept;
+use super::commands::KeepAlive;
 use super::device::Device;
 use super::{Bindings, Context, Format, Image, ImageUse, Resource, fault, vk_error};
 use crate::Result;
@@ -120,7 +120,7 @@ impl OrderedAttachments {
         &self.0.inputs
     }
 
-    pub(super) fn kept(&self) -> Kept {
+    pub(super) fn kept(&self) -> KeepAlive {
         self.0.clone()
     }
 

@@ -1,7 +1,7 @@
 //! Work that waits to be recorded: layouts of new images, and copies of data that the host has written. This work is recorded before the
 //! commands that use these images and buffers.
 
-use super::commands::Kept;
+use super::commands::KeepAlive;
 use super::device::Device;
 use super::{Buffer, Image};
 use ash::vk;
@@ -19,7 +19,7 @@ pub(super) enum Step {
 
 impl Step {
     /// The resources that it uses.
-    pub fn kept(&self) -> impl Iterator<Item = Kept> {
+    pub fn kept(&self) -> impl Iterator<Item = KeepAlive> {
         match self {
             Self::Layout(image) => [Some(image.kept()), None],
             Self::Copy { from, to, .. } => [Some(from.kept()), Some(to.kept())],

@@ -111,7 +111,7 @@ impl OpaqueMaps {
 }
 
 /// The passes that draw the maps.
-enum Drawn {
+enum DepthPass {
     Raster(OpaqueRaster),
     Compute(OpaqueCompute),
 }
@@ -119,7 +119,7 @@ enum Drawn {
 /// The maps of all lights and the passes that draw them.
 pub(super) struct Opaque {
     image: Image,
-    drawn: Drawn,
+    drawn: DepthPass,
     /// Width and height of one map.
     size: [u32; 2],
 }
@@ -178,10 +178,10 @@ impl Opaque {
         let constants = Constants::new().set(OPAQUE_STEP, maps.step());
         let drawn = match maps.way(context) {
             OpaqueWay::Raster => {
-                Drawn::Raster(OpaqueRaster::new(context, scene, maps.format, &constants, (count, culls))?)
+                DepthPass::Raster(OpaqueRaster::new(context, scene, maps.format, &constants, (count, culls))?)
             }
             OpaqueWay::Compute => {
-                Drawn::Compute(OpaqueCompute::new(context, &image, scene, &constants, [size[0], size[1], count])?)
+                DepthPass::Compute(OpaqueCompute::new(context, &image, scene, &constants, [size[0], size[1], count])?)
             }
         };
         Ok(Self { image, drawn, size })
@@ -193,8 +193,8 @@ impl Opaque {
 
     pub(super) fn way(&self) -> OpaqueWay {
         match self.drawn {
-            Drawn::Raster(_) => OpaqueWay::Raster,
-            Drawn::Compute(_) => OpaqueWay::Compute,
+            DepthPass::Raster(_) => OpaqueWay::Raster,
+            DepthPass::Compute(_) => OpaqueWay::Compute,
         }
     }
 
@@ -206,30 +206,30 @@ impl Opaque {
         }
         let triangles = world.triangle_count();
         match &mut self.drawn {
-            Drawn::Compute(compute) => compute.record(commands, self.size, triangles, maps),
-            Drawn::Raster(raster) => raster.record(commands, &self.image, self.size, triangles, maps),
+            DepthPass::Compute(compute) => compute.record(commands, self.size, triangles, maps),
+            DepthPass::Raster(raster) => raster.record(commands, &self.image, self.size, triangles, maps),
         }
     }
 
     /// Ends frame `frame`: returns whether there is more room now, so that the build has to run again.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         match &mut self.drawn {
-            Drawn::Raster(_) => Ok(false),
-            Drawn::Compute(compute) => compute.settle(frame),
+            DepthPass::Raster(_) => Ok(false),
+            DepthPass::Compute(compute) => compute.settle(frame),
         }
     }
 
     pub(super) fn bytes_transient(&self) -> u64 {
         match &self.drawn {
-            Drawn::Raster(raster) => raster.draws().map_or(0, Buffer::bytes),
-            Drawn::Compute(compute) => compute.bytes_transient(),
+            DepthPass::Raster(raster) => raster.draws().map_or(0, Buffer::bytes),
+            DepthPass::Compute(compute) => compute.bytes_transient(),
         }
     }
 
     pub(super) fn draws(&self) -> Option<&Buffer> {
         match &self.drawn {
-            Drawn::Raster(raster) => raster.draws(),
-            Drawn::Compute(_) => None,
+            DepthPass::Raster(raster) => raster.draws(),
+            DepthPass::Compute(_) => None,
         }
     }
 }

@@ -37,7 +37,7 @@ fn are_enough(samples: usize, took: Duration, budget: Duration, software: bool) 
 
 /// Consecutive builds of a row.
 #[derive(Default)]
-pub(super) struct Timed {
+pub(super) struct BuildSamples {
     /// How far their times may be trusted.
     pub(super) steadiness: Stability,
     /// Each build, and both clocks after the last one.
@@ -122,7 +122,7 @@ impl BuildTimes {
     }
 }
 
-impl Timed {
+impl BuildSamples {
     /// The host's time for each.
     pub(super) fn host_ns(&self) -> Vec<f64> {
         self.built.builds.iter().map(|build| build.counted().host_ns).collect()
@@ -143,9 +143,9 @@ impl SceneCase<'_> {
         lifetime: Lifetime,
         shading: Shading,
         first: Option<TimedRun>,
-    ) -> Result<Timed> {
+    ) -> Result<BuildSamples> {
         if let Some(first) = first {
-            let mut timed = Timed::default();
+            let mut timed = BuildSamples::default();
             timed.built.clock = self.context.calibrate();
             timed.built.builds.push(BuildTimes { each: first, whole: None });
             return Ok(timed);
@@ -179,14 +179,14 @@ impl SceneCase<'_> {
     /// The device's time of each build. A build without passes took no time: nothing that the technique depends on had
     /// moved, or the technique builds nothing. For a baked technique in a still world, such a build gives no time: the
     /// technique was baked before.
-    pub(super) fn device_ns(&self, timed: &Timed, lifetime: Lifetime) -> Vec<f64> {
+    pub(super) fn device_ns(&self, timed: &BuildSamples, lifetime: Lifetime) -> Vec<f64> {
         let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
         let has_times = is_built && self.context.features().timestamp_valid_bits > 0;
         let of = |passes: &Vec<PassTime>| frame_ns(passes).or((has_times && passes.is_empty()).then_some(0.0));
         timed.built.builds.iter().map(|build| &build.counted().passes).filter_map(of).collect()
     }
 
-    fn time_builds_once(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<Timed> {
+    fn time_builds_once(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<BuildSamples> {
         let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
         let camera = self.camera(self.effort.picture)?;
         let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
@@ -232,7 +232,7 @@ impl SceneCase<'_> {
         if slow.get() {
             meter.give_up();
         }
-        let mut timed = Timed::default();
+        let mut timed = BuildSamples::default();
         timed.built.clock = self.context.calibrate();
         for (moved, build, drawn) in builds {
             timed.moves.extend((!moved.is_empty()).then_some(moved));

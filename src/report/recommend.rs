@@ -29,7 +29,7 @@ pub struct Limits {
 type Limited<'a> = (&'a str, Option<f64>, Option<f64>, &'a dyn Fn(f64) -> String);
 
 /// A limit that a row breaks.
-struct Broken {
+struct BrokenLimit {
     /// How many times the limit it is; infinite where it was not measured.
     times: f64,
     words: String,
@@ -50,7 +50,7 @@ impl Limits {
         }
     }
 
-    fn broken(&self, row: &Row, measure: &Measure) -> Vec<Broken> {
+    fn broken(&self, row: &Row, measure: &Measure) -> Vec<BrokenLimit> {
         let ms = (measure.time.of)(row).map(|ns| ns / 1e6);
         let size = |count: f64| bytes(count as u64);
         let all: [Limited; 4] = [
@@ -66,9 +66,9 @@ impl Limits {
                 Some(value) if value <= limit => None,
                 Some(value) => {
                     let words = format!("{name} {}, and the limit is {}", words(value), words(limit));
-                    Some(Broken { times: value / limit, words })
+                    Some(BrokenLimit { times: value / limit, words })
                 }
-                None => Some(Broken { times: f64::INFINITY, words: format!("{name} was not measured") }),
+                None => Some(BrokenLimit { times: f64::INFINITY, words: format!("{name} was not measured") }),
             }
         };
         all.into_iter().filter_map(over).collect()
@@ -88,16 +88,16 @@ pub struct Recommendation {
     /// The kind of their times, such as `cost`.
     time: &'static str,
     /// Absent where times decide nothing.
-    best: Option<Chosen>,
-    closer: Option<Chosen>,
-    fastest: Option<Chosen>,
-    closest: Chosen,
-    smallest: Option<Chosen>,
+    best: Option<ChosenRow>,
+    closer: Option<ChosenRow>,
+    fastest: Option<ChosenRow>,
+    closest: ChosenRow,
+    smallest: Option<ChosenRow>,
 }
 
 /// A row of an answer.
 #[derive(Clone, Debug, Serialize)]
-struct Chosen {
+struct ChosenRow {
     spec: String,
     time_ms: f64,
     error: f64,
@@ -187,7 +187,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     let chosen = |index: usize| {
         let (row, (time_ms, error)) = (row(index), at(index));
         let bake_ms = bake_ms(row);
-        Chosen {
+        ChosenRow {
             spec: to_paste(row),
             time_ms,
             error,
@@ -257,9 +257,9 @@ fn equals(specs: impl Iterator<Item = String>) -> String {
 }
 
 /// The row whose worst break of a limit is the smallest, and the limits that it breaks.
-fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<Broken>)> {
+fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<BrokenLimit>)> {
     let could = |row: &Row| point(row, measure).is_some() && is_closer(row, rows, measure);
-    let worst = |broken: &[Broken]| broken.iter().map(|broken| broken.times).fold(0.0, f64::max);
+    let worst = |broken: &[BrokenLimit]| broken.iter().map(|broken| broken.times).fold(0.0, f64::max);
     rows.iter()
         .filter(|(_, row)| could(row))
         .map(|(_, row)| (*row, limits.broken(row, measure)))

@@ -139,7 +139,7 @@ const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 "#;
 
 #[derive(Serialize)]
-struct Case {
+struct JunitCase {
     scene: String,
     spec: String,
     seconds: String,
@@ -156,7 +156,7 @@ struct Case {
 pub fn junit(results: &Results, changes: &[Change], fails: Fails) -> Result<String> {
     use crate::measure::Status;
     let device = one_line(&format!("{}, {}", results.device.name, results.device.driver));
-    let case = |row: &crate::measure::Row| Case {
+    let case = |row: &crate::measure::Row| JunitCase {
         scene: one_line(&row.scene),
         spec: one_line(&row.spec()),
         seconds: row.build_ns.map(|timing| format!("{:.9}", timing.median / 1e9)).unwrap_or_default(),
@@ -164,12 +164,12 @@ pub fn junit(results: &Results, changes: &[Change], fails: Fails) -> Result<Stri
         text: String::new(),
         skipped: (row.status == Status::Refused).then(|| outcome(row)),
     };
-    let mut cases: Vec<Case> = results.rows.iter().map(case).collect();
+    let mut cases: Vec<JunitCase> = results.rows.iter().map(case).collect();
     for change in changes {
         let why = fails.why(change);
         if let Change::Gone(row) = change {
             let skipped = why.is_none().then(|| GONE.into());
-            cases.push(Case { seconds: String::new(), failure: why, skipped, ..case(row) });
+            cases.push(JunitCase { seconds: String::new(), failure: why, skipped, ..case(row) });
         } else if let (Some(place), Some(why)) = (results.rows.iter().position(|row| row == change.row()), why) {
             cases[place].failure = Some(why);
             cases[place].text = figures_text(change);

@@ -31,7 +31,7 @@ pub struct Subject<'a> {
     pub scene: &'a Scene,
     truth: Truth<'a>,
     casters: Casters<'a>,
-    moved: OnceLock<Vec<Moved>>,
+    moved: OnceLock<Vec<MovedCasters>>,
     /// Truth on the rays of maps, which several techniques share.
     maps: Cached<Vec<View>, OnRays>,
     /// Filtered truth at the points in space, by number of steps and views.
@@ -40,10 +40,10 @@ pub struct Subject<'a> {
 }
 
 /// Points on the rays of texels, each with its offset from the ray by rounding.
-pub(super) type OnRays = (Vec<Points>, Vec<Rounded>);
+pub(super) type OnRays = (Vec<Points>, Vec<RoundedAnswers>);
 
 /// The scene after a step, and its truth at the points in space.
-pub(super) struct Moved {
+pub(super) struct MovedCasters {
     pub scene: Scene,
     pub visibility: Arc<Vec<f64>>,
 }
@@ -113,7 +113,7 @@ impl<'a> Subject<'a> {
         let mut rounded = Vec::new();
         let points = |truth: MapTruth| {
             let texels = truth.texels.iter().flat_map(|texel| std::iter::repeat_n(*texel, MAP_DEPTHS as usize));
-            rounded.extend(texels.zip(&truth.points).map(|(texel, p)| Rounded::of(&views[truth.map], texel, *p)));
+            rounded.extend(texels.zip(&truth.points).map(|(texel, p)| RoundedAnswers::of(&views[truth.map], texel, *p)));
             let visibility = filtered(&self.casters, self.scene, views, truth.light, &truth.points);
             Points::in_space(truth.light, truth.points, visibility)
         };
@@ -172,16 +172,16 @@ impl<'a> Subject<'a> {
     }
 
     /// The scene after each step of its casters; empty where there are no casters.
-    pub(super) fn moved(&self) -> &[Moved] {
+    pub(super) fn moved(&self) -> &[MovedCasters] {
         self.moved.get_or_init(|| {
             let Some([low, high]) = bounds(self.scene) else { return Vec::new() };
             let step = STEP * (high - low).length() * DVec3::new(0.7, -0.5, 0.5);
-            (1..=STEPS).map(|i| Moved::new(self, i as f64 * step)).collect()
+            (1..=STEPS).map(|i| MovedCasters::new(self, i as f64 * step)).collect()
         })
     }
 }
 
-impl Moved {
+impl MovedCasters {
     fn new(subject: &Subject, by: DVec3) -> Self {
         let mut scene = subject.scene.clone();
         step(&mut scene, by);
@@ -198,7 +198,7 @@ impl Moved {
 const PROJECTED: f64 = 4.0 / (1 << 24) as f64;
 
 /// Where rounding left a point of a texel's ray.
-pub(super) struct Rounded {
+pub(super) struct RoundedAnswers {
     /// Distance of the point from the ray, texels: the sum over both axes, plus the rounding of the point's projection. A bilinear look-up
     /// at the point may differ by this much from the value on the ray.
     pub off: f64,
@@ -206,7 +206,7 @@ pub(super) struct Rounded {
     pub z: f64,
 }
 
-impl Rounded {
+impl RoundedAnswers {
     fn of(view: &View, texel: u32, position: [f32; 3]) -> Self {
         let (at, z) = view.project(DVec3::from(position.map(f64::from)));
         let centre = DVec2::new(f64::from(texel % view.width), f64::from(texel / view.width)) + 0.5;
@@ -278,7 +278,7 @@ mod tests {
     /// The truth for the maps that several techniques share is computed once.
     #[test]
     fn the_truth_of_maps_is_found_once() {
-        let scene = (super::super::Case::named("few").expect("a case").scene)(2.0);
+        let scene = (super::super::StressCase::named("few").expect("a case").scene)(2.0);
         let subject = Subject::new(&scene);
         let [small, large] = [8, 16].map(|size| View::volumes(&scene, size));
         let maps = subject.maps(&small);

@@ -1,6 +1,6 @@
 //! Cases of opaque triangles: their shapes, where they lie in voxels and texels, and lights that are near them.
 
-use super::Case;
+use super::StressCase;
 use super::scene_builders::{SLANTED, along, random, scene};
 use crate::scene::{LightKind, Mesh, Scene};
 use glam::DVec3;
@@ -48,8 +48,8 @@ pub(super) fn triangles(count: usize, corners: impl FnMut(usize) -> [DVec3; 3]) 
 }
 
 /// The cases of meshes.
-pub(super) const CASES: &[Case] = &[
-    Case {
+pub(super) const CASES: &[StressCase] = &[
+    StressCase {
         name: "slivers",
         about: "triangles long and thin, over a ground",
         swept: "length over width",
@@ -62,9 +62,9 @@ pub(super) const CASES: &[Case] = &[
             });
             over_ground(vec![sliver])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "no-area",
         about: "a box, and triangles of no area about it: points and lines",
         swept: "how many",
@@ -77,25 +77,25 @@ pub(super) const CASES: &[Case] = &[
             });
             over_ground(vec![usual_block(), flat])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "coplanar",
         about: "two plates, one as good as in the other, over a ground",
         swept: "how far apart, units",
         values: &[1e-1, 1e-3, 1e-5, 1e-7, 0.0],
         scene: |apart| over_ground(vec![plate(0.6, 0.5), plate(0.6 + apart, 0.5)]),
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "duplicated",
         about: "the same plate many times",
         swept: "how many times",
         values: &[1.0, 2.0, 16.0, 128.0],
         scene: |count| over_ground(vec![plate(0.6, 0.5); count as usize]),
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "sides",
         about: "a box that is closed, inside out, open, and both of two turned in one",
         swept: "which: 0, 1, 2, 3",
@@ -109,17 +109,17 @@ pub(super) const CASES: &[Case] = &[
             }
             over_ground(if which == 3.0 { vec![changed, plain] } else { vec![changed] })
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "world-large",
         about: "a box on a ground as large as a world",
         swept: "half the ground's side, units",
         values: &[1.5, 15.0, 150.0, 1e4, 1e6],
         scene: |half| scene(along(SLANTED), vec![], vec![plate(0.0, half), usual_block()]),
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "small-triangles",
         about: "a thousand triangles over a ground, at last smaller than any voxel and any texel",
         swept: "their size, units",
@@ -132,9 +132,9 @@ pub(super) const CASES: &[Case] = &[
             });
             over_ground(vec![dust])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "on-voxels",
         about: "boxes whose sides lie on the boundaries of voxels and texels, in a box that makes these so",
         swept: "how far off them, units",
@@ -145,9 +145,9 @@ pub(super) const CASES: &[Case] = &[
             let top = block(DVec3::splat(0.9375), DVec3::ONE);
             scene(along(DVec3::new(0.5, 0.25, -1.0)), vec![], vec![edge, inner, top])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "grazing",
         about: "light that grazes the ground that a box stands on",
         swept: "degrees above it",
@@ -156,17 +156,17 @@ pub(super) const CASES: &[Case] = &[
             let (sine, cosine) = degrees.to_radians().sin_cos();
             lit_by(along(DVec3::new(cosine * 0.8, cosine * 0.6, -sine)))
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "light-at-surface",
         about: "a point light that comes down to a box, lies on it and is inside",
         swept: "how far above it, units",
         values: &[1.0, 1e-1, 1e-3, 1e-6, 0.0, -1e-6, -0.3],
         scene: |above| lit_by(LightKind::Point { position: DVec3::new(0.07, 0.03, 0.83 + above) }),
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "vpl",
         about: "a virtual light on a ground, on the edge of a box and in its corner",
         swept: "how far from the corner, units",
@@ -176,9 +176,9 @@ pub(super) const CASES: &[Case] = &[
             let normal = DVec3::new(-0.4, -0.3, -0.8).normalize();
             lit_by(LightKind::Virtual { position, normal, nearest: 0.05 })
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "one-node",
         about: "one triangle, and nothing that it shadows but itself",
         swept: "its size, units",
@@ -186,6 +186,6 @@ pub(super) const CASES: &[Case] = &[
         scene: |size| {
             scene(along(SLANTED), vec![], vec![triangles(1, |_| [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| p * size))])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
 ];

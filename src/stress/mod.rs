@@ -29,7 +29,7 @@ pub use case_truth::{SHUFFLES, Subject};
 pub use sweep::Sweep;
 pub(crate) use sweep::about;
 pub(crate) use verdict::number;
-pub use verdict::{Broken, Verdict, verdicts};
+pub use verdict::{BrokenPromise, Verdict, verdicts};
 pub use worker::Worker;
 
 use crate::scene::Scene;
@@ -37,7 +37,7 @@ use crate::{Error, Result};
 
 /// A kind of scene with a number that is swept.
 #[derive(Clone, Copy)]
-pub struct Case {
+pub struct StressCase {
     /// Its name.
     pub name: &'static str,
     /// The content of the scene.
@@ -54,7 +54,7 @@ pub struct Case {
     pub texels: Option<fn(f64) -> u32>,
 }
 
-impl Case {
+impl StressCase {
     /// Defaults of cases.
     const USUAL: Self = Self {
         name: "",
@@ -80,6 +80,6 @@ impl Case {
 }
 
 /// All cases: of smoke and hair, of lights and views, of meshes.
-pub fn cases() -> impl Iterator<Item = &'static Case> {
+pub fn cases() -> impl Iterator<Item = &'static StressCase> {
     [smoke::CASES, placed::CASES, meshes::CASES].into_iter().flatten()
 }

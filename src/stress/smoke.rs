@@ -1,29 +1,29 @@
 //! Cases of smoke and hair: extinction, size, number of casters per ray, and place.
 
-use super::Case;
+use super::StressCase;
 use super::scene_builders::{SLANTED, USUAL, along, changed, cloud, corners, denser, random, scene, sphere};
 use crate::scene::{Particle, Strand};
 use glam::DVec3;
 
 /// The cases of smoke and hair.
-pub(super) const CASES: &[Case] = &[
-    Case {
+pub(super) const CASES: &[StressCase] = &[
+    StressCase {
         name: "extinction",
         about: "smoke that becomes opaque",
         swept: "factor of all extinctions",
         values: &[1.0, 1e2, 1e4, 1e6, 1e9, 1e38],
         scene: |factor| scene(along(SLANTED), changed(cloud(USUAL), |_, p| denser(p, factor)), vec![]),
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "extinction-low",
         about: "smoke that becomes nothing",
         swept: "factor of all extinctions",
         values: &[1.0, 1e-3, 1e-6, 1e-9, 1e-38, 0.0],
         scene: |factor| scene(along(SLANTED), changed(cloud(USUAL), |_, p| denser(p, factor)), vec![]),
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "extinction-mixed",
         about: "every other sphere opaque, the others of extinction 0",
         swept: "extinction of the former, 1 / unit",
@@ -35,9 +35,9 @@ pub(super) const CASES: &[Case] = &[
             };
             scene(along(SLANTED), changed(cloud(USUAL), alternating), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "origin",
         about: "the same smoke, far from the origin",
         swept: "its distance, units",
@@ -52,9 +52,9 @@ pub(super) const CASES: &[Case] = &[
             (scene.camera.position, scene.camera.target) = (scene.camera.position + offset, offset);
             scene
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "radius-small",
         about: "spheres on one ray of length 2, so small that their ends are hardly two depths",
         swept: "radius, units",
@@ -67,9 +67,9 @@ pub(super) const CASES: &[Case] = &[
             };
             scene(along(DVec3::NEG_Z), (0..12).map(one).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "fragments",
         about: "small thin spheres on one texel's ray",
         swept: "how many",
@@ -83,18 +83,18 @@ pub(super) const CASES: &[Case] = &[
             };
             scene(along(DVec3::NEG_Z), corners().into_iter().chain((0..count as usize).map(one)).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "one-place",
         about: "equal spheres in one place: equal depths on every ray",
         swept: "how many",
         values: &[2.0, 16.0, 128.0, 1024.0, 8192.0, 20000.0],
         most_on_cpu: 8192.0,
         scene: |count| scene(along(SLANTED), vec![sphere(DVec3::ZERO, 1.0, 1.0 / count); count as usize], vec![]),
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "equal-depth",
         about: "spheres of unlike extinction that lie in a plane across the light and overlap",
         swept: "how many",
@@ -107,9 +107,9 @@ pub(super) const CASES: &[Case] = &[
             };
             scene(along(DVec3::NEG_Z), (0..count as usize).map(one).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "nested",
         about: "concentric spheres, from the inside out",
         swept: "how many",
@@ -118,9 +118,9 @@ pub(super) const CASES: &[Case] = &[
             let one = |i: usize| sphere(DVec3::ZERO, (i + 1) as f64 / count, 1.0 / count);
             scene(along(SLANTED), (0..count as usize).map(one).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "touching",
         about: "a row of equal spheres along the light, the next where the last ends",
         swept: "the gap between two, radii",
@@ -129,9 +129,9 @@ pub(super) const CASES: &[Case] = &[
             let one = |i: usize| sphere((i as f64 - 3.5) * 0.25 * (1.0 + 0.5 * gap) * DVec3::Z, 0.125, 2.0);
             scene(along(DVec3::NEG_Z), (0..8).map(one).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "rim",
         about: "a dense sphere whose rim is at the rays of texel centres",
         swept: "radius past the ray, of the radius",
@@ -142,9 +142,9 @@ pub(super) const CASES: &[Case] = &[
             let particles = corners().into_iter().chain([sphere(DVec3::ZERO, ray * (1.0 + past), 50.0)]);
             scene(along(DVec3::NEG_Z), particles.collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "strands",
         about: "hair among smoke: steps, segments of no length",
         swept: "what each hair lets pass",
@@ -160,9 +160,9 @@ pub(super) const CASES: &[Case] = &[
             scene.strands = (0..40).map(strand).collect();
             scene
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "motion",
         about: "spheres smaller than a texel of 1/16 that move by less",
         swept: "radius, texels",
@@ -172,9 +172,9 @@ pub(super) const CASES: &[Case] = &[
             let one = |_| sphere(0.9 * random.in_ball(), radius, 0.5 / radius);
             scene(along(SLANTED), corners().into_iter().chain((0..200).map(one)).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "many",
         about: "thin smoke of many spheres",
         swept: "how many",
@@ -185,9 +185,9 @@ pub(super) const CASES: &[Case] = &[
             let one = |_| sphere(random.in_ball(), radius, 0.4 / count.cbrt() / radius);
             scene(along(SLANTED), (0..count as usize).map(one).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
-    Case {
+    StressCase {
         name: "opaque-tile",
         about: "opaque spheres in one tile of 8 × 8 texels",
         swept: "how many",
@@ -201,6 +201,6 @@ pub(super) const CASES: &[Case] = &[
             };
             scene(along(DVec3::NEG_Z), corners().into_iter().chain((0..count as usize).map(one)).collect(), vec![])
         },
-        ..Case::USUAL
+        ..StressCase::USUAL
     },
 ];

@@ -1,7 +1,7 @@
 //! Sweeps of a number: of a case, or of a change to a scene that the user gives.
 
 use super::changes::CHANGES;
-use super::{Case, cases};
+use super::{StressCase, cases};
 use crate::error::did_you_mean;
 use crate::scene::{BUILT_IN, Motion, Scene, known};
 use crate::{Error, Result};
@@ -18,7 +18,7 @@ pub struct Sweep {
     pub given: Option<String>,
     /// Values of the number, from common to extreme.
     pub values: &'static [f64],
-    /// As [`Case::most_on_cpu`].
+    /// As [`StressCase::most_on_cpu`].
     most_on_cpu: f64,
     /// Texels per side of maps at a value, where these are swept.
     pub texels: Option<fn(f64) -> u32>,
@@ -27,8 +27,8 @@ pub struct Sweep {
 
 impl Sweep {
     /// The sweep of a case.
-    pub fn of(case: &'static Case) -> Self {
-        let Case { name, values, most_on_cpu, texels, scene, .. } = *case;
+    pub fn of(case: &'static StressCase) -> Self {
+        let StressCase { name, values, most_on_cpu, texels, scene, .. } = *case;
         Self { name: name.into(), given: None, values, most_on_cpu, texels, scene: Box::new(scene) }
     }
 
@@ -37,7 +37,7 @@ impl Sweep {
     /// # Errors
     /// [`Error::Usage`] where the name is neither a case nor a scene, [`Error::Input`] where the scene's file is faulty.
     pub fn named(name: &str) -> Result<Vec<Self>> {
-        if let Ok(case) = Case::named(name) {
+        if let Ok(case) = StressCase::named(name) {
             return Ok(vec![Self::of(case)]);
         }
         let scene = Scene::load(name, TIME_S).map_err(|error| match error {
@@ -81,6 +81,6 @@ pub(crate) fn about(name: &str) -> Option<String> {
     let change = |name: &str| CHANGES.iter().find(|change| change.name == name);
     match name.rsplit_once('/') {
         Some((scene, name)) => change(name).map(|change| format!("{scene}; {}", change.swept)),
-        None => Case::named(name).ok().map(|case| format!("{}; {}", case.about, case.swept)),
+        None => StressCase::named(name).ok().map(|case| format!("{}; {}", case.about, case.swept)),
     }
 }

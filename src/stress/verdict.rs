@@ -14,7 +14,7 @@ fn promises(row: &CaseResult) -> Option<Promises> {
 /// A promise that broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Broken {
+pub enum BrokenPromise {
     /// Answers that are infinite or not a number.
     NotFinite,
     /// Answers below 0 or above 1.
@@ -37,7 +37,7 @@ pub enum Broken {
     Step,
 }
 
-impl Broken {
+impl BrokenPromise {
     /// Whether no technique may ever break this promise, however extreme the scene, since no limit of a method is an excuse.
     pub fn is_invariant(self) -> bool {
         !matches!(self, Self::Error | Self::Wrong | Self::Step)
@@ -64,43 +64,43 @@ impl Broken {
 }
 
 /// All promises that a row breaks.
-pub(super) fn broken(row: &CaseResult) -> Vec<Broken> {
+pub(super) fn broken(row: &CaseResult) -> Vec<BrokenPromise> {
     let figures = match (row.outcome, &row.figures) {
         // A technique that refused or ran out of time has broken no promise.
         (Outcome::Refused | Outcome::NoAnswer, _) => return Vec::new(),
-        (Outcome::Failed, _) | (_, None) => return vec![Broken::Failed],
+        (Outcome::Failed, _) | (_, None) => return vec![BrokenPromise::Failed],
         (Outcome::Answered, Some(figures)) => figures,
     };
     match promises(row) {
         Some(promises) => broken_of(figures, &promises),
         // A row whose technique is unknown counts as failed, so that none goes unchecked.
-        None => vec![Broken::Failed],
+        None => vec![BrokenPromise::Failed],
     }
 }
 
 /// The promises that the figures break, including the invariants that hold for all techniques.
-fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
+fn broken_of(figures: &Figures, promises: &Promises) -> Vec<BrokenPromise> {
     // NaN counts as above the limit.
     let above =
         |figure: Option<f64>, most: Option<f64>| figure.zip(most).is_some_and(|(f, most)| f.is_nan() || f > most);
     let mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
     [
-        (figures.not_finite > 0, Broken::NotFinite),
-        (figures.outside > 0, Broken::Outside),
-        (above(figures.rise, promises.rise), Broken::Rising),
-        (above(figures.tail, promises.tail), Broken::Tail),
-        (above(figures.order_spread, promises.order), Broken::Order),
-        (figures.messages > 0, Broken::Messages),
-        (above(mean, promises.mean), Broken::Error),
-        (figures.wrong().zip(promises.wrong).is_some_and(|(count, most)| count > most), Broken::Wrong),
-        (above(figures.step_rms, promises.step), Broken::Step),
+        (figures.not_finite > 0, BrokenPromise::NotFinite),
+        (figures.outside > 0, BrokenPromise::Outside),
+        (above(figures.rise, promises.rise), BrokenPromise::Rising),
+        (above(figures.tail, promises.tail), BrokenPromise::Tail),
+        (above(figures.order_spread, promises.order), BrokenPromise::Order),
+        (figures.messages > 0, BrokenPromise::Messages),
+        (above(mean, promises.mean), BrokenPromise::Error),
+        (figures.wrong().zip(promises.wrong).is_some_and(|(count, most)| count > most), BrokenPromise::Wrong),
+        (above(figures.step_rms, promises.step), BrokenPromise::Step),
     ]
     .into_iter()
     .filter_map(|(is_broken, what)| is_broken.then_some(what))
     .collect()
 }
 
-/// The invariants ([`Broken::is_invariant`]) that a row breaks, as texts.
+/// The invariants ([`BrokenPromise::is_invariant`]) that a row breaks, as texts.
 pub(super) fn broken_invariants(row: &CaseResult) -> Vec<String> {
     let figures = row.figures.clone().unwrap_or_default();
     broken(row).into_iter().filter(|broken| broken.is_invariant()).map(|broken| broken.words(&figures)).collect()
@@ -122,11 +122,11 @@ pub struct Verdict {
     /// The first value at which something breaks.
     pub breaks_at: Option<f64>,
     /// The promises that break at that value.
-    pub broken: Vec<Broken>,
+    pub broken: Vec<BrokenPromise>,
     /// These promises as text with figures, or the reason why there was no answer.
     pub why: String,
-    /// Invariants ([`Broken::is_invariant`]) that break at any value.
-    pub invariants: Vec<Broken>,
+    /// Invariants ([`BrokenPromise::is_invariant`]) that break at any value.
+    pub invariants: Vec<BrokenPromise>,
     /// Figures at the last value that holds; where none holds, at the first value.
     pub figures: Option<Figures>,
 }
@@ -152,13 +152,13 @@ impl Verdict {
             (None, None) => silent.map_or_else(String::new, |at| rows[at].reason.clone()),
         };
         let why = breaks.map_or_else(String::new, |at| {
-            let words = |broken: &Broken| match &rows[at].figures {
+            let words = |broken: &BrokenPromise| match &rows[at].figures {
                 Some(figures) => broken.words(figures),
                 None => rows[at].reason.clone(),
             };
             found[at].iter().map(words).collect::<Vec<_>>().join(", ")
         });
-        let mut invariants: Vec<Broken> = Vec::new();
+        let mut invariants: Vec<BrokenPromise> = Vec::new();
         for broken in found.iter().flatten().filter(|broken| broken.is_invariant()) {
             if !invariants.contains(broken) {
                 invariants.push(*broken);
@@ -232,7 +232,7 @@ mod tests {
             (verdict.verdict.as_str(), verdict.holds_up_to, verdict.breaks_at),
             ("holds up to 10", Some(10.0), Some(100.0))
         );
-        assert_eq!((&verdict.broken[..], verdict.why.as_str()), (&[Broken::Error][..], "mean error 5.0e-1"));
+        assert_eq!((&verdict.broken[..], verdict.why.as_str()), (&[BrokenPromise::Error][..], "mean error 5.0e-1"));
         assert_eq!(verdict.invariants, []);
         assert_eq!(verdicts(&rows[..2])[0].verdict, "holds");
         assert_eq!(verdicts(&rows[2..])[0].verdict, "breaks at 100");
@@ -243,11 +243,11 @@ mod tests {
     fn what_is_not_a_number_breaks() {
         let spread = |order_spread| Some(Figures { order_spread: Some(order_spread), ..Figures::default() });
         assert_eq!(broken(&row(1.0, spread(0.0))), []);
-        assert_eq!(broken(&row(1.0, spread(1e-7))), [Broken::Order]);
-        assert_eq!(broken(&row(1.0, spread(f64::NAN))), [Broken::Order]);
+        assert_eq!(broken(&row(1.0, spread(1e-7))), [BrokenPromise::Order]);
+        assert_eq!(broken(&row(1.0, spread(f64::NAN))), [BrokenPromise::Order]);
         let late = Figures { not_finite: 1, ..Figures::default() };
         let rows = [row(1.0, off_by(0.5)), row(2.0, Some(late))];
-        assert_eq!(verdicts(&rows)[0].invariants, [Broken::NotFinite]);
+        assert_eq!(verdicts(&rows)[0].invariants, [BrokenPromise::NotFinite]);
     }
 
     /// A figure above a promise breaks it, and no figure breaks a promise that was not given. Invariants need no promise.
@@ -275,12 +275,12 @@ mod tests {
         let of = |most: f64| {
             let (most, wrong) = (Some(most), Some(if most < 0.3 { 1 } else { 2 }));
             [
-                (Promises { mean: most, ..none }, Broken::Error),
-                (Promises { tail: most, ..none }, Broken::Tail),
-                (Promises { rise: most, ..none }, Broken::Rising),
-                (Promises { order: most, ..none }, Broken::Order),
-                (Promises { step: most, ..none }, Broken::Step),
-                (Promises { wrong, ..none }, Broken::Wrong),
+                (Promises { mean: most, ..none }, BrokenPromise::Error),
+                (Promises { tail: most, ..none }, BrokenPromise::Tail),
+                (Promises { rise: most, ..none }, BrokenPromise::Rising),
+                (Promises { order: most, ..none }, BrokenPromise::Order),
+                (Promises { step: most, ..none }, BrokenPromise::Step),
+                (Promises { wrong, ..none }, BrokenPromise::Wrong),
             ]
         };
         for (promises, what) in of(0.29) {
@@ -289,7 +289,7 @@ mod tests {
         assert!(of(0.31).iter().all(|(promises, _)| broken_of(&figures, promises).is_empty()));
         assert_eq!(broken_of(&figures, &none), []);
         let no_number = Figures { not_finite: 1, outside: 1, messages: 1, ..Figures::default() };
-        assert_eq!(broken_of(&no_number, &none), [Broken::NotFinite, Broken::Outside, Broken::Messages]);
+        assert_eq!(broken_of(&no_number, &none), [BrokenPromise::NotFinite, BrokenPromise::Outside, BrokenPromise::Messages]);
     }
 
     /// Promises are those of the technique's entry for the path that ran. An unknown technique counts as failed.
@@ -300,11 +300,11 @@ mod tests {
             let row = row(1.0, Some(tail_off.clone()));
             broken(&CaseResult { technique: technique.into(), path: path.into(), ..row })
         };
-        assert_eq!(of("avsm", "binned"), [Broken::Tail, Broken::Order]);
-        assert_eq!(of("avsm", "interlock"), [Broken::Tail]);
+        assert_eq!(of("avsm", "binned"), [BrokenPromise::Tail, BrokenPromise::Order]);
+        assert_eq!(of("avsm", "interlock"), [BrokenPromise::Tail]);
         assert_eq!(of("avsm:detail=adaptive,curve=linear", "binned"), []);
-        assert_eq!((of("psm", "fused"), of("psm", "raster")), (vec![Broken::Order], vec![]));
-        assert_eq!(of("nobody", ""), [Broken::Failed]);
+        assert_eq!((of("psm", "fused"), of("psm", "raster")), (vec![BrokenPromise::Order], vec![]));
+        assert_eq!(of("nobody", ""), [BrokenPromise::Failed]);
     }
 
     #[test]
@@ -314,7 +314,7 @@ mod tests {
         assert_eq!(of(ended(Outcome::Refused, "refused: needs rays")).verdict, "refused: needs rays");
         let failed = of(ended(Outcome::Failed, "device lost"));
         assert_eq!((failed.verdict.as_str(), failed.why.as_str()), ("breaks at 2", "device lost"));
-        assert_eq!(failed.invariants, [Broken::Failed]);
+        assert_eq!(failed.invariants, [BrokenPromise::Failed]);
         let silent = verdicts(&[row(1.0, off_by(0.0)), ended(Outcome::NoAnswer, "no answer within 9 s")]).remove(0);
         assert_eq!(silent.verdict, "holds up to 1; at 2 no answer within 9 s");
         assert_eq!((silent.breaks_at, silent.broken, silent.invariants), (None, vec![], vec![]));

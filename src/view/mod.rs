@@ -22,7 +22,7 @@ pub use state::{Side, State};
 
 use crate::gpu::Messages;
 use crate::{Error, Result};
-use host::Said;
+use host::HostMessages;
 use script::Script;
 use std::path::PathBuf;
 use std::sync::PoisonError;
@@ -55,7 +55,7 @@ pub fn open(options: Options, state: State) -> Result<()> {
     // Errors in the scene are found before a window is opened.
     state.change().of(&state.load()?)?;
     let events = EventLoop::new().map_err(no_display)?;
-    let said = Said::default();
+    let said = HostMessages::default();
     let mut view = View::new(options, state, script, said.clone());
     events.run_app(&mut view).map_err(no_display)?;
     let outcome = view.close();

@@ -25,7 +25,7 @@ pub fn picture(state: &State, window: [u32; 2], scale: f64) -> [u32; 2] {
 }
 
 /// Values that the panel shows beside the state.
-pub struct Told<'a> {
+pub struct PanelText<'a> {
     pub scenes: &'a [String],
     pub stage: Option<&'a Stage>,
     pub chart: &'a Chart,
@@ -38,19 +38,19 @@ pub struct Told<'a> {
 
 /// Actions that were asked for by buttons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pressed {
+pub enum PanelAction {
     Copy,
     Screenshot,
 }
 
 /// Draws the panel. Its controls change `state`.
-pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
+pub fn panel(ui: &mut Ui, state: &mut State, told: &PanelText) -> Option<PanelAction> {
     let mut pressed = None;
     egui::Panel::right("panel").exact_size(WIDTH).resizable(false).show(ui, |ui| {
         egui::ScrollArea::vertical().show(ui, |ui| {
             ui.spacing_mut().slider_width = 130.0;
             ui.horizontal(|ui| {
-                for (button, what) in [("copy as command (C)", Pressed::Copy), ("PNG (F12)", Pressed::Screenshot)] {
+                for (button, what) in [("copy as command (C)", PanelAction::Copy), ("PNG (F12)", PanelAction::Screenshot)] {
                     if ui.button(button).clicked() {
                         pressed = Some(what);
                     }
@@ -77,7 +77,7 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
 }
 
 /// The last error, and how many rows of the reference are done.
-fn lines(ui: &mut Ui, state: &State, told: &Told) {
+fn lines(ui: &mut Ui, state: &State, told: &PanelText) {
     let Some(stage) = told.stage else { return };
     let red = ui.visuals().error_fg_color;
     for line in stage.refused().chain(told.lines.iter().map(String::as_str)) {
@@ -88,7 +88,7 @@ fn lines(ui: &mut Ui, state: &State, told: &Told) {
     }
 }
 
-fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
+fn scene(ui: &mut Ui, state: &mut State, told: &PanelText) {
     ui.separator();
     let mut chosen = state.scene.clone();
     ComboBox::from_label("scene").selected_text(&state.scene).width(200.0).show_ui(ui, |ui| {
@@ -159,7 +159,7 @@ fn light(ui: &mut Ui, state: &mut State, of_scene: DVec3) {
     }
 }
 
-fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
+fn shown(ui: &mut Ui, state: &mut State, told: &PanelText) {
     ui.separator();
     ui.horizontal_wrapped(|ui| {
         for (word, show) in Show::ALL {
@@ -247,7 +247,7 @@ pub fn labels(ui: &Ui, state: &State, stage: &Stage) {
 }
 
 /// The curve of light 0's ray and the seen errors, where the user wants them.
-fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &Told) {
+fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &PanelText) {
     ui.checkbox(&mut state.curve, "curve under the pointer (V)");
     match told.rays.filter(|_| state.curve).map(Rays::last) {
         Some(Some(Ok(found))) => curve::plot(ui, &found),
@@ -355,7 +355,7 @@ mod tests {
         context: egui::Context,
         state: State,
         chart: Chart,
-        pressed: Option<Pressed>,
+        pressed: Option<PanelAction>,
     }
 
     impl Hand {
@@ -375,7 +375,7 @@ mod tests {
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 1400.0));
             let input = RawInput { screen_rect: Some(screen), events, ..RawInput::default() };
             let (state, pressed, scenes) = (&mut self.state, &mut self.pressed, ["plume_8k".to_owned()]);
-            let told = Told { scenes: &scenes, stage: None, chart: &self.chart, rays: None, lines: &[], host_ms: 0.0 };
+            let told = PanelText { scenes: &scenes, stage: None, chart: &self.chart, rays: None, lines: &[], host_ms: 0.0 };
             let output = self.context.run_ui(input, |ui| *pressed = pressed.or(panel(ui, state, &told)));
             fn texts(shape: &Shape, into: &mut Vec<(String, Rect)>) {
                 match shape {
@@ -476,8 +476,8 @@ mod tests {
         // Buttons.
         assert_eq!(hand.pressed, None);
         hand.click("copy as command (C)");
-        assert_eq!(hand.pressed.take(), Some(Pressed::Copy));
+        assert_eq!(hand.pressed.take(), Some(PanelAction::Copy));
         hand.click("PNG (F12)");
-        assert_eq!(hand.pressed, Some(Pressed::Screenshot));
+        assert_eq!(hand.pressed, Some(PanelAction::Screenshot));
     }
 }

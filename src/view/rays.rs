@@ -16,7 +16,7 @@ use std::thread::JoinHandle;
 
 /// What several rays have in common: a state of a scene, and the techniques that are built for it.
 #[derive(Clone, Debug, PartialEq)]
-struct Of {
+struct RayKey {
     version: u64,
     specs: Vec<String>,
 }
@@ -24,12 +24,12 @@ struct Of {
 /// A ray: the pixel that it is seen at, and what it has in common with others.
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
-    of: Of,
+    of: RayKey,
     camera: View,
     pixel: [u32; 2],
 }
 
-struct Asked {
+struct RayRequest {
     key: Key,
     /// The scene, whose camera is not the one in use; that is `camera`.
     scene: Arc<Scene>,
@@ -80,9 +80,9 @@ pub type Seen = Vec<(String, SeenError)>;
 /// Messages between the window and the thread.
 #[derive(Default)]
 struct Post {
-    asked: Option<Asked>,
+    asked: Option<RayRequest>,
     answer: Option<(Key, std::result::Result<Arc<Found>, String>)>,
-    seen: Option<((Of, View), Arc<Seen>)>,
+    seen: Option<((RayKey, View), Arc<Seen>)>,
     /// Whether the thread is working on a ray.
     is_busy: bool,
     is_over: bool,
@@ -141,7 +141,7 @@ impl Rays {
         scene: impl FnOnce() -> Option<(Camera, Arc<Scene>)>,
     ) {
         let specs = specs(state);
-        let of = Of { version, specs: specs.iter().map(ToString::to_string).collect() };
+        let of = RayKey { version, specs: specs.iter().map(ToString::to_string).collect() };
         let size = [camera.width, camera.height];
         let pixel = state.pointer.unwrap_or(size.map(|side| side / 2));
         let pixel = [0, 1].map(|i| pixel[i].min(size[i] - 1));
@@ -153,7 +153,7 @@ impl Rays {
             return;
         }
         let Some((own, scene)) = scene() else { return };
-        let asked = Asked { key, scene, camera: own, specs: specs.into_iter().cloned().collect() };
+        let asked = RayRequest { key, scene, camera: own, specs: specs.into_iter().cloned().collect() };
         let mut post = self.shared.lock();
         (post.asked, post.is_busy, self.is_posted) = (Some(asked), true, true);
         drop(post);
@@ -207,7 +207,7 @@ impl Shared {
 
     /// Waits for the next question. None where the window closes. Also none where `within` is given and the next
     /// question is about another state than that.
-    fn next(&self, within: Option<&Of>) -> Option<Asked> {
+    fn next(&self, within: Option<&RayKey>) -> Option<RayRequest> {
         let mut post = self.lock();
         loop {
             if post.is_over {
@@ -238,7 +238,7 @@ impl Shared {
     }
 
     /// Answers all questions about one state.
-    fn serve_state(&self, context: &Context, first: Asked) {
+    fn serve_state(&self, context: &Context, first: RayRequest) {
         let of = first.key.of.clone();
         let scene = Scene { camera: first.camera, ..Scene::clone(&first.scene) };
         let standing = match first.specs.is_empty() {

@@ -17,11 +17,11 @@ const COARSE: u32 = 8;
 const SHARE: Duration = Duration::from_millis(100);
 
 /// A number for the casters and lights, the camera, and how the picture is shown.
-type Of = (u64, View, Option<Show>);
+type TruthKey = (u64, View, Option<Show>);
 
 /// A picture that is to be made.
 struct Job {
-    of: Of,
+    of: TruthKey,
     scene: Arc<Scene>,
 }
 
@@ -31,7 +31,7 @@ struct Post {
     /// The newest request, until the worker takes it.
     next: Option<Job>,
     /// The picture that the worker is making, or made last.
-    at: Option<Of>,
+    at: Option<TruthKey>,
     is_busy: bool,
     picture: Option<Picture>,
     rows: u32,
@@ -65,7 +65,7 @@ pub struct Counts {
 pub struct Truth {
     shared: Arc<Shared>,
     has_worker: bool,
-    wanted: Option<Of>,
+    wanted: Option<TruthKey>,
     /// Whether the picture that is wanted was handed to the worker.
     is_asked: bool,
 }
@@ -203,7 +203,7 @@ impl Shared {
     }
 
     /// Makes a picture. Returns whether it was finished.
-    fn make(&self, casters: &Casters, scene: &Scene, of: &Of) -> bool {
+    fn make(&self, casters: &Casters, scene: &Scene, of: &TruthKey) -> bool {
         let (_, camera, show) = of;
         let coarse = View { width: camera.width.div_ceil(COARSE), height: camera.height.div_ceil(COARSE), ..*camera };
         let look = show.map(|show| Show { grid: [1; 2], stops: show.stops });

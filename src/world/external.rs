@@ -2,7 +2,7 @@
 
 use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
-use super::{Bounds, Filled, Gathered, Generations, LightData, TriangleData, World};
+use super::{Bounds, WorldSource, Gathered, Generations, LightData, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory};
 use crate::scene::{Camera, Caster, Kinds, Volume};
 use crate::{Error, Result};
@@ -101,7 +101,7 @@ impl World {
             camera: None,
             anchors: [DVec3::ZERO; 2],
             bounds: None,
-            filled: Filled::External(Box::new(External {
+            filled: WorldSource::External(Box::new(External {
                 capacity,
                 gather: Gather::new(context)?,
                 volumes: Vec::new(),
@@ -112,8 +112,8 @@ impl World {
 
     pub(super) fn theirs(&mut self) -> Result<&mut External> {
         match &mut self.filled {
-            Filled::External(theirs) => Ok(theirs),
-            Filled::Scene(_) => Err(of_a_scene(&self.name)),
+            WorldSource::External(theirs) => Ok(theirs),
+            WorldSource::Scene(_) => Err(of_a_scene(&self.name)),
         }
     }
 
@@ -268,8 +268,8 @@ impl World {
     /// [`Error::Gpu`] where the counts cannot be read, [`Error::Input`] where a scene fills the world.
     pub fn gathered(&self, frame: u64) -> Result<Option<Gathered>> {
         match &self.filled {
-            Filled::External(theirs) => theirs.gather.read(frame),
-            Filled::Scene(_) => Err(of_a_scene(&self.name)),
+            WorldSource::External(theirs) => theirs.gather.read(frame),
+            WorldSource::Scene(_) => Err(of_a_scene(&self.name)),
         }
     }
 }

@@ -145,13 +145,13 @@ pub(super) struct Slots {
 
 /// The counts of one kind of elements. Each kind has its own, so that passes of a submission need not wait for each
 /// other.
-struct Counted {
+struct CountSource {
     /// [`GatherTotals`].
     counts: Buffer,
     read: ReadBack,
 }
 
-impl Counted {
+impl CountSource {
     fn new(context: &Context) -> Result<Self> {
         let (name, bytes) = ("world.gathered", size_of::<GatherTotals>() as u64);
         let counts = Buffer::new(context, name, bytes, Memory::Device)?;
@@ -174,7 +174,7 @@ impl Counted {
 /// The passes, and their counts.
 pub(super) struct Gather {
     /// Counts of particles, strands, triangles, splats and lights.
-    counted: [Counted; 5],
+    counted: [CountSource; 5],
     /// Kernels for particles and for strands.
     casters: [Kernels<CastersPush>; 2],
     triangles: Kernels<TrianglesPush>,
@@ -184,7 +184,7 @@ pub(super) struct Gather {
 
 impl Gather {
     pub(super) fn new(context: &Context) -> Result<Self> {
-        let one = || Counted::new(context);
+        let one = || CountSource::new(context);
         let counted = [one()?, one()?, one()?, one()?, one()?];
         let casters = [(); 2].map(|()| Kernels { shader: &shaders::GATHER, all: Vec::new() });
         let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };

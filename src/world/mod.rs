@@ -76,17 +76,17 @@ pub struct World {
     anchors: [DVec3; 2],
     /// The bounds of the meshes, then of smoke and hair, as far as the host knows them.
     bounds: Option<[Bounds; 2]>,
-    filled: Filled,
+    filled: WorldSource,
 }
 
 /// Where a world's casters and lights come from.
-enum Filled {
-    Scene(Box<Staged>),
+enum WorldSource {
+    Scene(Box<StagedWorld>),
     External(Box<External>),
 }
 
 /// A scene of the host's.
-struct Staged {
+struct StagedWorld {
     scene: Scene,
     /// Whether the casters on the device differ from those in the host's scene.
     written: bool,
@@ -107,8 +107,8 @@ impl World {
     /// [`Error::Refused`] where the caller's buffers fill the world, and the host knows no scene.
     pub fn scene(&self) -> Result<&Scene> {
         match &self.filled {
-            Filled::Scene(staged) => Ok(&staged.scene),
-            Filled::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
+            WorldSource::Scene(staged) => Ok(&staged.scene),
+            WorldSource::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
         }
     }
 
@@ -184,8 +184,8 @@ impl World {
     /// How many casters there are, by kind; in a world of the caller's buffers, how many there may be.
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
-            Filled::Scene(staged) => staged.scene.kinds(),
-            Filled::External(theirs) => theirs.capacity.kinds(),
+            WorldSource::Scene(staged) => staged.scene.kinds(),
+            WorldSource::External(theirs) => theirs.capacity.kinds(),
         }
     }
 
@@ -253,7 +253,7 @@ impl World {
     /// [`Error::Refused`] where the host knows neither the vertices nor a box.
     pub fn mesh_hull(&self) -> Result<Box<dyn Iterator<Item = [f32; 3]> + '_>> {
         match (&self.filled, self.bounds) {
-            (Filled::Scene(staged), _) => {
+            (WorldSource::Scene(staged), _) => {
                 Ok(Box::new(staged.scene.meshes.iter().flat_map(|m| m.positions.iter().copied())))
             }
             (_, Some([meshes, _])) => Ok(Box::new(meshes.corners().into_iter())),

@@ -194,7 +194,7 @@ pub(super) fn held(buffer: &Buffer, offset: u64, stride: u32, bytes: u32) -> u32
 }
 
 /// The count by which a gathering pass goes.
-pub(super) struct Counted {
+pub(super) struct CountSource {
     /// The most elements to take.
     pub most: u32,
     /// The word that holds the count; [`NOWHERE`] where the host knows the count.
@@ -206,17 +206,17 @@ impl Count {
     ///
     /// # Errors
     /// [`Error::Input`] where the host's count exceeds `capacity`, or the device's count lies outside its buffer.
-    pub(super) fn counted(&self, what: &str, capacity: u32, held: u32) -> Result<Counted> {
+    pub(super) fn counted(&self, what: &str, capacity: u32, held: u32) -> Result<CountSource> {
         match self {
             Self::Host(count) if *count > capacity => {
                 Err(error(what, format!("{count}, and the world has room for {capacity}")))
             }
             Self::Host(count) if *count > held => Err(error(what, format!("{count}, and the buffer holds {held}"))),
-            Self::Host(count) => Ok(Counted { most: *count, at: NOWHERE }),
+            Self::Host(count) => Ok(CountSource { most: *count, at: NOWHERE }),
             Self::Device { buffer, offset } if offset.saturating_add(4) > buffer.bytes() => {
                 Err(error(what, format!("a count at byte {offset} of a buffer of {}", buffer.bytes())))
             }
-            Self::Device { offset, .. } => Ok(Counted { most: capacity.min(held), at: words(what, *offset)? }),
+            Self::Device { offset, .. } => Ok(CountSource { most: capacity.min(held), at: words(what, *offset)? }),
         }
     }
 

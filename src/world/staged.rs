@@ -1,6 +1,6 @@
 //! A world made from a scene of the host's: uploaded, moved, and read back where the device simulates it.
 
-use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World};
+use super::{Bounds, WorldSource, Generations, LightData, StagedWorld, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
 use crate::scene::{Camera, Caster, Light, Particle, Scene, Side, sides};
 use crate::{Error, Result};
@@ -62,7 +62,7 @@ impl World {
             camera: Some(scene.camera),
             anchors: scene.aim().anchors,
             bounds: Some([Bounds::of_meshes(&scene.meshes), Bounds::of_casters(&casters)]),
-            filled: Filled::Scene(Box::new(Staged { scene: scene.clone(), written: false, mixed: false })),
+            filled: WorldSource::Scene(Box::new(StagedWorld { scene: scene.clone(), written: false, mixed: false })),
         })
     }
 
@@ -172,10 +172,10 @@ impl World {
         Ok(())
     }
 
-    fn staged(&mut self) -> Result<&mut Staged> {
+    fn staged(&mut self) -> Result<&mut StagedWorld> {
         match &mut self.filled {
-            Filled::Scene(staged) => Ok(staged),
-            Filled::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
+            WorldSource::Scene(staged) => Ok(staged),
+            WorldSource::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
         }
     }
 
@@ -320,8 +320,8 @@ struct Changed {
 
 impl Changed {
     /// Differences between a scene and the device.
-    fn of(staged: &Staged, scene: &Scene, has_strands: bool) -> Self {
-        let Staged { scene: was, written, mixed } = staged;
+    fn of(staged: &StagedWorld, scene: &Scene, has_strands: bool) -> Self {
+        let StagedWorld { scene: was, written, mixed } = staged;
         let particles =
             bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
         let others = scene.strands != was.strands || scene.splats != was.splats || scene.volumes != was.volumes;

@@ -4,13 +4,13 @@
 use super::{AMBIENT, Built, build, camera, lamps};
 use crate::support::{all, gpu_test, scenes, some};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Asked, Kernels, Lighting, PartReadback, Query, Renderer, Shading};
+use gobo::consume::{ShadedReservoir, Kernels, Lighting, PartReadback, Query, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::SurfacePoint;
 use gobo::reference::twin::interleaved::gather;
 use gobo::reference::twin::many_lights::frame::Frame;
 use gobo::reference::twin::packed_normal::pack_normal;
-use gobo::reference::twin::reservoir::{Kept, ask, pixel_seed};
+use gobo::reference::twin::reservoir::{Reservoir, ask, pixel_seed};
 use gobo::scene::{Camera, Light, LightKind, SKY, Scene, Strand, View};
 
 const CLOSED: u32 = 1 << 31;
@@ -99,7 +99,7 @@ fn reservoirs_equal_their_twin() {
                     let apart = (DVec3::from(seen.estimates[i].map(f64::from)) - found).abs().max_element();
                     assert!(apart <= 1e-3 * found.max_element(), "{what}: {:?}, not {found}", seen.estimates[i]);
                 }
-                let kept = |r: &gobo::consume::ReservoirData| Kept {
+                let kept = |r: &gobo::consume::ReservoirData| Reservoir {
                     light: r.light,
                     weight: r.weight,
                     frames: r.frames & !CLOSED,
@@ -161,7 +161,7 @@ fn pixels_ask_by_their_width() {
                     found[light].push(f64::from(seen.estimates[i][0]) / all);
                 }
                 let asked: Vec<_> = (each.iter().enumerate())
-                    .map(|(light, [points, normals])| Asked { light, points, normals })
+                    .map(|(light, [points, normals])| ShadedReservoir { light, points, normals })
                     .collect();
                 let (sides, found) = (sides.concat(), found.concat());
                 let off = |sides: &[f32]| {

@@ -74,7 +74,7 @@ pub(super) struct ManyLights {
     frame: Bindings,
     cull: Kernel<ManyLightsPush>,
     shade: Kernel<ManyLightsPush>,
-    kept: RefCell<Kept>,
+    kept: RefCell<FrameHistory>,
 }
 
 /// With `history=on`: surfaces and shadows of the frame before.
@@ -87,7 +87,7 @@ struct History {
 
 /// State on the host that lasts from one frame to the next.
 #[derive(Default)]
-struct Kept {
+struct FrameHistory {
     /// The camera of the frame before; none at first.
     before: Option<View>,
     /// The two frames that the device's buffer holds now; none until it is written.

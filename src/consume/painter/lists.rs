@@ -107,7 +107,7 @@ pub struct ListReadback {
 }
 
 /// Which casters are listed.
-pub(super) struct Listed<'a> {
+pub(super) struct ListSource<'a> {
     /// Indices of casters, in the order that each tile's list has.
     pub order: &'a Buffer,
     /// The most casters that there may be.
@@ -197,8 +197,8 @@ impl SizedBuffers {
 
 impl Lists {
     /// For the pictures of `renderer`.
-    pub(super) fn new(renderer: &Renderer, listed: &Listed) -> Result<Self> {
-        let Listed { order, room, least, by_place } = *listed;
+    pub(super) fn new(renderer: &Renderer, listed: &ListSource) -> Result<Self> {
+        let ListSource { order, room, least, by_place } = *listed;
         let (context, size) = (&renderer.context, renderer.color.size());
         let [x, y] = size.map(|side| side.div_ceil(TILE));
         let (tiles, casters) = (x * y, room.max(1));

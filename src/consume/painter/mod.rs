@@ -23,7 +23,7 @@ use crate::scene::{Blended, Scene};
 use crate::shaders::{constant, consume, painter as shaders};
 use crate::technique::Answer;
 use crate::world::CameraPush;
-use lists::Listed;
+use lists::ListSource;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
@@ -206,7 +206,7 @@ impl Renderer {
             return Ok(lists.clone());
         }
         let (order, room) = (&self.blending.order, self.blending.room());
-        let listed = Listed { order, room, least: self.least_part(), by_place: false };
+        let listed = ListSource { order, room, least: self.least_part(), by_place: false };
         let lists = Rc::new(RefCell::new(Lists::new(self, &listed)?));
         *kept = Some(lists.clone());
         Ok(lists)

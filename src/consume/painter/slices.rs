@@ -2,7 +2,7 @@
 //! slice takes its part of every list. The technique draws the light's buffer between slices. Twin: reference::twin::half_angle.
 
 use super::Canvas;
-use super::lists::{Listed, Lists, WHOLE};
+use super::lists::{ListSource, Lists, WHOLE};
 use crate::Result;
 use crate::consume::Renderer;
 use crate::gpu::{Bindings, Commands, Format, Image, ImageUse, Kernel, push_struct};
@@ -39,7 +39,7 @@ impl Slices {
         let (context, canvas) = (&renderer.context, renderer.canvas()?);
         let seen =
             Image::new(context, "picture.seen", Format::R32G32B32A32_SFLOAT, renderer.color.size(), ImageUse::Storage)?;
-        let listed = Listed { order: painter.order(), room: renderer.caster_count, least: WHOLE, by_place: true };
+        let listed = ListSource { order: painter.order(), room: renderer.caster_count, least: WHOLE, by_place: true };
         let lists = Lists::new(renderer, &listed)?;
         let alone = set::PainterPicture { distances: &renderer.distance, colors: &seen };
         let alone = alone.bind(context, "painter.alone")?;

@@ -19,7 +19,7 @@ use crate::world::{LightData, World};
 use glam::DVec3;
 use vpl_scene::check_has_meshes;
 use passes::Kernels;
-use view_importance::Viewed;
+use view_importance::ViewImportance;
 
 /// Texels per side of a map, at most, as a power of 2. With one map and 1,024 virtual lights, this is 64 texels per virtual light.
 const MOST_SIDE_BITS: u32 = 8;
@@ -51,7 +51,7 @@ pub struct Vpls {
     picks: Buffer,
     lights: Buffer,
     kernels: Kernels,
-    viewed: Option<Viewed>,
+    viewed: Option<ViewImportance>,
 }
 
 impl Vpls {
@@ -102,7 +102,7 @@ impl Vpls {
         let drawn = drawn.bind(context, "indirect.drawn")?;
         let sets = [maps.scene(), &lit, &drawn];
         let kernels = Kernels::new(context, sets, side_bits)?;
-        let viewed = |camera| Viewed::new(context, world, sets, [rows as u32, side_bits], camera);
+        let viewed = |camera| ViewImportance::new(context, world, sets, [rows as u32, side_bits], camera);
         let viewed = camera.map(viewed).transpose()?;
         let context = context.clone();
         Ok(Self {
@@ -255,7 +255,7 @@ impl Vpls {
             starts: self.starts.read(self.starts.bytes() as usize / 8)?,
             picks: words(&self.picks)?,
             lights: self.lights.read(self.count as usize)?,
-            view: self.viewed.as_ref().map(Viewed::seen).transpose()?,
+            view: self.viewed.as_ref().map(ViewImportance::seen).transpose()?,
         })
     }
 

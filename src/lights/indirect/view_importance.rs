@@ -33,7 +33,7 @@ pub struct ViewPointData {
 }
 
 /// What the camera sees, and the passes that weigh texels by it.
-pub(super) struct Viewed {
+pub(super) struct ViewImportance {
     pub(super) camera: View,
     pub(super) numbers: Image,
     depth: Image,
@@ -47,7 +47,7 @@ pub(super) struct Viewed {
     weigh: Kernel<FluxPush>,
 }
 
-impl Viewed {
+impl ViewImportance {
     /// For `rows` rows of texels. `sets`: those of the passes that make virtual lights.
     pub(super) fn new(
         context: &Context,

@@ -39,7 +39,7 @@ pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
 }
 
 /// A triangle clipped to a map: a polygon with corners in steps, and their z.
-struct Seen {
+struct VisibleTriangle {
     places: Vec<IVec2>,
     all_z: Vec<f32>,
     first: IVec2,
@@ -101,7 +101,7 @@ fn place_of(view: &View, corner: Vec3) -> IVec2 {
     (steps + 0.5).floor().as_ivec2()
 }
 
-fn see(view: &View, triangle: [Vec3; 3]) -> Option<Seen> {
+fn see(view: &View, triangle: [Vec3; 3]) -> Option<VisibleTriangle> {
     let corners = triangle.map(|corner| in_view(view, corner));
     let all = |is: &dyn Fn(Vec3) -> bool| corners.iter().all(|c| is(*c));
     let w = |c: Vec3| w_of(view, c);
@@ -127,7 +127,7 @@ fn see(view: &View, triangle: [Vec3; 3]) -> Option<Seen> {
     if polygon.len() < 3 || first.cmpgt(last).any() || square <= NO_AREA {
         return None;
     }
-    Some(Seen { places, all_z: polygon.iter().map(|c| c.z).collect(), first, last })
+    Some(VisibleTriangle { places, all_z: polygon.iter().map(|c| c.z).collect(), first, last })
 }
 
 fn cross(a: IVec2, b: IVec2) -> i64 {
@@ -145,7 +145,7 @@ fn wide_float(value: i64) -> f32 {
 }
 
 /// Calls `each` with every texel that the polygon covers, and its z there.
-fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32)) {
+fn covered(view: &View, seen: &VisibleTriangle, mut each: impl FnMut(IVec2, f32)) {
     for i in 1..seen.places.len() - 1 {
         let [a, mut b, mut c] = [0, i, i + 1].map(|c| (seen.places[c], seen.all_z[c]));
         if cross(b.0 - a.0, c.0 - a.0) < 0 {

@@ -36,7 +36,7 @@ pub fn candidate_light(bits: u32, i: u32, candidates: u32, lights: u32) -> u32 {
 
 /// The light that a pixel keeps, and its weight. Twin: Reservoir.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct Reservoir {
     /// The light.
     pub light: u32,
     /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of the sum over all lights. 0: no
@@ -48,9 +48,9 @@ pub struct Kept {
 
 /// A pixel's result in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Asked {
+pub struct ShadedReservoir {
     /// The reservoir to keep for the next frame.
-    pub kept: Kept,
+    pub kept: Reservoir,
     /// How much of that light arrives.
     pub visible: f32,
     /// The smallest distance of a random number from the threshold of its decision. Where rounding is larger than this, a device may decide
@@ -64,11 +64,11 @@ pub struct Asked {
 pub fn ask(
     seed: u32,
     lights: u32,
-    old: Option<Kept>,
+    old: Option<Reservoir>,
     target: impl Fn(u32) -> f32,
     visibility: impl Fn(u32) -> f32,
     reached: impl Fn(u32) -> bool,
-) -> Asked {
+) -> ShadedReservoir {
     let (mut light, mut own, mut sum, mut margin) = (0, 0.0, 0.0, 1.0f32);
     let mut decide = |share: f32, part: f32, all: f32| {
         if all > 0.0 {
@@ -104,7 +104,7 @@ pub fn ask(
         }
         weight = if visible > 0.0 { all / (could as f32 * own) } else { 0.0 };
     }
-    Asked { kept: Kept { light, weight, frames }, visible, margin }
+    ShadedReservoir { kept: Reservoir { light, weight, frames }, visible, margin }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Volumes: a field of densities placed in the world, and the cells that represent it as casters on the device.
 
-use crate::scene::model::gaussian::{EXPONENT, OCTAVES, packed};
+use crate::scene::model::splat::{EXPONENT, OCTAVES, packed};
 use crate::scene::{Caster, Field};
 use glam::DVec3;
 use std::sync::Arc;

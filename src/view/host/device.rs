@@ -16,7 +16,7 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 const PORTABILITY: &CStr = c"VK_KHR_portability_subset";
 
 /// Messages of the validation layer: warnings and errors. Clones share the list.
-pub type Said = Arc<Mutex<Vec<String>>>;
+pub type HostMessages = Arc<Mutex<Vec<String>>>;
 
 /// The instance and the window's surface.
 struct Instance {
@@ -25,7 +25,7 @@ struct Instance {
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     surfaces: khr::surface::Instance,
     surface: vk::SurfaceKHR,
-    said: Said,
+    said: HostMessages,
     /// Kept, since the surface belongs to it.
     _window: Arc<Window>,
 }
@@ -45,7 +45,7 @@ pub struct Device {
 
 impl Device {
     /// Opens the device of that index or name that can present to the window.
-    pub fn open(window: &Arc<Window>, wanted: Option<&str>, validation: bool, said: &Said) -> Result<Self> {
+    pub fn open(window: &Arc<Window>, wanted: Option<&str>, validation: bool, said: &HostMessages) -> Result<Self> {
         let instance = Instance::open(window, validation, said)?;
         let (physical, queue_family) = choose(&instance, wanted)?;
         // SAFETY: the device is this instance's, which was opened for Vulkan 1.3.
@@ -109,7 +109,7 @@ impl Drop for Device {
 }
 
 impl Instance {
-    fn open(window: &Arc<Window>, validation: bool, said: &Said) -> Result<Self> {
+    fn open(window: &Arc<Window>, validation: bool, said: &HostMessages) -> Result<Self> {
         // SAFETY: loading the system's Vulkan loader runs its initialisers, which are trusted.
         let entry = unsafe { ash::Entry::load() }.map_err(|cause| super::error("load", "Vulkan", cause))?;
         let handle_error = |cause| super::error("find", "the window's display", cause);

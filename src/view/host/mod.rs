@@ -7,7 +7,7 @@ mod frames;
 mod heap;
 mod swapchain;
 
-pub use device::Said;
+pub use device::HostMessages;
 pub use heap::heap_bytes;
 
 use self::device::Device;
@@ -76,7 +76,7 @@ impl Host {
         window: &Arc<Window>,
         wanted: Option<&str>,
         validation: bool,
-        said: &Said,
+        said: &HostMessages,
         messages: &Messages,
     ) -> Result<Self> {
         let device = Device::open(window, wanted, validation, said)?;

@@ -5,9 +5,9 @@ mod scripted;
 
 use super::chart::Chart;
 use super::files::Files;
-use super::host::{Host, Said, Ui};
+use super::host::{Host, HostMessages, Ui};
 use super::pace::Pace;
-use super::panel::{self, Pressed, Told};
+use super::panel::{self, PanelAction, PanelText};
 use super::rays::{self, Rays};
 use super::script::Script;
 use super::stage::{Stage, is_lost};
@@ -61,7 +61,7 @@ pub struct View {
     /// Until when the script waits.
     until: Option<Instant>,
     frames_left: u64,
-    said: Said,
+    said: HostMessages,
     open: Option<Open>,
     chart: Chart,
     lines: Vec<String>,
@@ -93,7 +93,7 @@ pub struct View {
 }
 
 impl View {
-    pub fn new(options: Options, state: State, script: Option<Script>, said: Said) -> Self {
+    pub fn new(options: Options, state: State, script: Option<Script>, said: HostMessages) -> Self {
         Self {
             options,
             good: state.clone(),
@@ -293,7 +293,7 @@ impl View {
         let input = open.input.take_egui_input(&open.window);
         let (context, mut pressed) = (open.input.egui_ctx().clone(), None);
         let (state, stage, script) = (&mut self.state, open.stage.as_ref(), self.script.is_some());
-        let told = Told {
+        let told = PanelText {
             scenes: &self.options.scenes,
             stage,
             chart: &self.chart,
@@ -315,8 +315,8 @@ impl View {
         self.touched |= delay.is_some_and(|delay| delay.is_zero());
         self.wants |= self.touched;
         match pressed {
-            Some(Pressed::Copy) => self.copy(open),
-            Some(Pressed::Screenshot) => self.files.shoot(None),
+            Some(PanelAction::Copy) => self.copy(open),
+            Some(PanelAction::Screenshot) => self.files.shoot(None),
             None => {}
         }
         let pixels_per_point = output.pixels_per_point;
