@@ -29,7 +29,7 @@
 //! let sun = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
 //!
 //! // Once, 4. SAFETY: the commands are being recorded, and are submitted once and in order.
-//! world.lights(&mut unsafe { Commands::on(&context, engine.begin(0), 0) }?, &[sun])?;
+//! world.update_lights(&mut unsafe { Commands::on(&context, engine.begin(0), 0) }?, &[sun])?;
 //! engine.submit(0);
 //! // Once, 5.
 //! let mut avsm = Avsm::new(&context, &world, &avsm::Settings { nodes: 8, size: 64, ..Default::default() })?;
@@ -43,7 +43,7 @@
 //!     avsm.settle(frame.saturating_sub(2))?;
 //!     // Each frame, 3. SAFETY: as above; frame − 2 is over.
 //!     let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
-//!     world.particles(&mut commands, &smoke, SphereAt::PARTICLE)?;
+//!     world.update_particles(&mut commands, &smoke, SphereAt::PARTICLE)?;
 //!     avsm.record(&mut commands, &world)?;
 //!     // Each frame, 4 and 5: the query has its own set.
 //!     query.record(&mut commands, &kernel);

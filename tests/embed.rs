@@ -147,17 +147,17 @@ fn of_a_buffer(
     let source = Source { buffer, offset: 0, stride: size_of::<Particle>() as u32, count: Count::Host(count) };
     let record = |commands: &mut Commands| {
         match shines {
-            Shines::Host(light) => world.lights(commands, &[light]),
+            Shines::Host(light) => world.update_lights(commands, &[light]),
             Shines::Buffer(sun) => {
                 let buffer = Buffer::with_data(context, "sun", &[sun]).expect("room");
                 let source = Source { buffer, offset: 0, stride: size_of::<Sun>() as u32, count: Count::Host(1) };
                 let none = Number::Is(1.0);
                 let at = LightAt { position: 0, direction: 0, radiance: 12, radius: none, cos_cone: none };
-                world.lights_of_buffer(commands, &source, at, &[LightType::Directional])
+                world.update_lights_from_buffer(commands, &source, at, &[LightType::Directional])
             }
         }
         .expect("recorded");
-        world.particles(commands, &source, SphereAt::PARTICLE).expect("recorded");
+        world.update_particles(commands, &source, SphereAt::PARTICLE).expect("recorded");
     };
     context.submit(record).expect("submitted");
     world

@@ -158,3 +158,68 @@ fn the_core_says_no_word_of_the_program() {
     }
     assert!(!texts("// \"--no\"\nlet a = \"gobo-leak -- so\";").iter().any(|text| says_what_to_type(text)));
 }
+
+/// Words that once named a type, a file or a part of an identifier, where the field has a better one.
+const TYPES: [&str; 38] = [
+    "Asked", "Beside", "Broken", "Case", "Chosen", "Colours", "Counted", "Developed", "Drawn", "Filled", "Finer", "Fineness", "Found",
+    "Gaussian", "Grown", "Holds", "Ink", "Kept", "Listed", "Made", "Of", "PartsSeen", "Pressed", "Ran", "Said", "Settled", "Shown", "Sliced",
+    "Standing", "Stands", "Stood", "Stressed", "Theirs", "TilesSeen", "Told", "Viewed", "Way", "Whose",
+];
+const FILES: [&str; 20] = [
+    "asked", "beside", "choice", "colours", "copy", "drawn", "first_look", "little", "parts", "place", "placed", "rank", "seen_parts", "serve",
+    "sliced", "standing", "stood", "strewn", "theirs", "wording",
+];
+const PARTS: [&str; 2] = ["colour", "a_map"];
+
+/// Names that stay what they are: of one file, where nothing else is meant, or of a library.
+const KNOWN: [(&str, &str); 6] = [
+    ("src/reference/twin/area.rs", "Case"),
+    ("src/reference/twin/many_lights/shade.rs", "Found"),
+    ("src/reference/twin/stochastic.rs", "Drawn"),
+    ("src/reference/twin/voxelized/mod.rs", "Kept"),
+    ("src/scene/files/animation.rs", "Kept"),
+    ("src/view/present.rs", "Shown"),
+];
+
+/// The identifiers of a line of code.
+fn identifiers(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty())
+}
+
+/// A reader who knows graphics and not this code guesses types and files by their names.
+#[test]
+fn names_are_the_fields() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (mut wrong, mut read) = (Vec::new(), 0);
+    let mut folders = vec![root.join("src"), root.join("glsl")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let name = path.strip_prefix(root).expect("within").to_string_lossy().into_owned();
+            let stem = path.file_stem().expect("a name").to_string_lossy().into_owned();
+            if FILES.contains(&stem.as_str()) && name.starts_with("src/") {
+                wrong.push(name.clone());
+            }
+            let Ok(text) = std::fs::read_to_string(&path) else { continue };
+            read += 1;
+            for line in text.lines() {
+                let code = line.split("//").next().unwrap_or_default();
+                let words: Vec<&str> = identifiers(code).collect();
+                for pair in words.windows(2) {
+                    let is_declared = ["struct", "enum", "type", "trait"].contains(&pair[0]);
+                    if is_declared && TYPES.contains(&pair[1]) && !KNOWN.contains(&(name.as_str(), pair[1])) {
+                        wrong.push(format!("{name}: {}", pair[1]));
+                    }
+                }
+                let parts = words.iter().filter(|word| PARTS.iter().any(|part| word.to_lowercase().contains(part)));
+                wrong.extend(parts.map(|word| format!("{name}: {word}")));
+            }
+        }
+    }
+    assert!(read > 500, "{read} files");
+    assert!(wrong.is_empty(), "names with a better one (CONTRIBUTING.md): {wrong:#?}");
+}

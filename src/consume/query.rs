@@ -1,7 +1,7 @@
 //! Visibility of lights at lists of points.
 
 use super::colored::colored;
-use crate::Result;
+use crate::{Error, Result};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, PassTime, groups, push_struct};
 use crate::shaders;
 use crate::shaders::set;
@@ -55,10 +55,10 @@ impl Query {
         Self::of_lights(context, &[PointBatch { light, points, normals: &[] }])
     }
 
-    /// Like [`Query::new`], for several lights in one pass. Normals are used only where all points have one.
+    /// Like [`Query::new`], for several lights in one pass. All points have a normal, or none has.
     ///
     /// # Errors
-    /// As [`Query::new`].
+    /// [`Error::Input`] where only some points have a normal, else as [`Query::new`].
     pub fn of_lights(context: &Context, asked: &[PointBatch]) -> Result<Self> {
         Self::of_areas(context, asked, &[])
     }
@@ -67,12 +67,15 @@ impl Query {
     /// point's number in `sides`, world units. Techniques with levels of detail answer with the mean over the square.
     ///
     /// # Errors
-    /// As [`Query::new`].
+    /// [`Error::Input`] where there are sides, and not as many as points, else as [`Query::of_lights`].
     pub fn of_areas(context: &Context, asked: &[PointBatch], sides: &[f32]) -> Result<Self> {
         let points: Vec<_> = asked.iter().flat_map(|part| part.points).copied().collect();
-        let mut normals: Vec<_> = asked.iter().flat_map(|part| part.normals).copied().collect();
-        if normals.len() != points.len() {
-            normals.clear();
+        let normals: Vec<_> = asked.iter().flat_map(|part| part.normals).copied().collect();
+        for (what, count) in [("normals", normals.len()), ("sides", sides.len())] {
+            if count != 0 && count != points.len() {
+                let cause = format!("{count} {what} for {} points", points.len());
+                return Err(Error::input("the query", cause, "give one for each point, or none"));
+            }
         }
         let answers = Buffer::new(context, "query.answers", points.len() as u64 * 4, Memory::Device)?;
         let set = set::Query {
@@ -82,8 +85,7 @@ impl Query {
             sides: &Buffer::with_data(context, "query.sides", sides)?,
         };
         let bindings = set.bind(context, "query")?;
-        let areas = if sides.len() == points.len() { sides.len() as u32 } else { 0 };
-        let (mut first, normals) = (0, normals.len() as u32);
+        let (mut first, normals, areas) = (0, normals.len() as u32, sides.len() as u32);
         let part = |part: &PointBatch| {
             let push = QueryPush { light: part.light as u32, first, count: part.points.len() as u32, normals, areas };
             first += push.count;

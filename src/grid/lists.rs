@@ -37,17 +37,17 @@ impl ListTotals {
 }
 
 /// The kind of lists, and the names of its passes: clear, note, number, fill, find starts, rank, sort.
-struct Listed {
+struct ListKind {
     what: &'static str,
     passes: [&'static str; 7],
 }
 
-const TRIANGLES: Listed = Listed {
+const TRIANGLES: ListKind = ListKind {
     what: "triangles",
     passes: ["grid.clear_lists", "grid.pairs", "grid.number", "grid.fill", "grid.starts", "grid.rank", "grid.sort"],
 };
 
-const CASTERS: Listed = Listed {
+const CASTERS: ListKind = ListKind {
     what: "casters",
     passes: [
         "grid.casters.clear",
@@ -93,7 +93,7 @@ pub(super) struct Lists {
     /// The totals of the last build.
     pub(super) last: ListTotals,
     set: Bindings,
-    listed: &'static Listed,
+    listed: &'static ListKind,
     note: [Kernel<GridPush>; 3],
     number: [Kernel<GridPush>; 2],
     fill: [Kernel<GridPush>; 2],
@@ -132,7 +132,7 @@ impl Lists {
         size: u32,
         (grid, more): (&Bindings, &[&Bindings]),
         first: u64,
-        (listed, note): (&'static Listed, [&Shader; 3]),
+        (listed, note): (&'static ListKind, [&Shader; 3]),
     ) -> Result<Self> {
         let bricks = side(size, 0).pow(3) + 1;
         let [pairs, words, sums, unsorted] =

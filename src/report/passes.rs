@@ -33,7 +33,7 @@ pub fn passes(results: &Results) -> String {
 
 /// The subject of a table.
 #[derive(Clone, Copy)]
-struct Of {
+struct PassTable {
     /// Which passes of a row.
     passes: fn(&Row) -> &Vec<PassTiming>,
     /// The time of all these passes.
@@ -42,11 +42,11 @@ struct Of {
     shared: Option<fn(&Row) -> Option<f64>>,
 }
 
-const BUILD: Of = Of { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
-const DRAW: Of = Of { passes: |row| &row.draw_passes, whole: |row| row.draw_ns, shared: None };
+const BUILD: PassTable = PassTable { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
+const DRAW: PassTable = PassTable { passes: |row| &row.draw_passes, whole: |row| row.draw_ns, shared: None };
 
 /// Rows with their passes. `rate` is how many bytes per second the device copies, for the column of the floor.
-fn table(title: &str, rows: &[&Row], specs: &Specs, Of { passes, whole, shared }: Of, rate: Option<f64>) -> String {
+fn table(title: &str, rows: &[&Row], specs: &Specs, PassTable { passes, whole, shared }: PassTable, rate: Option<f64>) -> String {
     let names = names(rows.iter().map(|row| passes(row)));
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

@@ -31,10 +31,10 @@ struct SceneChoice {
     name: String,
     /// The kind of error that is meant.
     measure: &'static str,
-    best: Option<Said>,
-    fastest: Option<Said>,
-    closest: Option<Said>,
-    smallest: Option<Said>,
+    best: Option<RowSummary>,
+    fastest: Option<RowSummary>,
+    closest: Option<RowSummary>,
+    smallest: Option<RowSummary>,
     /// Why times decide nothing, where they do not.
     marked: String,
     plots: Vec<Plot>,
@@ -42,7 +42,7 @@ struct SceneChoice {
 
 /// A row in a sentence.
 #[derive(Serialize)]
-struct Said {
+struct RowSummary {
     row: usize,
     spec: String,
     path: String,
@@ -101,7 +101,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
     let said = |index: usize| {
         let row = &results.rows[index];
         let (milliseconds, error) = point(row, &measure)?;
-        Some(Said {
+        Some(RowSummary {
             row: index,
             spec: specs.compact(row),
             path: path(row),

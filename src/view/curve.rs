@@ -1,6 +1,6 @@
 //! The curve under the pointer, as the panel plots it.
 
-use super::rays::Found;
+use super::rays::PickedRay;
 use crate::measure::RayPoints;
 use egui::{Color32, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
@@ -9,7 +9,7 @@ const COLORS: [Color32; 2] = [Color32::from_rgb(0x56, 0xb4, 0xe9), Color32::from
 
 /// Plots the curve: the truth, each technique's line with its nodes as dots, and a line at the depth of the point that
 /// is seen.
-pub fn plot(ui: &mut Ui, found: &Found) {
+pub fn plot(ui: &mut Ui, found: &PickedRay) {
     let size = vec2(ui.available_width(), 150.0);
     let (place, _) = ui.allocate_exact_size(size, egui::Sense::hover());
     let painter = ui.painter().with_clip_rect(place);

@@ -39,7 +39,7 @@ struct RayRequest {
 
 /// The ray under a pixel, and its curves.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct PickedRay {
     /// The ray's texel in the light's map.
     pub texel: [u32; 2],
     /// The face of a point light's cube that the ray is in.
@@ -54,7 +54,7 @@ pub struct Found {
     scene: String,
 }
 
-impl Found {
+impl PickedRay {
     /// The SVG of `gobo curve`.
     ///
     /// # Errors
@@ -81,7 +81,7 @@ pub type Seen = Vec<(String, SeenError)>;
 #[derive(Default)]
 struct Post {
     asked: Option<RayRequest>,
-    answer: Option<(Key, std::result::Result<Arc<Found>, String>)>,
+    answer: Option<(Key, std::result::Result<Arc<PickedRay>, String>)>,
     seen: Option<((RayKey, View), Arc<Seen>)>,
     /// Whether the thread is working on a ray.
     is_busy: bool,
@@ -189,13 +189,13 @@ impl Rays {
     }
 
     /// The answer to the last question, or why there is none.
-    pub fn answer(&self) -> Option<std::result::Result<Arc<Found>, String>> {
+    pub fn answer(&self) -> Option<std::result::Result<Arc<PickedRay>, String>> {
         let post = self.shared.lock();
         post.answer.as_ref().filter(|(key, _)| Some(key) == self.asked.as_ref()).map(|(_, answer)| answer.clone())
     }
 
     /// The last answer, while the next is made.
-    pub fn last(&self) -> Option<std::result::Result<Arc<Found>, String>> {
+    pub fn last(&self) -> Option<std::result::Result<Arc<PickedRay>, String>> {
         self.shared.lock().answer.as_ref().map(|(_, answer)| answer.clone())
     }
 }
@@ -264,7 +264,7 @@ impl Shared {
         }
     }
 
-    fn tell(&self, key: &Key, answer: Result<Found>) {
+    fn tell(&self, key: &Key, answer: Result<PickedRay>) {
         let answer = answer.map(Arc::new).map_err(|error| error.to_string());
         self.lock().answer = Some((key.clone(), answer));
     }
@@ -281,7 +281,7 @@ fn seen(context: &Context, casters: &Casters, standing: &BuiltTechniques, camera
 }
 
 /// The light ray through the point that is seen at the pixel's middle.
-fn found(context: &Context, casters: &Casters, standing: &BuiltTechniques, key: &Key) -> Result<Found> {
+fn found(context: &Context, casters: &Casters, standing: &BuiltTechniques, key: &Key) -> Result<PickedRay> {
     let scene = casters.scene();
     let place = casters.seen(&key.camera, DVec2::from(key.pixel.map(f64::from)) + 0.5);
     let [x, y] = key.pixel;
@@ -296,5 +296,5 @@ fn found(context: &Context, casters: &Casters, standing: &BuiltTechniques, key: 
     let face = (scene.lights[0].map_count() > 1).then(|| FACES[map].0);
     let (depth, names) = (ray.view.depth(z), standing.names.clone());
     let is_red = scene.colors() > 1;
-    Ok(Found { texel, face, depth, ray, is_red, names, scene: scene.name.clone() })
+    Ok(PickedRay { texel, face, depth, ray, is_red, names, scene: scene.name.clone() })
 }

@@ -59,8 +59,8 @@ fn of_a_scene(name: &str) -> Error {
 }
 
 impl World {
-    /// A world with room for `capacity`, in which nothing casts and nothing shines yet. Call [`World::lights`] or
-    /// [`World::lights_of_buffer`] before a technique is opened for it, and give the casters before its passes are
+    /// A world with room for `capacity`, in which nothing casts and nothing shines yet. Call [`World::update_lights`] or
+    /// [`World::update_lights_from_buffer`] before a technique is opened for it, and give the casters before its passes are
     /// recorded.
     ///
     /// Casters and triangles are copied on the device, in passes `world.gather`, from the caller's layout to this
@@ -127,7 +127,7 @@ impl World {
     /// # Errors
     /// [`Error::Input`] where the host's count exceeds the room, or the layout lies outside the buffer; [`Error::Gpu`]
     /// where memory runs out.
-    pub fn particles(&mut self, commands: &mut Commands, source: &Source, at: SphereAt) -> Result<()> {
+    pub fn update_particles(&mut self, commands: &mut Commands, source: &Source, at: SphereAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles: capacity, strands, splats, cells, .. } = theirs.capacity;
@@ -142,11 +142,11 @@ impl World {
         Ok(())
     }
 
-    /// Replaces the strands by those in the caller's buffer, as in [`World::particles`].
+    /// Replaces the strands by those in the caller's buffer, as in [`World::update_particles`].
     ///
     /// # Errors
-    /// As [`World::particles`].
-    pub fn strands(&mut self, commands: &mut Commands, source: &Source, at: StrandAt) -> Result<()> {
+    /// As [`World::update_particles`].
+    pub fn update_strands(&mut self, commands: &mut Commands, source: &Source, at: StrandAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles: first, strands: capacity, splats, cells, .. } = theirs.capacity;
@@ -160,13 +160,13 @@ impl World {
         Ok(())
     }
 
-    /// Replaces the splats by those in the caller's buffer, as in [`World::particles`]. Splats without axes or with an
+    /// Replaces the splats by those in the caller's buffer, as in [`World::update_particles`]. Splats without axes or with an
     /// opacity out of range cast nothing either. They are packed in f32. A scene's splats are packed in f64, so
     /// directions and deviations may differ in the last bit.
     ///
     /// # Errors
-    /// As [`World::particles`].
-    pub fn splats(&mut self, commands: &mut Commands, source: &Source, at: SplatAt) -> Result<()> {
+    /// As [`World::update_particles`].
+    pub fn update_splats(&mut self, commands: &mut Commands, source: &Source, at: SplatAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles, strands, splats: capacity, cells, .. } = theirs.capacity;
@@ -218,8 +218,8 @@ impl World {
     /// Triangles behind the count have no area, and lie at a corner of a triangle that has an area.
     ///
     /// # Errors
-    /// As [`World::particles`].
-    pub fn triangles(&mut self, commands: &mut Commands, corners: &Corners) -> Result<()> {
+    /// As [`World::update_particles`].
+    pub fn update_triangles(&mut self, commands: &mut Commands, corners: &Corners) -> Result<()> {
         let (context, triangles) = (self.context.clone(), self.triangles.clone());
         let place = self.anchors[1].as_vec3().to_array();
         let theirs = self.theirs()?;

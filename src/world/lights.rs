@@ -18,7 +18,7 @@ impl World {
     /// [`Error::Input`] where there are more lights than there is room for, a number is out of range, or a light has
     /// another number of maps than the light before it in its place: a point or a virtual light has six, any other has
     /// one.
-    pub fn lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
+    pub fn update_lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
         let all = self.places(lights)?;
         if let Some(i) = lights.iter().position(|light| !is_light(light)) {
             return Err(self.no_lights(format!("light {i} has a number that is not finite or out of range")));
@@ -44,9 +44,9 @@ impl World {
     /// narrower it is (0.08 % at 1°); point lights do not differ.
     ///
     /// # Errors
-    /// [`Error::Input`] as [`World::lights`], where the host's count exceeds the number of types, or where the layout
+    /// [`Error::Input`] as [`World::update_lights`], where the host's count exceeds the number of types, or where the layout
     /// lies outside the buffer; [`Error::Gpu`] where memory runs out.
-    pub fn lights_of_buffer(
+    pub fn update_lights_from_buffer(
         &mut self,
         commands: &mut Commands,
         source: &Source,

@@ -189,7 +189,7 @@ impl World {
         }
     }
 
-    /// The lights as the host knows them. Where only the device knows them ([`World::lights_of_buffer`]), these are
+    /// The lights as the host knows them. Where only the device knows them ([`World::update_lights_from_buffer`]), these are
     /// dark lights of the same types.
     pub fn all_lights(&self) -> &[Light] {
         &self.lit

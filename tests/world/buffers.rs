@@ -121,10 +121,10 @@ pub fn theirs(context: &Context, scene: &Scene, more: u32, on_device: bool) -> W
 /// Returns the frame that fills it.
 pub fn fill(context: &Context, world: &mut World, scene: &Scene, on_device: bool) -> u64 {
     record(context, |commands| {
-        world.lights(commands, &scene.lights)?;
-        world.particles(commands, &source(context, &scene.particles, on_device), AT)?;
+        world.update_lights(commands, &scene.lights)?;
+        world.update_particles(commands, &source(context, &scene.particles, on_device), AT)?;
         if !scene.meshes.is_empty() {
-            world.triangles(commands, &corners(context, &scene.meshes, on_device))?;
+            world.update_triangles(commands, &corners(context, &scene.meshes, on_device))?;
         }
         Ok(())
     })
@@ -234,8 +234,8 @@ fn what_there_is_room_for_need_not_be_there() {
                 let mut theirs = opened(context, &world, &spec);
                 build(&mut theirs, &world, text);
                 let filled = context.try_submit(|commands| {
-                    world.particles(commands, &source(context, &scene.particles, true), AT)?;
-                    world.triangles(commands, &corners(context, &scene.meshes, true))
+                    world.update_particles(commands, &source(context, &scene.particles, true), AT)?;
+                    world.update_triangles(commands, &corners(context, &scene.meshes, true))
                 });
                 filled.expect("filled");
                 build(&mut theirs, &world, text);
@@ -296,8 +296,8 @@ fn hair_and_smoke_answer_as_a_scene_does() {
                 let theirs = Source { buffer: buffer(context, &words), offset: 0, stride: 36, count };
                 // Hair first: the room for smoke is empty then.
                 let strands = context.try_submit(|commands| {
-                    world.lights(commands, &scene.lights)?;
-                    world.strands(commands, &theirs, at)
+                    world.update_lights(commands, &scene.lights)?;
+                    world.update_strands(commands, &theirs, at)
                 });
                 strands.expect("filled");
                 assert!(world.casters.read::<Caster>(90).expect("read").iter().all(|caster| caster.radius == 0.0));

@@ -59,7 +59,7 @@ fn lights_come_and_go() {
 }
 
 fn set_lights(context: &Context, world: &mut World, lights: &[Light]) -> gobo::Result<()> {
-    context.try_submit(|commands| world.lights(commands, lights)).map(|_| ())
+    context.try_submit(|commands| world.update_lights(commands, lights)).map(|_| ())
 }
 
 /// Lights are raised one by one, and nothing is recorded where none has changed.
@@ -72,7 +72,7 @@ fn lights_that_stand_are_left() {
         let mut lights = scene.lights.clone();
         let mut set = |lights: &[Light]| {
             let recorded =
-                context.submit(|commands| world.lights(commands, lights).expect("lights")).expect("submitted");
+                context.submit(|commands| world.update_lights(commands, lights).expect("lights")).expect("submitted");
             (recorded.len(), world.generations().lights.clone())
         };
         let timed = usize::from(context.features().timestamp_valid_bits > 0);

@@ -74,9 +74,9 @@ pub enum From {
 
 fn shine(context: &Context, commands: &mut Commands, world: &mut World, lights: &[Light], from: From) {
     let recorded = match from {
-        From::Host => world.lights(commands, lights),
+        From::Host => world.update_lights(commands, lights),
         From::Buffer { counts_itself } => {
-            world.lights_of_buffer(commands, &source(context, lights, counts_itself), AT, &types(lights))
+            world.update_lights_from_buffer(commands, &source(context, lights, counts_itself), AT, &types(lights))
         }
     };
     recorded.expect("recorded");
@@ -101,11 +101,11 @@ pub fn filled(context: &Context, scene: &Scene, from: From) -> World {
 fn fill(context: &Context, world: &mut World, scene: &Scene, from: From) {
     record(context, |commands| {
         shine(context, commands, world, &scene.lights, from);
-        world.particles(commands, &buffers::source(context, &scene.particles, false), buffers::AT)?;
+        world.update_particles(commands, &buffers::source(context, &scene.particles, false), buffers::AT)?;
         if world.triangle_capacity() == 0 {
             return Ok(());
         }
-        world.triangles(commands, &buffers::corners(context, &scene.meshes, false))
+        world.update_triangles(commands, &buffers::corners(context, &scene.meshes, false))
     });
 }
 
@@ -323,7 +323,7 @@ fn lights_of_a_buffer_come_and_go() {
         for fewer in 0..2 {
             let types = &types(&two.lights)[fewer..];
             let one = Source { count: count(context, 1, true), ..source(context, &two.lights, true) };
-            record(context, |commands| world.lights_of_buffer(commands, &one, AT, types));
+            record(context, |commands| world.update_lights_from_buffer(commands, &one, AT, types));
             build(&mut opened, &world, "one");
             let radiances = world.lights.read::<LightData>(2).expect("read").into_iter().map(|light| light.radiance);
             assert_eq!(radiances.collect::<Vec<_>>(), [two.lights[0].radiance, [0.0; 3]]);
@@ -344,7 +344,7 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
         let (all, kinds) = (source(context, &scene.lights, false), types(&scene.lights));
         let passes = context.submit(|commands| {
             let mut said =
-                |source: &Source, at, kinds: &[LightType]| cause(world.lights_of_buffer(commands, source, at, kinds));
+                |source: &Source, at, kinds: &[LightType]| cause(world.update_lights_from_buffer(commands, source, at, kinds));
             assert!(
                 said(&all, AT, &[&kinds[..], &kinds[..1]].concat()).contains("4 lights, and the world has room for 3")
             );
@@ -360,7 +360,7 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
         let is: Vec<LightData> = world.lights.read(3).expect("read");
         assert!(world.knows_lights() && is == LightData::of(&scene.lights, true), "nothing was recorded");
         let mut ours = super::world(context, &scene);
-        let of_a_scene = context.try_submit(|commands| ours.lights_of_buffer(commands, &all, AT, &kinds));
+        let of_a_scene = context.try_submit(|commands| ours.update_lights_from_buffer(commands, &all, AT, &kinds));
         assert!(cause(of_a_scene.map(|_| ())).contains("a scene fills this world"));
 
         let needs = |world: &World, text: &str| match technique::open(context, world, &spec(text)) {
@@ -370,19 +370,19 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
         };
         let sun = Scene { lights: scene.lights[..1].to_vec(), ..scene.clone() };
         let device = filled(context, &sun, From::Buffer { counts_itself: false });
-        assert_eq!(needs(&device, "voxelized:size=64"), "lights that the host knows (World::lights)");
+        assert_eq!(needs(&device, "voxelized:size=64"), "lights that the host knows (World::update_lights)");
         // One that was baked refuses them each time it is recorded, and bakes anew where the host knows them again.
         let mut known = filled(context, &sun, From::Host);
         let mut baked = opened(context, &known, &spec("voxelized:size=64"));
         build(&mut baked, &known, "voxelized");
         let its = source(context, &sun.lights, false);
         let kinds = types(&sun.lights);
-        context.try_submit(|commands| known.lights_of_buffer(commands, &its, AT, &kinds)).expect("gathered");
+        context.try_submit(|commands| known.update_lights_from_buffer(commands, &its, AT, &kinds)).expect("gathered");
         for _ in 0..2 {
             let recorded = context.try_submit(|commands| baked.technique.record(commands, &known));
             assert!(matches!(recorded, Err(gobo::Error::Refused { .. })), "baked from lights of before");
         }
-        context.try_submit(|commands| known.lights(commands, &sun.lights)).expect("copied");
+        context.try_submit(|commands| known.update_lights(commands, &sun.lights)).expect("copied");
         context.try_submit(|commands| baked.technique.record(commands, &known)).expect("the host knows them");
         let mut grid = opened(context, &device, &spec("voxel-grid:size=64"));
         build(&mut grid, &device, "voxel-grid");

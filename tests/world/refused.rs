@@ -64,28 +64,28 @@ fn what_the_host_knows_is_an_error() {
         let mut ours = super::world(context, &scene);
         let good = source(context, &scene.particles, false);
         let passes = context.submit(|commands| {
-            let too_many = world.particles(commands, &good, AT);
+            let too_many = world.update_particles(commands, &good, AT);
             assert!(cause(too_many).contains("20, and the world has room for 19"));
             let short = Source { count: Count::Host(19), stride: 64, ..good.clone() };
-            assert!(cause(world.particles(commands, &short, AT)).contains("the buffer holds 15"));
+            assert!(cause(world.update_particles(commands, &short, AT)).contains("the buffer holds 15"));
             let odd = Source { count: Count::Host(1), offset: 6, ..good.clone() };
-            assert!(cause(world.particles(commands, &odd, AT)).contains("6 bytes"));
+            assert!(cause(world.update_particles(commands, &odd, AT)).contains("6 bytes"));
             let outside = Count::Device { buffer: good.buffer.clone(), offset: good.buffer.bytes() };
             assert!(
-                cause(world.particles(commands, &Source { count: outside, ..good.clone() }, AT)).contains("a count")
+                cause(world.update_particles(commands, &Source { count: outside, ..good.clone() }, AT)).contains("a count")
             );
-            assert!(cause(world.triangles(commands, &corners(context, &scene.meshes, false))).contains("room for 5"));
-            assert!(cause(ours.particles(commands, &good, AT)).contains("a scene fills this world"));
+            assert!(cause(world.update_triangles(commands, &corners(context, &scene.meshes, false))).contains("room for 5"));
+            assert!(cause(ours.update_particles(commands, &good, AT)).contains("a scene fills this world"));
             let mut light = scene.lights.clone();
             light.push(light[0]);
-            assert!(cause(world.lights(commands, &light)).contains("room for 3"));
+            assert!(cause(world.update_lights(commands, &light)).contains("room for 3"));
             light.pop();
             light[1].radius = f64::NAN;
-            assert!(cause(world.lights(commands, &light)).contains("light 1"));
-            world.lights(commands, &scene.lights).expect("lights");
+            assert!(cause(world.update_lights(commands, &light)).contains("light 1"));
+            world.update_lights(commands, &scene.lights).expect("lights");
             light.clone_from(&scene.lights);
             light.swap(0, 2);
-            assert!(cause(world.lights(commands, &light)).contains("light 0 has another number of maps"));
+            assert!(cause(world.update_lights(commands, &light)).contains("light 0 has another number of maps"));
         });
         passes.expect("submitted");
         assert!(cause(world.set_box([0.0; 3], [1.0, f32::NAN, 1.0])).contains("from"));
@@ -98,7 +98,7 @@ fn what_the_host_knows_is_an_error() {
         let direction = |light: &&Light| matches!(light.kind, LightKind::Directional { .. });
         let sun: Vec<_> = scene.lights.iter().filter(direction).copied().collect();
         let mut world = World::of(context, capacity).expect("room");
-        context.submit(|commands| world.lights(commands, &sun).expect("lights")).expect("submitted");
+        context.submit(|commands| world.update_lights(commands, &sun).expect("lights")).expect("submitted");
         assert!(refused("voxelized:size=64", &world).contains("World::set_box"));
         world.set_box([-1.0; 3], [1.0; 3]).expect("a box");
         assert_eq!(refused("voxelized:size=64", &world), "nothing");

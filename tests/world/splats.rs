@@ -130,7 +130,7 @@ fn splats_of_a_buffer_are_packed() {
         for on_device in [false, true] {
             let mut world = World::of(context, capacity).expect("room");
             let source = source(context, &theirs, on_device);
-            let frame = record(context, |commands| world.splats(commands, &source, AT));
+            let frame = record(context, |commands| world.update_splats(commands, &source, AT));
             let gathered = world.gathered(frame).expect("read").expect("the last that gathered");
             assert_eq!((gathered.asked[3], refused_in(&world, frame)[3]), (live as u32, none.len() as u32));
             let (expected, refused) = splats(&laid_out(&theirs), &WORDS, slots, live);
@@ -171,7 +171,7 @@ fn splats_answer_as_a_scene_does() {
             let mut world = World::of(context, capacity).expect("room");
             fill(context, &mut world, &Scene { strands: Vec::new(), ..scene.clone() }, on_device);
             let splats = source(context, &scene.splats, on_device);
-            record(context, |commands| world.splats(commands, &splats, AT));
+            record(context, |commands| world.update_splats(commands, &splats, AT));
             world
         };
         let first: Vec<Caster> = packed(&scene, true).casters.read(150).expect("read");

@@ -135,7 +135,7 @@ impl Shadows {
         let mut commands = unsafe { Commands::on(&self.context, commands, frame) }?;
         if let Some(particles) = &self.particles {
             shine(&mut self.world, &mut commands, self.sun.as_ref())?;
-            self.world.particles(&mut commands, particles, SphereAt::PARTICLE)?;
+            self.world.update_particles(&mut commands, particles, SphereAt::PARTICLE)?;
         } else {
             self.world.casters_move()?;
             self.technique.forget();
@@ -193,8 +193,8 @@ const SUN_AT: LightAt =
 /// Records the renderer's light, which the device knows or the host.
 fn shine(world: &mut World, commands: &mut Commands, sun: Option<&Source>) -> Result<()> {
     let recorded = match sun {
-        Some(source) => world.lights_of_buffer(commands, source, SUN_AT, &[LightType::Directional]),
-        None => world.lights(commands, &[host_sun()]),
+        Some(source) => world.update_lights_from_buffer(commands, source, SUN_AT, &[LightType::Directional]),
+        None => world.update_lights(commands, &[host_sun()]),
     };
     recorded.map_err(Into::into)
 }

@@ -8,12 +8,12 @@
 layout(local_size_x = BIN_THREADS) in;
 
 void main() {
-    uint map = gl_WorkGroupID.z, tile = map_thread(), a_map = bins_per_map(), bin = map * a_map + tile;
+    uint map = gl_WorkGroupID.z, tile = map_thread(), per_map = bins_per_map(), bin = map * per_map + tile;
     if (tile == 0u && map == 0u) {
         totals[0].groups_x = BIN_GROUPS_X;
         totals[0].groups_z = 1u;
     }
-    if (tile >= a_map) {
+    if (tile >= per_map) {
         return;
     }
     uint count = counts[bin], first = 0u;

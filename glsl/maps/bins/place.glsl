@@ -45,7 +45,7 @@ uint first_entry(uint bin, uint place, uint count, uint counted) {
 void list_parts(uint place, uint wanted, uint bin, uint count, uint first) {
     // The buffer of entries may be too small, which is found and mended after the build: nothing reads past its end.
     uint readable = first < capacity ? min(count, room != 0u ? room : capacity - first) : 0u;
-    uint a_map = bins_per_map(), tile = bin % a_map, map = bin / a_map;
+    uint per_map = bins_per_map(), tile = bin % per_map, map = bin / per_map;
     for (uint i = 0u; i < wanted; ++i) {
         parts[place + i] = TilePart(tile, map << 8 | i, first, readable);
     }

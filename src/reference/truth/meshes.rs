@@ -139,7 +139,7 @@ impl Meshes {
 
     /// How many boxes and triangles [`Meshes::free`] tries.
     pub(super) fn tries(&self, origin: DVec3, direction: DVec3, distance: f64) -> usize {
-        let way = Counted { way: BoundedRay::new(origin, direction, distance), boxes: Cell::new(0) };
+        let way = CountingRay { way: BoundedRay::new(origin, direction, distance), boxes: Cell::new(0) };
         let least = self.epsilon / direction.length();
         let hit = |triangle: &Triangle| intersect(origin, direction, triangle.corners);
         let free = |triangle: &&Triangle| !hit(triangle).is_some_and(|at| least < at && at < distance);
@@ -212,12 +212,12 @@ impl IntersectsAabb<f64, 3> for BoundedRay {
 }
 
 /// A ray that counts the boxes that it is tried against.
-struct Counted {
+struct CountingRay {
     way: BoundedRay,
     boxes: Cell<usize>,
 }
 
-impl IntersectsAabb<f64, 3> for Counted {
+impl IntersectsAabb<f64, 3> for CountingRay {
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         self.boxes.set(self.boxes.get() + 1);
         self.way.intersects_aabb(aabb)
