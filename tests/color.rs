@@ -7,11 +7,11 @@ mod support;
 
 use glam::{DVec2, DVec3};
 use gobo::Error;
-use gobo::consume::{PointBatch, Lighting, Query, Renderer, Shading, parse};
+use gobo::consume::{Lighting, PointBatch, Query, Renderer, Shading, parse};
 use gobo::gpu::{Context, Requirement};
 use gobo::reference::truth::{Casters, picture, space_points};
 use gobo::reference::twin::colors::color_left;
-use gobo::scene::{Camera, Splat, Particle, Picture, SKY, Scene, Strand, View};
+use gobo::scene::{Camera, Particle, Picture, SKY, Scene, Splat, Strand, View};
 use gobo::technique::Technique;
 use gobo::world::World;
 use support::{all, built, every_path, gpu_test, rows, scenes, some, those_that_run};
@@ -57,7 +57,8 @@ fn rounding(context: &Context) -> f64 {
 
 /// What is answered at points for light of that extinction.
 fn asked(context: &Context, technique: &dyn Technique, extinction: f32, points: &[[f32; 3]]) -> Vec<f32> {
-    let query = Query::of_lights(context, &[PointBatch { light: 0, points, normals: &[] }]).expect("room for the points");
+    let query =
+        Query::of_lights(context, &[PointBatch { light: 0, points, normals: &[] }]).expect("room for the points");
     query.query(&query.color_kernel(&technique.answer(), extinction).expect("a kernel")).expect("asked");
     query.answers().expect("answered")
 }

@@ -15,7 +15,7 @@ use gobo::Error;
 use gobo::consume::{Lighting, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, space_points};
-use gobo::scene::{Field, Splat, ExtinctionGroup, Light, LightKind, Placed, Scene, Volume};
+use gobo::scene::{ExtinctionGroup, Field, Light, LightKind, Placed, Scene, Splat, Volume};
 use gobo::technique::{self, Name, Spec};
 use gobo::world::World;
 use pictures::renderer;
@@ -43,7 +43,8 @@ impl Both {
         let inks = |count: usize| (0..count).map(move |i| ExtinctionGroup { casters: 1, ratio: ratio(i) });
         let all = inks(scene.particles.len()).chain(inks(scene.strands.len())).chain(inks(scene.splats.len()));
         let volumes = scene.volumes.iter().enumerate();
-        let cells = volumes.map(|(i, volume)| ExtinctionGroup { casters: volume.cells().len(), ratio: VOLUME_RATIOS[i % 2] });
+        let cells =
+            volumes.map(|(i, volume)| ExtinctionGroup { casters: volume.cells().len(), ratio: VOLUME_RATIOS[i % 2] });
         let all: Vec<ExtinctionGroup> = all.chain(cells).collect();
         let grey = [0, 1, 2].map(|color| {
             let mut grey = scene.clone();

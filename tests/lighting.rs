@@ -6,7 +6,7 @@ mod support;
 
 use glam::DVec3;
 use gobo::Error;
-use gobo::consume::{PointBatch, Lighting, PainterKind, Query, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
+use gobo::consume::{Lighting, PainterKind, PointBatch, Query, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};

@@ -416,6 +416,21 @@ proptest! {
         }
     }
 
+    /// A dense ball at the near end of the range, of which the grid has a voxel in front of it: what that takes counts from the first depth on.
+    #[test]
+    fn what_is_in_front_of_the_range_counts_at_its_near_end(at in [0u8..9, 0u8..9, 7u8..9], texel in 0u32..144) {
+        let (scene, place, media, view) = host(&[(at, 0, 2), ([4, 4, 0], 1, 0)]);
+        let at = [texel % 12, texel / 12];
+        let all = marched(&media, &place, &view, at, build(4000, 4000), Errors { absolute: 0.0, relative: 0.0 }).0;
+        let ray = view.ray(glam::DVec2::new(f64::from(at[0]) + 0.5, f64::from(at[1]) + 0.5));
+        for depth in [0.0, 0.002, 0.005, 0.01, 0.02] {
+            let (from, way) = way(&place, &scene.lights[0], ray.at(view.z(depth.into())).as_vec3().to_array());
+            let exact = (-media.march_exact(from, way)).exp();
+            let found = all.transmittance(depth);
+            prop_assert!((found - exact).abs() < 2e-3, "{depth}: {found}, not {exact}");
+        }
+    }
+
     /// Whatever goes: light is in [0, 1], it never rises, and behind all it is what the grid says.
     #[test]
     fn curves_fall_to_what_the_grid_says(

@@ -1,7 +1,7 @@
 //! What `gobo recommend` looks at: all that may be the answer, and after a first look what is left of it.
 
 use super::default_specs::{has_many_lights, sees_all};
-use super::little;
+use super::test_reduction;
 use crate::Result;
 use crate::consume::{KEYS, parse, runs};
 use crate::measure::Row;
@@ -141,7 +141,7 @@ fn built(spec: &Spec) -> String {
 
 /// `specs`, and behind them the specs of `more` that are not among them. With `GOBO_TEST_LITTLE`, `specs` alone.
 pub fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec> {
-    for near in more.into_iter().filter(|_| !little::is_asked()) {
+    for near in more.into_iter().filter(|_| !test_reduction::is_asked()) {
         if specs.iter().all(|spec| spec.to_string() != near.to_string()) {
             specs.push(near);
         }

@@ -7,8 +7,8 @@ use super::progress::Progress;
 use super::resume::{SCENE, files, kept};
 use super::writer::Writer;
 use super::{
-    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
-    load, picture, say,
+    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, load,
+    picture, say, test_reduction,
 };
 use crate::gpu::Features;
 use crate::measure::{
@@ -119,7 +119,7 @@ pub struct Arguments {
 impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
-        if little::is_asked() {
+        if test_reduction::is_asked() {
             let frames = self.frames.map_or(2, |frames| frames.min(2));
             (self.frames, self.quick, self.picture) = (Some(frames), true, Some([32, 18]));
             self.vpls.vpls = self.vpls.vpls.map(|count| count.min(64));
@@ -165,10 +165,10 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
         let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
         return Effort {
             frames: frames.min(8),
-            warm_up: if little::is_asked() { 0 } else { 2 },
+            warm_up: if test_reduction::is_asked() { 0 } else { 2 },
             space_points: 8192,
-            seen_points: if little::is_asked() { little::SEEN } else { seen_points(true, software) },
-            lookups: if little::is_asked() { little::LOOKUPS } else { lookups },
+            seen_points: if test_reduction::is_asked() { test_reduction::SEEN } else { seen_points(true, software) },
+            lookups: if test_reduction::is_asked() { test_reduction::LOOKUPS } else { lookups },
             picture,
             turning,
             footprints,
@@ -233,10 +233,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     // All errors in the input are found before the first measurement.
     let mut specs: Vec<Spec> = Vec::new();
     for text in &arguments.techniques {
-        specs.extend(little::specs(super::specs(text)?));
+        specs.extend(test_reduction::specs(super::specs(text)?));
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
-    little::first(&mut scenes, 1);
+    test_reduction::first(&mut scenes, 1);
     arguments.vpls.check(scenes.iter().flat_map(|compared| &compared.states))?;
     let baseline = arguments.baseline.read()?;
     let fingerprints: Vec<u32> = scenes.iter().map(|compared| compared.first().fingerprint()).collect();
@@ -248,7 +248,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     name_apart(&mut scenes);
     let of_scene = |compared: &Compared| {
         let mut specs = if specs.is_empty() {
-            little::specs(match arguments.all {
+            test_reduction::specs(match arguments.all {
                 true => all_specs(compared.first(), context.features(), false)?,
                 false => usual_specs(compared.first(), context.features())?,
             })

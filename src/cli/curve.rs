@@ -1,7 +1,9 @@
 //! `gobo curve`
 
-use super::{ChangeArguments, DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
-use crate::measure::{LightRay, BuiltTechniques, telling_texel};
+use super::{
+    ChangeArguments, DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, output_path, say,
+};
+use crate::measure::{BuiltTechniques, LightRay, telling_texel};
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
 use crate::technique::{Name, usual};
@@ -39,7 +41,7 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    place::check(&arguments.out, "svg")?;
+    output_path::check(&arguments.out, "svg")?;
     let scene = arguments.change.change().of(&load_whole(&arguments.scene, &arguments.load)?)?;
     let map = arguments.map.of(&scene)?;
     let mut specs = Vec::new();

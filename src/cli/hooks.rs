@@ -1,7 +1,7 @@
 //! For tests: environment variables that lower what devices can do, make calls fail and make commands do little. The
 //! program reads them where it is started with `--test-hooks`, which `--help` does not list.
 
-use super::little;
+use super::test_reduction;
 use crate::gpu::{Fault, Testing};
 
 /// The option with which tests start the program.
@@ -30,6 +30,6 @@ pub fn test_hooks() {
     };
     testing.begin();
     if std::env::var_os("GOBO_TEST_LITTLE").is_some_and(|value| !value.is_empty()) {
-        little::begin();
+        test_reduction::begin();
     }
 }

@@ -1,6 +1,6 @@
 //! `gobo map`
 
-use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, no_light, one_spec, place, say};
+use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, no_light, one_spec, output_path, say};
 use crate::report::write_png;
 use crate::technique::{open, usual};
 use crate::world::World;
@@ -37,7 +37,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    place::check(&arguments.out, "png")?;
+    output_path::check(&arguments.out, "png")?;
     let mut states = [load(&arguments.scene, &arguments.load)?];
     let spec = one_spec(&arguments.technique)?;
     arguments.vpls.check(&states)?;

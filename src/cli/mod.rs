@@ -3,36 +3,36 @@
 mod bake;
 mod baseline;
 mod candidates;
-mod scene_overrides;
 mod compare;
 mod compared_frames;
 mod curve;
 mod default_specs;
 mod devices;
-mod render_frames;
+mod frame_source;
 mod glsl;
 mod help;
 mod hooks;
 mod join;
-mod test_reduction;
 mod map;
+mod output_path;
 mod particles;
 mod picture;
-mod output_path;
 mod progress;
 mod recommend;
 mod render;
+mod render_frames;
 mod report;
 mod resume;
+mod scene_overrides;
 mod sequence;
 mod shell;
 mod silhouette;
 mod slice;
 mod soak;
-mod frame_source;
 mod steps;
 mod stress;
 mod submit;
+mod test_reduction;
 mod view;
 mod voxels;
 mod writer;
@@ -40,7 +40,7 @@ mod writer;
 #[doc(hidden)]
 pub use hooks::test_hooks;
 
-use self::change::ChangeArguments;
+use self::scene_overrides::ChangeArguments;
 use crate::advice::advised;
 use crate::consume::parse;
 use crate::gpu::{Context, Messages, Options, fault};
@@ -141,7 +141,7 @@ struct LoadArguments {
     #[arg(long, value_name = "N")]
     lights: Option<usize>,
     /// Hold the attractor of fountain here, world units [default: it wanders]
-    #[arg(long, value_name = "X,Y,Z", value_parser = change::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = scene_overrides::vector, allow_hyphen_values = true)]
     attractor: Option<DVec3>,
     /// Gravity in fountain, so many times the earth's, 0 to 10
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", allow_hyphen_values = true)]
@@ -307,7 +307,7 @@ fn specs(text: &str) -> Result<Vec<Spec>> {
 
 /// The one spec that a command for a single picture takes.
 fn one_spec(text: &str) -> Result<Spec> {
-    let mut specs = little::specs(specs(text)?);
+    let mut specs = test_reduction::specs(specs(text)?);
     match (specs.pop(), specs.is_empty()) {
         (Some(spec), true) => Ok(spec),
         _ => Err(Error::usage(format!("--technique {text}"), "a sweep", "name one value per key, or use compare")),
@@ -316,7 +316,7 @@ fn one_spec(text: &str) -> Result<Spec> {
 
 /// The scene with a name that is safe in file names.
 fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
-    Ok(little::scene(load_whole(&little::name(name), with)?))
+    Ok(test_reduction::scene(load_whole(&test_reduction::name(name), with)?))
 }
 
 /// As [`load`], for a command that shows one place of the scene: casters are never left out.

@@ -1,7 +1,7 @@
 //! `gobo render --particles`: simulated particles as their simulation left them.
 
-use super::render_frames::spec_alone;
 use super::render::{Arguments, ColorsArgument};
+use super::render_frames::spec_alone;
 use super::sequence::Sequence;
 use super::{check_messages, say};
 use crate::consume::{Colors, Lighting, Pictures};

@@ -7,7 +7,7 @@ use super::compare::{SMALL_PICTURE, seen_points};
 use super::default_specs::{all_specs, has_many_lights, usual_specs};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
-use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
+use super::{DeviceArguments, LoadArguments, command_line, complain, load, say, say_json, test_reduction};
 use crate::gpu::{Context, Features};
 use crate::measure::{
     DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, StageRates, built_from, marks, stage_rates, with_case,
@@ -79,7 +79,7 @@ pub struct Arguments {
 impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command. It is so small that no row need be left out.
     pub fn little(mut self) -> Self {
-        if little::is_asked() && self.from.is_none() {
+        if test_reduction::is_asked() && self.from.is_none() {
             (self.max_ms, self.max_error, self.max_flip, self.max_bytes) = (None, None, None, None);
         }
         self
@@ -166,7 +166,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
             candidates(&scene, all, on_cpu, arguments.many_lights)?
         }
     };
-    let specs = little::specs(specs);
+    let specs = test_reduction::specs(specs);
     let stages = stage_rates(&context)?;
     let sweep = Sweep { arguments, scene: &scene, context: &context, stages };
     let work = Work::of(arguments.quick, stages.is_some_and(|stages| stages.is_lopsided()), context.features());
@@ -224,13 +224,13 @@ impl Work {
     fn of(quick: bool, lopsided: bool, features: &Features) -> Self {
         let usual = if features.is_software() { SMALL_PICTURE } else { [640, 360] };
         let parts = if quick { 2 } else { 1 };
-        let picture = if little::is_asked() { [32, 18] } else { usual.map(|side| side / parts) };
+        let picture = if test_reduction::is_asked() { [32, 18] } else { usual.map(|side| side / parts) };
         Self { picture, quick, software: features.is_software(), lopsided }
     }
 
     /// The effort with the points and the picture of `compare`.
     fn effort(self, repeats: [usize; 2]) -> Effort {
-        let [frames, warm_up] = match (little::is_asked(), self.quick) {
+        let [frames, warm_up] = match (test_reduction::is_asked(), self.quick) {
             (true, _) => [1, 0],
             (_, true) => [repeats[0].min(3), repeats[1].min(1)],
             _ => repeats,
@@ -239,11 +239,15 @@ impl Work {
             frames,
             warm_up,
             space_points: 0,
-            seen_points: if little::is_asked() { little::SEEN } else { seen_points(self.quick, self.software) },
+            seen_points: if test_reduction::is_asked() {
+                test_reduction::SEEN
+            } else {
+                seen_points(self.quick, self.software)
+            },
             lookups: if !self.lopsided {
                 0
-            } else if little::is_asked() {
-                little::LOOKUPS
+            } else if test_reduction::is_asked() {
+                test_reduction::LOOKUPS
             } else {
                 LOOKUPS
             },

@@ -1,11 +1,11 @@
 //! `gobo render`
 
+use super::frame_source::States;
 use super::render_frames::{RenderedFrame, by_reference, by_technique, lines_spacing};
 use super::sequence::Sequence;
-use super::frame_source::States;
 use super::{
-    ChangeArguments, DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load,
-    one_spec, particles, picture, place, say, steps,
+    ChangeArguments, DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load, one_spec,
+    output_path, particles, picture, say, steps, test_reduction,
 };
 use crate::consume::{Lighting, Shading, Tiled};
 use crate::measure::picture_error;
@@ -104,7 +104,7 @@ pub struct Arguments {
 impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
-        if little::is_asked() {
+        if test_reduction::is_asked() {
             (self.picture, self.frames) = ([32, 18], self.frames.min(2));
             self.vpls.vpls = self.vpls.vpls.map(|count| count.min(64));
         }
@@ -170,7 +170,7 @@ enum LitBy {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    place::check(&arguments.out, "png")?;
+    output_path::check(&arguments.out, "png")?;
     arguments.show()?;
     run_scene(arguments, load(&arguments.scene, &arguments.load)?)
 }
@@ -210,7 +210,8 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
     let context = if needs_device { Some(arguments.device.open()?) } else { None };
     states.lit = context.as_ref().map(|context| (&arguments.vpls, context));
     let states = states;
-    let draw = |lit_by: &LitBy, plain: bool, each: &mut dyn FnMut(RenderedFrame) -> Result<()>| match (lit_by, &context) {
+    let draw = |lit_by: &LitBy, plain: bool, each: &mut dyn FnMut(RenderedFrame) -> Result<()>| match (lit_by, &context)
+    {
         (LitBy::Technique(spec), Some(context)) if arguments.steps => {
             steps::by_technique(arguments, context, spec, &states, each)
         }
@@ -258,7 +259,12 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
 }
 
 /// One picture per frame: a panel per technique, with the technique's figures below it.
-fn in_panels(arguments: &Arguments, frames: usize, all: &[Vec<RenderedFrame>], reference: Option<usize>) -> Result<Sequence> {
+fn in_panels(
+    arguments: &Arguments,
+    frames: usize,
+    all: &[Vec<RenderedFrame>],
+    reference: Option<usize>,
+) -> Result<Sequence> {
     let size = arguments.size();
     let mut sequence = Sequence::new(&arguments.out, frames as u32);
     let columns = arguments.columns.unwrap_or_else(|| (1..).find(|c| c * c >= all.len() as u32).unwrap_or(1));

@@ -1,8 +1,8 @@
 //! Pictures of a scene as `gobo render` shows them, frame by frame.
 
+use super::frame_source::States;
 use super::one_spec;
 use super::render::Arguments;
-use super::frame_source::States;
 use crate::consume::{Kernels, Lighting, Pictures, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, developed, fog, picture, shown_picture};

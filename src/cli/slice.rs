@@ -1,10 +1,10 @@
 //! `gobo slice`
 
-use super::sequence::Sequence;
 use super::frame_source::States;
+use super::sequence::Sequence;
 use super::{
-    ChangeArguments, DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load,
-    one_spec, picture, place, say, silhouette,
+    ChangeArguments, DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec,
+    output_path, picture, say, silhouette, test_reduction,
 };
 use crate::consume::slice;
 use crate::technique::{answers_in_space, open, usual};
@@ -52,7 +52,7 @@ pub struct Arguments {
 impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
-        if little::is_asked() {
+        if test_reduction::is_asked() {
             (self.picture, self.frames) = (32, self.frames.map(|frames| frames.min(2)));
         }
         self
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.frames.is_some() && arguments.depth.is_some() && !moves {
         return Err(Error::usage("--frames", "they go through all depths, and --depth names one", "leave one out"));
     }
-    place::check(&arguments.out, "png")?;
+    output_path::check(&arguments.out, "png")?;
     let scene = load(&arguments.scene, &arguments.load)?;
     let spec = one_spec(&arguments.technique)?;
     let frames = arguments.frames.unwrap_or(if moves { FRAMES } else { 1 });

@@ -1,8 +1,8 @@
 //! `gobo render --steps`: how many steps look-ups take, as colors.
 
-use super::render_frames::RenderedFrame;
-use super::render::Arguments;
 use super::frame_source::States;
+use super::render::Arguments;
+use super::render_frames::RenderedFrame;
 use crate::Result;
 use crate::consume::Renderer;
 use crate::gpu::Context;

@@ -1,9 +1,9 @@
 //! `gobo stress`
 
-use super::{DeviceArguments, little, say, say_json};
+use super::{DeviceArguments, say, say_json, test_reduction};
 use crate::consume::runs;
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
-use crate::stress::{StressCase, Outcome, Results, SCHEMA, CaseResult, Sweep, Worker, cases, serve, verdicts};
+use crate::stress::{CaseResult, Outcome, Results, SCHEMA, StressCase, Sweep, Worker, cases, serve, verdicts};
 use crate::technique::Spec;
 use crate::technique::runs::List;
 use crate::{Error, Result};
@@ -46,7 +46,7 @@ pub struct Arguments {
 impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
-        if little::is_asked() {
+        if test_reduction::is_asked() {
             self.soak = self.soak.map(|_| 0.0);
         }
         self
@@ -63,8 +63,9 @@ fn minutes(text: &str) -> std::result::Result<f64, String> {
 
 /// The list of cases for `--help`.
 pub fn help() -> String {
-    let line =
-        |case: &StressCase| super::help::fill(&format!("  {:<17} ", case.name), &format!("{} ({})", case.about, case.swept));
+    let line = |case: &StressCase| {
+        super::help::fill(&format!("  {:<17} ", case.name), &format!("{} ({})", case.about, case.swept))
+    };
     format!("Cases, and what is swept in each:\n{}", cases().map(line).collect::<String>())
 }
 
@@ -80,8 +81,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.asked.is_empty() {
         sweeps.extend(cases().map(Sweep::of));
     }
-    little::first(&mut sweeps, 1);
-    if little::is_asked() {
+    test_reduction::first(&mut sweeps, 1);
+    if test_reduction::is_asked() {
         sweeps.iter_mut().for_each(|sweep| sweep.values = &sweep.values[..1]);
     }
     let mut named = Vec::new();
@@ -91,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     // Specs with the small sizes of a software device, on every device.
     let asked = |list: List| -> Result<Vec<Spec>> {
         let mut asked = if named.is_empty() { runs(list, false)? } else { named.clone() };
-        little::first(&mut asked, 2);
+        test_reduction::first(&mut asked, 2);
         Ok(asked)
     };
     let (of_smoke, of_meshes) = (asked(|runs| runs.stress_smoke)?, asked(|runs| runs.stress_meshes)?);

@@ -1,7 +1,7 @@
 //! `gobo submit`: the standard run as one file, and checks of such files.
 
 use super::progress::Progress;
-use super::{DeviceArguments, MESSAGES, complain, little, say, say_json};
+use super::{DeviceArguments, MESSAGES, complain, say, say_json, test_reduction};
 use crate::gpu::Context;
 use crate::measure::{
     DeviceFacts, Effort, Results, SCHEMA, SUBMISSION, Submission, answers_hash, marks, noise, stage_rates, standard,
@@ -73,12 +73,13 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     let start = Instant::now();
     let mut scenes = standard::scenes()?;
     let conditions = standard::conditions(&scenes);
-    little::first(&mut scenes, 1);
-    let specs = scenes.iter().map(|scene| Ok(little::specs(standard::specs(scene)?))).collect::<Result<Vec<_>>>()?;
+    test_reduction::first(&mut scenes, 1);
+    let specs =
+        scenes.iter().map(|scene| Ok(test_reduction::specs(standard::specs(scene)?))).collect::<Result<Vec<_>>>()?;
     let progress = Progress::new(specs.iter().map(Vec::len).sum());
     let mut rows = Vec::new();
-    let little = Effort { frames: 2, warm_up: 0, lookups: little::LOOKUPS, ..standard::EFFORT };
-    let effort = if little::is_asked() { little } else { standard::EFFORT };
+    let little = Effort { frames: 2, warm_up: 0, lookups: test_reduction::LOOKUPS, ..standard::EFFORT };
+    let effort = if test_reduction::is_asked() { little } else { standard::EFFORT };
     let stages = stage_rates(context)?;
     for (scene, specs) in scenes.iter().zip(&specs) {
         with_case(context, std::slice::from_ref(scene), effort, |case| {
@@ -130,7 +131,7 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
         arguments.check.iter().map(|path| Ok((path.as_path(), Submission::read(path)?))).collect::<Result<_>>()?;
     let context = arguments.device.open()?;
     let all: Vec<&Submission> = files.iter().map(|(_, submission)| submission).collect();
-    let found = standard::again(&context, &all, little::is_asked().then_some(FEW))?;
+    let found = standard::again(&context, &all, test_reduction::is_asked().then_some(FEW))?;
     let mut all_count = true;
     for ((path, submission), again) in files.iter().zip(found) {
         let marks = [submission.marks()?, again.against].concat();

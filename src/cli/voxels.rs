@@ -1,6 +1,6 @@
 //! `gobo voxels`: the voxels that meshes occupy, or the nodes of a shadow's tree, as boxes.
 
-use super::{little, load, render};
+use super::{load, render, test_reduction};
 use crate::consume::Query;
 use crate::reference::twin::grid::{Bits, Place};
 use crate::scene::{Light, LightKind, Mesh, Scene};
@@ -42,7 +42,7 @@ pub struct Arguments {
 impl Arguments {
     /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
     pub fn little(mut self) -> Self {
-        if little::is_asked() {
+        if test_reduction::is_asked() {
             self.size = 64;
         }
         Self { picture: self.picture.little(), ..self }

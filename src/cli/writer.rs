@@ -1,6 +1,6 @@
 //! The files of a comparison, written row after row.
 
-use crate::measure::{SceneCase, CasePictures, Results, Row, difference_srgb8};
+use crate::measure::{CasePictures, Results, Row, SceneCase, difference_srgb8};
 use crate::report::Store;
 use crate::scene::Picture;
 use crate::{Error, Result};

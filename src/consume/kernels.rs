@@ -2,11 +2,11 @@
 
 use super::colored::colored;
 use super::gbuffer::GBuffer;
+use super::half_angle_draw::HalfAngleDraw;
 use super::interleaved::Interleaved;
 use super::many_lights::{Asking, ManyLights, Targets};
 use super::painter::{Painter, Shade, Slices};
 use super::reservoir::Reservoirs;
-use super::half_angle_draw::HalfAngleDraw;
 use super::volumes::VolumeKernel;
 use super::{Lighting, PainterKind, Renderer, Shading, Tiled};
 use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Requirement, Shader, Tessellated, push_struct};

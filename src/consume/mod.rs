@@ -2,32 +2,33 @@
 //! pixel, or one per pixel) and fog over it. A consumer knows only the [`crate::technique::Answer`], never which technique it comes from.
 
 mod blending;
+mod chunked_draw;
 mod colored;
+mod display;
 mod far_to_near;
 mod fog;
 mod gbuffer;
 mod half;
+mod half_angle_draw;
 mod interleaved;
 mod kernels;
 mod lighting;
 pub mod many_lights;
 mod painter;
-mod chunked_draw;
 mod passes;
 mod picture;
 mod pictures;
 mod points;
 mod query;
-mod reservoir;
 mod readback;
+mod reservoir;
 mod settings;
 mod shading;
-mod display;
 mod slice;
-mod half_angle_draw;
 mod steps;
 mod volumes;
 
+pub use display::Tonemapped;
 pub use far_to_near::FarToNear;
 pub use fog::FogKernel;
 pub use interleaved::PartReadback;
@@ -43,7 +44,6 @@ pub use settings::{
     DitherKind, KEYS, LightingKind, PainterKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs,
 };
 pub use shading::{Shading, Tiled};
-pub use display::Tonemapped;
 pub use slice::{Slice, slice};
 pub use steps::StepsKernel;
 pub use volumes::{FieldData, SlotData};

@@ -2,11 +2,11 @@
 //! reference::truth::picture.
 
 use super::blending::Blending;
+use super::display::DisplayState;
 use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
 use super::many_lights::ManyLights;
 use super::painter::{Canvas, Lists};
-use super::display::DisplayState;
 use super::volumes::Volumes;
 use super::{Lighting, PainterKind, Shading};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};

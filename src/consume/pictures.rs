@@ -1,6 +1,6 @@
 //! Pictures of a scene, in a form for people to look at or in the form that is measured. All commands that draw use this.
 
-use super::{Tonemapped, Renderer};
+use super::{Renderer, Tonemapped};
 use crate::gpu::Context;
 use crate::scene::{Picture, Scene, Show, View};
 use crate::world::World;

@@ -1,11 +1,11 @@
 //! Visibility of lights at lists of points.
 
 use super::colored::colored;
-use crate::{Error, Result};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, PassTime, groups, push_struct};
 use crate::shaders;
 use crate::shaders::set;
 use crate::technique::Answer;
+use crate::{Error, Result};
 
 push_struct! {
     /// Twin: QueryPush in glsl/consume/query.comp.

@@ -26,7 +26,7 @@ pub(super) enum Owner {
     /// The context, which submits the command buffer. Pending steps ([`super::pending`]) then run before the command buffer.
     Own,
     /// The caller. Pending steps are recorded into the caller's command buffer, before the next pass.
-    Theirs,
+    Caller,
 }
 
 /// Passes being recorded: into a command buffer of the caller's ([`Commands::on`]), or for the queue of a device that was

@@ -1,6 +1,6 @@
 //! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
 
-use super::commands::{KeepAlive, Recorded, Owner};
+use super::commands::{KeepAlive, Owner, Recorded};
 use super::times::{PassTime, Queries, TimedPasses};
 use super::{Commands, Context, vk_error};
 use crate::{Error, Result};

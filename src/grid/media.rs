@@ -54,7 +54,13 @@ impl Media {
     /// # Errors
     /// [`Error::Refused`] where the device binds no buffer with one number per voxel, [`Error::Gpu`] where memory runs
     /// out.
-    pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings, holds: MediaContent) -> Result<Self> {
+    pub(super) fn new(
+        context: &Context,
+        world: &World,
+        size: u32,
+        grid: &Bindings,
+        holds: MediaContent,
+    ) -> Result<Self> {
         let voxels = Buffer::zeroed(context, "grid.media", bytes(context, size, 1)?)?;
         let bits = Buffer::zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.caster_capacity());

@@ -11,7 +11,7 @@ mod voxelize;
 
 pub use self::lists::{ListTotals, caster_share};
 pub use self::media::{MediaContent, media_limit};
-pub use self::stood::Placement;
+pub use self::placement::Placement;
 pub use self::voxelize::Voxelizer;
 
 use self::cells::Cells;
@@ -193,7 +193,8 @@ impl Grid {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
         let (fitted, voxelizer) = (place.size, Some(Voxelizer::Compute));
-        let plan = Plan { fitted, voxelizer, finer: Refinement::Nothing, media: None, cast: false, stands: Some(place) };
+        let plan =
+            Plan { fitted, voxelizer, finer: Refinement::Nothing, media: None, cast: false, stands: Some(place) };
         Self::planned(context, world, &plan)
     }
 

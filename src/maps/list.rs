@@ -1,6 +1,6 @@
 //! Per-texel linked lists of all segments, captured with atomics. Shared by the techniques that start from such lists.
 
-use super::{Bins, Maps, CasterQuads, stacked};
+use super::{Bins, CasterQuads, Maps, stacked};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, ReadBack};
 use crate::maps::QuadsPush;
@@ -95,8 +95,9 @@ impl List {
         let counters = Buffer::new(context, "list.counters", counter_bytes, Memory::Device)?;
         let counted = ReadBack::new(context, "list.counted", counter_bytes)?;
         let set = set::List { heads: &heads, segments: &segments, counters: &counters }.bind(context, "list")?;
-        let kernel =
-            |quads: &CasterQuads| quads.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new());
+        let kernel = |quads: &CasterQuads| {
+            quads.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new())
+        };
         let drawn = quads.map(|quads| kernel(&quads).map(|kernel| (quads, kernel))).transpose()?;
         Ok(Self {
             context: context.clone(),

@@ -7,6 +7,7 @@
 //! own, since each map has its own casters and its own edge.
 
 mod bins;
+mod caster_quads;
 mod detail;
 mod filter;
 mod fit;
@@ -16,7 +17,6 @@ mod opaque;
 mod opaque_compute;
 mod opaque_raster;
 mod order;
-mod caster_quads;
 mod ray_sums;
 mod texels;
 
@@ -25,6 +25,7 @@ pub use bins::threads::MANY_CASTERS;
 pub use bins::totals::{BinTotals, TilePart};
 pub use bins::uses::{Entries, Use};
 pub use bins::{Bins, TILE_TEXELS};
+pub use caster_quads::{CasterQuads, DrawingOrder, QuadsPush};
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
@@ -34,7 +35,6 @@ pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals, SeenTriangles};
 pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw};
 pub use order::{CountedOrder, ItemData, NearToFar, Order};
-pub use caster_quads::{DrawingOrder, CasterQuads, QuadsPush};
 pub use ray_sums::{EVEN_CELLS, SumKernels, Sums, sum_targets};
 pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 

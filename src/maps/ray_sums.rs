@@ -3,7 +3,8 @@
 
 use super::texels::TexelPasses;
 use super::{
-    Bins, DrawingOrder, Entries, Levels, Maps, CasterQuads, QuadsPush, TexelWay, Use, carried_texels, coarser_texels, stacked,
+    Bins, CasterQuads, DrawingOrder, Entries, Levels, Maps, QuadsPush, TexelWay, Use, carried_texels, coarser_texels,
+    stacked,
 };
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Limit, Memory, Resource, Shader,

@@ -1,7 +1,7 @@
 //! An image with one texel per ray, built by blending or by one workgroup per tile, for techniques whose data fit into
 //! a texel.
 
-use super::{Bins, DrawingOrder, Entries, Levels, Maps, CasterQuads, QuadsPush, Use, coarser_texels, stacked};
+use super::{Bins, CasterQuads, DrawingOrder, Entries, Levels, Maps, QuadsPush, Use, coarser_texels, stacked};
 use crate::Result;
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader, Target,

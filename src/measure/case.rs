@@ -1,16 +1,16 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
 
-use super::sampling::{SampledErrors, moments};
+use super::camera_sweep::references;
 use super::cost::{Unshadowed, add_cost};
 use super::footprint::Footprints;
 use super::frames::{Frames, States};
 use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
 use super::points::of_each_light;
+use super::sampling::{SampledErrors, moments};
 use super::stability::ClockMeter;
-use super::timed_runs::{DrawTimes, LookupTimes, TimedRun, TimedBuilds};
+use super::timed_runs::{DrawTimes, LookupTimes, TimedBuilds, TimedRun};
 use super::truth::{Known, LitPicture, Truth, Wanted};
-use super::camera_sweep::references;
 use super::{Extent, PassCount, Row, RowError, Status, Timing, picture_error};
 use crate::advice::advised;
 use crate::consume::{Lighting, PainterKind, Renderer, Shading};

@@ -2,7 +2,7 @@
 
 use super::points::at_once;
 use super::truth::{Points, Truth};
-use super::{Answers, SceneCase, PointError};
+use super::{Answers, PointError, SceneCase};
 use crate::Result;
 use crate::consume::Query;
 use crate::scene::Scene;

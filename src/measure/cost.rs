@@ -2,7 +2,7 @@
 
 use super::frames::Drawing;
 use super::passes::frame_ns;
-use super::{SceneCase, Extent, Row, Timing, picture_error};
+use super::{Extent, Row, SceneCase, Timing, picture_error};
 use crate::Result;
 use crate::consume::{Lighting, Shading, parse};
 use crate::technique;

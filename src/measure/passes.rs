@@ -1,7 +1,7 @@
 //! Times of passes over the frames of a run.
 
-use super::results::{PassCount, PassTiming};
 use super::order_statistics::Timing;
+use super::results::{PassCount, PassTiming};
 use crate::gpu::PassTime;
 
 /// From the start of the first pass to the end of the last.

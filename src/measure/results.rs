@@ -5,7 +5,7 @@
 
 use crate::gpu::{Executable, Features, PassCounts};
 use crate::measure::{
-    CasterError, ColorError, FootprintError, PointError, SeenError, Shard, StageRates, Stability, Timing, Unshadowed,
+    CasterError, ColorError, FootprintError, PointError, SeenError, Shard, Stability, StageRates, Timing, Unshadowed,
 };
 use crate::technique::settings::AUTO;
 use crate::{Error, Result};

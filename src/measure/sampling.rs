@@ -2,8 +2,8 @@
 
 use super::Answers;
 use super::Row;
-use super::color::ColorAnswers;
 use super::case::SceneCase;
+use super::color::ColorAnswers;
 use super::flicker::Flicker;
 use super::footprint::{FootprintError, footprint_errors, footprints};
 use super::points::at_once;

@@ -7,7 +7,7 @@ use super::repetition::{Repetition, SLOW_WARM_UP, WARM_UP, is_first_like_others,
 use super::stability::{Stability, Watch};
 use super::{Row, Timing};
 use crate::Result;
-use crate::consume::{PointBatch, Kernels, Query, Renderer, Shading};
+use crate::consume::{Kernels, PointBatch, Query, Renderer, Shading};
 use crate::gpu::{Calibration, PassTime};
 use crate::technique::{Built, Lifetime, Opened, Technique};
 use std::cell::Cell;
@@ -186,7 +186,12 @@ impl SceneCase<'_> {
         timed.built.builds.iter().map(|build| &build.counted().passes).filter_map(of).collect()
     }
 
-    fn time_builds_once(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<BuildSamples> {
+    fn time_builds_once(
+        &mut self,
+        technique: &mut Opened,
+        lifetime: Lifetime,
+        shading: Shading,
+    ) -> Result<BuildSamples> {
         let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
         let camera = self.camera(self.effort.picture)?;
         let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
@@ -213,7 +218,8 @@ impl SceneCase<'_> {
             // Where frames differ, only the passes that depend on what has moved; where all frames are alike, all
             // passes.
             let more = self.frames.count() > 1;
-            let each = TimedRun::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
+            let each =
+                TimedRun::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
             let mut whole = None;
             if twice {
                 self.context.time_passes(false);

@@ -1,8 +1,8 @@
 //! Errors in the shadows of meshes by the distance of the caster, for the terminal.
 
 use crate::measure::{CASTER_CLASSES, CasterClass, CasterError, Results, Row};
-use crate::report::pareto::scenes;
 use crate::report::format::{NOTHING, Specs, grouped, one_line, significant};
+use crate::report::pareto::scenes;
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 

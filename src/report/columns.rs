@@ -1,9 +1,9 @@
 //! The measured columns that the table and the page share.
 
-use super::warnings::MARK;
 use super::format::{
     NOTHING, bytes, grouped, milliseconds, one_digit, percent, signed, significant, spread_milliseconds,
 };
+use super::warnings::MARK;
 use crate::measure::{ColorError, PointError, Row, SeenError, Status};
 
 /// The group of the columns of times.

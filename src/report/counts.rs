@@ -2,8 +2,8 @@
 
 use crate::gpu::Executable;
 use crate::measure::{PassCount, Results, Row};
-use crate::report::pareto::scenes;
 use crate::report::format::{Specs, one_line};
+use crate::report::pareto::scenes;
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 

@@ -3,9 +3,9 @@
 use crate::measure::{FOOTPRINTS, Results, Row};
 use crate::report::colors::COLORS;
 use crate::report::curve::{TEXT, TITLE};
+use crate::report::format::{Specs, one_line, shortened};
 use crate::report::pareto::scenes;
 use crate::report::series::{range_with_air, ticks};
-use crate::report::format::{Specs, one_line, shortened};
 use plotters::prelude::*;
 
 const WIDTH: u32 = 1120;

@@ -2,8 +2,8 @@
 
 use crate::measure::{FOOTPRINTS, FootprintError, Results, Row};
 use crate::report::casters::lines;
-use crate::report::pareto::scenes;
 use crate::report::format::{Specs, one_line, significant};
+use crate::report::pareto::scenes;
 
 /// A scene's rows, one per line, with a column for each size of squares. Empty where there are no points.
 pub fn footprints(results: &Results) -> String {

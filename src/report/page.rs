@@ -3,17 +3,17 @@
 use crate::measure::{CASTER_CLASSES, DeviceFacts, PointError, Results, Row, Status};
 use crate::report::axes::AXES;
 use crate::report::casters::{ENDS, cell, heading};
-use crate::report::summary::{Choice, choice};
 use crate::report::colors::distinct;
 use crate::report::columns::{Column, shown};
-use crate::report::warnings::{MARK, agreement, marked, warnings};
+use crate::report::format::{
+    NOTHING, Specs, grouped, milliseconds, outcome, path, percent, signed, significant, status_word,
+};
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
 use crate::report::plot::plots;
 use crate::report::store::is_plain_name;
-use crate::report::format::{
-    NOTHING, Specs, grouped, milliseconds, outcome, path, percent, signed, significant, status_word,
-};
+use crate::report::summary::{Choice, choice};
+use crate::report::warnings::{MARK, agreement, marked, warnings};
 use crate::{Error, Result};
 use base64::Engine;
 use minijinja::value::{Serde, Value};

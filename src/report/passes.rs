@@ -2,8 +2,8 @@
 //! every technique; and the passes of a picture that takes several.
 
 use crate::measure::{PassTiming, Results, Row, Status, Timing};
-use crate::report::pareto::scenes;
 use crate::report::format::{NOTHING, Specs, milliseconds, one_line, significant};
+use crate::report::pareto::scenes;
 use comfy_table::presets;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
@@ -42,11 +42,18 @@ struct PassTable {
     shared: Option<fn(&Row) -> Option<f64>>,
 }
 
-const BUILD: PassTable = PassTable { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
+const BUILD: PassTable =
+    PassTable { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
 const DRAW: PassTable = PassTable { passes: |row| &row.draw_passes, whole: |row| row.draw_ns, shared: None };
 
 /// Rows with their passes. `rate` is how many bytes per second the device copies, for the column of the floor.
-fn table(title: &str, rows: &[&Row], specs: &Specs, PassTable { passes, whole, shared }: PassTable, rate: Option<f64>) -> String {
+fn table(
+    title: &str,
+    rows: &[&Row],
+    specs: &Specs,
+    PassTable { passes, whole, shared }: PassTable,
+    rate: Option<f64>,
+) -> String {
     let names = names(rows.iter().map(|row| passes(row)));
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

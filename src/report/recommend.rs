@@ -3,11 +3,11 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
+use crate::report::format::{NOTHING, bytes, one_line, significant};
+use crate::report::pareto::scenes;
 use crate::report::selection::{
     CLOSE_ENOUGH, COMPUTE, FLIP, Measure, answer, dark, floor_ms, is_closer, measure_of_any, point, why_untimed,
 };
-use crate::report::pareto::scenes;
-use crate::report::format::{NOTHING, bytes, one_line, significant};
 use crate::technique::{Lifetime, REGISTRY};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -365,7 +365,7 @@ mod tests {
             build_ns: Timing::of(&[1e6]),
             lookup_ns_per_million: Timing::of(&[1e6]),
             passes: vec![pass(raster)],
-            ..answer::tests::row(technique, 5.0, error)
+            ..selection::tests::row(technique, 5.0, error)
         };
         let rows = vec![row("none", 0.5, false), row("avsm", 0.02, false), row("layers", 0.01, true)];
         let text = answers(&Results { rows, ..Results::default() }).remove(0);
@@ -384,7 +384,7 @@ mod tests {
         let row = |technique: &str, ms, error| Row {
             scene: "s".into(),
             unshadowed,
-            ..answer::tests::row(technique, ms, error)
+            ..selection::tests::row(technique, ms, error)
         };
         let rows = vec![row("avsm", -3.0, 0.02), row("layers", 8.0, 0.01)];
         let text = answers(&Results { rows, ..Results::default() }).remove(0);

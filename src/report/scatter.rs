@@ -1,8 +1,8 @@
 //! Plots of the page: rows as points, one color per technique, one shape per path, with labels that do not overlap.
 
+use crate::report::format::{shortened, significant};
 use crate::report::pareto::pareto_front;
 use crate::report::series::ticks;
-use crate::report::format::{shortened, significant};
 use std::fmt::Write;
 
 /// Pixels of the page: a plot is never scaled up or down, so that its letters are as large as the text around it.

@@ -2,8 +2,8 @@
 
 use crate::measure::{Results, Row};
 use crate::report::axes::Axes;
-use crate::report::pareto::{pareto_front, scenes};
 use crate::report::format::{Specs, one_line};
+use crate::report::pareto::{pareto_front, scenes};
 
 /// Errors below this are rounding of 32-bit visibility and not worth a decade of the axis.
 const SMALLEST_ERROR: f64 = 1e-7;

@@ -1,7 +1,7 @@
 //! The page of `gobo stress --soak`.
 
-use super::stress::render;
 use super::format::{NOTHING, bytes};
+use super::stress::render;
 use crate::Result;
 use crate::stress::Soaked;
 use minijinja::value::{Serde, Value};

@@ -2,7 +2,7 @@
 
 use crate::measure::PointError;
 use crate::report::format::{NOTHING, one_line, signed, significant};
-use crate::stress::{Figures, Outcome, Results, CaseResult, Verdict, about};
+use crate::stress::{CaseResult, Figures, Outcome, Results, Verdict, about};
 use crate::{Error, Result};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 use minijinja::value::{Serde, Value};

@@ -1,9 +1,9 @@
 //! `gobo submit`: a table in Markdown, for the text of a pull request.
 
-use super::warnings::{MARK, marked};
 use super::format::{
     NOTHING, Specs, bytes, milliseconds, one_line, outcome, path, percent, significant, spread_milliseconds,
 };
+use super::warnings::{MARK, marked};
 use crate::measure::{Row, Status, Submission};
 
 /// What was measured and on which device, and a line per row.

@@ -1,12 +1,12 @@
 //! The head of the page: the answer in a sentence, and the plots that show it.
 
 use crate::measure::{Results, Row};
-use crate::report::selection::{FLIP, Measure, answer, floor_ms, measure, point, why_untimed};
 use crate::report::colors::named;
+use crate::report::format::{Specs, bytes, path, significant};
 use crate::report::pareto::scenes;
 use crate::report::scatter::{Dot, SIZES, scatter, shape};
+use crate::report::selection::{FLIP, Measure, answer, floor_ms, measure, point, why_untimed};
 use crate::report::series::says_nothing;
-use crate::report::format::{Specs, bytes, path, significant};
 use serde::Serialize;
 
 /// The answers for all scenes.

@@ -2,9 +2,9 @@
 
 use crate::measure::{Results, Row, Status};
 use crate::report::columns::{Column, shown};
-use crate::report::warnings::{agreement, marked, notes};
-use crate::report::pareto::scenes;
 use crate::report::format::{Specs, one_line, outcome, path, shortened};
+use crate::report::pareto::scenes;
+use crate::report::warnings::{agreement, marked, notes};
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
@@ -299,8 +299,7 @@ mod tests {
             .map(|i| {
                 let mut row = row(&i.to_string(), Status::Ok, "");
                 let busy = Some(0.1 * f64::from(i));
-                row.steadiness =
-                    Some(crate::measure::Stability { busy, measured_again: i == 8, ..Default::default() });
+                row.steadiness = Some(crate::measure::Stability { busy, measured_again: i == 8, ..Default::default() });
                 let error = row.error.as_mut().expect("measured");
                 (error.space, error.surface) = (points(u64::from(i)), points(1));
                 row

@@ -2,7 +2,7 @@
 //! microseconds.
 
 use crate::gpu::{Calibration, PassTime};
-use crate::measure::{DeviceFacts, LookupTimes, TimedRun, Row, TimedBuilds, frame_ns};
+use crate::measure::{DeviceFacts, LookupTimes, Row, TimedBuilds, TimedRun, frame_ns};
 use serde_json::{Value, json};
 use std::time::Instant;
 

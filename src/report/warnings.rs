@@ -1,7 +1,7 @@
 //! Notes that a reader needs besides the figures.
 
 use super::format::grouped;
-use crate::measure::{PartError, PointError, Results, Row, StageRates, Status, Stability, spearman};
+use crate::measure::{PartError, PointError, Results, Row, Stability, StageRates, Status, spearman};
 
 /// With fewer rows of a scene, the orders of two figures say nothing.
 const ENOUGH_ROWS: usize = 5;

@@ -21,6 +21,7 @@ pub use model::backdrop::Backdrop;
 pub use model::caster::Caster;
 #[cfg(feature = "program")]
 pub use model::change::SceneChange;
+pub use model::extinction_group::ExtinctionGroup;
 #[cfg(feature = "program")]
 pub(crate) use model::field::trilinear;
 pub(crate) use model::field::{CORNERS, SIDE};
@@ -30,10 +31,6 @@ pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, MOST_GRAVITY, Place};
 #[cfg(feature = "program")]
 pub(crate) use model::fountain_steps;
-pub use model::splat::Splat;
-#[cfg(feature = "program")]
-pub(crate) use model::splat::{REACH, Shape};
-pub use model::extinction_group::ExtinctionGroup;
 pub use model::light::{FACES, Light, LightKind};
 pub use model::order::{Blended, blended, volumes_among};
 #[cfg(feature = "program")]
@@ -45,6 +42,9 @@ pub use model::resolution::{Moved, Resolution};
 pub use model::show::Show;
 pub use model::sides::{Side, sides};
 pub use model::smooth::smooth_normals;
+pub use model::splat::Splat;
+#[cfg(feature = "program")]
+pub(crate) use model::splat::{REACH, Shape};
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
 pub use model::volume::{MOST_CELLS, Placed, Volume};

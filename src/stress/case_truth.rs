@@ -113,7 +113,8 @@ impl<'a> Subject<'a> {
         let mut rounded = Vec::new();
         let points = |truth: MapTruth| {
             let texels = truth.texels.iter().flat_map(|texel| std::iter::repeat_n(*texel, MAP_DEPTHS as usize));
-            rounded.extend(texels.zip(&truth.points).map(|(texel, p)| RoundedAnswers::of(&views[truth.map], texel, *p)));
+            rounded
+                .extend(texels.zip(&truth.points).map(|(texel, p)| RoundedAnswers::of(&views[truth.map], texel, *p)));
             let visibility = filtered(&self.casters, self.scene, views, truth.light, &truth.points);
             Points::in_space(truth.light, truth.points, visibility)
         };

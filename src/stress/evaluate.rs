@@ -1,7 +1,7 @@
 //! Asks a technique about the scene of one value, and measures its answers.
 
-use super::results::{ErrorSummary, Figures, Outcome, CaseResult};
 use super::case_truth::{MovedCasters, RoundedAnswers, Subject};
+use super::results::{CaseResult, ErrorSummary, Figures, Outcome};
 use crate::advice::advised;
 use crate::consume::{self, Query};
 use crate::gpu::Context;
@@ -137,7 +137,12 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
 /// The greatest rise of answers along a texel's ray, and the greatest error of the last answer on a ray. Points are rounded and so lie
 /// slightly off their ray; both figures are reduced by what that may cause. Texels of the technique may be up to `finer` times as fine,
 /// which makes the effect that much larger.
-pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[RoundedAnswers], finer: f64) -> (Option<f64>, Option<f64>) {
+pub(super) fn along_rays(
+    said: &[f32],
+    truth: &[f64],
+    rounded: &[RoundedAnswers],
+    finer: f64,
+) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
     for (first, said) in said.chunks_exact(depths).enumerate() {

@@ -4,33 +4,33 @@
 //! its promises. Techniques run in a process of their own ([`Worker`]), so that a driver that hangs or dies gives a row too. A
 //! [`round`](fn@round) of a soak has a random scene and random techniques, which follow from its seed.
 
-mod evaluate;
+mod case_truth;
 mod changes;
-mod random_round;
-mod meshes;
+mod evaluate;
 mod light_cases;
+mod meshes;
+mod random_round;
 mod results;
 mod round;
-mod worker_protocol;
+mod scene_builders;
 mod smoke;
 mod soak;
-mod scene_builders;
-mod case_truth;
 mod sweep;
 mod verdict;
 mod worker;
+mod worker_protocol;
 
-pub use evaluate::ask;
-pub use results::{ErrorSummary, Figures, Outcome, Results, SCHEMA, CaseResult};
-pub use round::{Failure, Round, round};
-pub use worker_protocol::{Job, Reply, serve};
-pub use soak::{Life, Soaked, is_flat};
 pub use case_truth::{SHUFFLES, Subject};
+pub use evaluate::ask;
+pub use results::{CaseResult, ErrorSummary, Figures, Outcome, Results, SCHEMA};
+pub use round::{Failure, Round, round};
+pub use soak::{Life, Soaked, is_flat};
 pub use sweep::Sweep;
 pub(crate) use sweep::about;
 pub(crate) use verdict::number;
 pub use verdict::{BrokenPromise, Verdict, verdicts};
 pub use worker::Worker;
+pub use worker_protocol::{Job, Reply, serve};
 
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -62,7 +62,7 @@ impl StressCase {
         swept: "",
         values: &[],
         most_on_cpu: f64::INFINITY,
-        scene: |_| strewn::scene(strewn::along(strewn::SLANTED), Vec::new(), Vec::new()),
+        scene: |_| scene_builders::scene(scene_builders::along(scene_builders::SLANTED), Vec::new(), Vec::new()),
         texels: None,
     };
 
@@ -81,5 +81,5 @@ impl StressCase {
 
 /// All cases: of smoke and hair, of lights and views, of meshes.
 pub fn cases() -> impl Iterator<Item = &'static StressCase> {
-    [smoke::CASES, placed::CASES, meshes::CASES].into_iter().flatten()
+    [smoke::CASES, light_cases::CASES, meshes::CASES].into_iter().flatten()
 }

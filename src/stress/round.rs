@@ -1,9 +1,9 @@
 //! A round of a soak: techniques are built and asked in the moving scene of a seed, then everything is freed.
 
+use super::case_truth::Subject;
 use super::evaluate::{along_rays, answers};
 use super::random_round::{RandomRound, drawn};
-use super::results::{Figures, Outcome, CaseResult};
-use super::case_truth::Subject;
+use super::results::{CaseResult, Figures, Outcome};
 use super::verdict::broken_invariants;
 use crate::advice::advised;
 use crate::gpu::Context;

@@ -1,6 +1,6 @@
 //! How far a technique keeps its promises in a case: the first value of the case's number at which the answers break a promise.
 
-use super::results::{Figures, Outcome, CaseResult};
+use super::results::{CaseResult, Figures, Outcome};
 use crate::consume::parse;
 use crate::technique::Promises;
 use serde::{Deserialize, Serialize};
@@ -289,7 +289,10 @@ mod tests {
         assert!(of(0.31).iter().all(|(promises, _)| broken_of(&figures, promises).is_empty()));
         assert_eq!(broken_of(&figures, &none), []);
         let no_number = Figures { not_finite: 1, outside: 1, messages: 1, ..Figures::default() };
-        assert_eq!(broken_of(&no_number, &none), [BrokenPromise::NotFinite, BrokenPromise::Outside, BrokenPromise::Messages]);
+        assert_eq!(
+            broken_of(&no_number, &none),
+            [BrokenPromise::NotFinite, BrokenPromise::Outside, BrokenPromise::Messages]
+        );
     }
 
     /// Promises are those of the technique's entry for the path that ran. An unknown technique counts as failed.

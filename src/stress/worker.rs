@@ -2,7 +2,7 @@
 //! goes on with a new process.
 
 use super::Sweep;
-use super::results::{Outcome, CaseResult};
+use super::results::{CaseResult, Outcome};
 use super::round::{Failure, Round};
 use super::worker_protocol::{Job, Reply, no_answer};
 use crate::measure::DeviceFacts;

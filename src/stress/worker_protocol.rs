@@ -3,9 +3,9 @@
 //! Both processes exchange lines of JSON. A [`Job::Value`] is answered by [`Reply::Ready`], then by a row per technique. A [`Job::Round`]
 //! is answered by [`Reply::Asking`] before each technique, then by the round.
 
-use super::results::{Outcome, CaseResult};
-use super::round::{Round, round};
 use super::case_truth::Subject;
+use super::results::{CaseResult, Outcome};
+use super::round::{Round, round};
 use super::{Sweep, ask};
 use crate::consume::parse;
 use crate::gpu::Context;

@@ -26,7 +26,7 @@
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, MediaContent, media_limit, voxels_per_side};

@@ -22,7 +22,7 @@
 //! ```
 
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, Placement};

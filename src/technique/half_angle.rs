@@ -28,9 +28,9 @@
 use super::keys::{Name, words};
 use super::painter::{Painter, PainterKernels};
 use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
-use crate::maps::{DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, CasterQuads, QuadsPush};
+use crate::maps::{CasterQuads, DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, QuadsPush};
 use crate::shaders::constant::{ENDS_AT_MESHES, GAUSSIANS, STRANDS};
 use crate::shaders::{folder, half_angle as shaders};
 use crate::world::{BuildStamp, Parts, World};

@@ -25,7 +25,7 @@
 use super::keys::Name;
 use super::map_settings::map_settings;
 use super::settings::{Keyed, LEVELS, SIZE, Setting};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory};
 use crate::grid::{Grid, MediaContent, media_limit};

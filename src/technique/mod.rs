@@ -49,8 +49,8 @@ pub use fourier::Fourier;
 pub use grid_query::GridQuery;
 pub use half_angle::HalfAngle;
 pub use ism::{
-    Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
-    SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, BuildPath as IsmWay,
+    Atlas as IsmAtlas, BuildPath as IsmWay, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData,
+    PointsData, SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS,
 };
 pub use keys::{Key, Name, Values};
 pub use layers::Layers;

@@ -23,7 +23,7 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups, push_struct};
 use crate::grid::{Grid, GridData, MediaContent};
 use crate::maps::{Map, Maps, OpaqueWay};

@@ -7,7 +7,7 @@ use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Pass, Resource, Shader,
     Target, groups, push_struct,
 };
-use crate::maps::{Maps, Order, CasterQuads, QuadsPush};
+use crate::maps::{CasterQuads, Maps, Order, QuadsPush};
 use crate::scene::View;
 use crate::shaders::set;
 use crate::world::World;

@@ -23,7 +23,7 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, Limit};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind, Resolution, gutter_texels};

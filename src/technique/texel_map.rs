@@ -3,7 +3,7 @@
 
 use super::keys::word;
 use super::settings::Setting;
-use super::{Answer, Entry, Facts, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Entry, Facts, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelPasses, TexelWay, Texels};

@@ -23,10 +23,10 @@
 use super::keys::Name;
 use super::promises::ROUNDING;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
-use crate::maps::{DrawingOrder, Keep, List, Map, Maps, OpaqueMaps, CasterQuads};
+use crate::maps::{CasterQuads, DrawingOrder, Keep, List, Map, Maps, OpaqueMaps};
 use crate::shaders::folder;
 use crate::shaders::set;
 use crate::world::{BuildStamp, Parts, World};

@@ -24,9 +24,9 @@
 
 use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
-use crate::grid::{Refinement, Grid, GridBuffers, Placement, Voxelizer, media_limit};
+use crate::grid::{Grid, GridBuffers, Placement, Refinement, Voxelizer, media_limit};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;

@@ -1,6 +1,6 @@
 //! An open technique in the window, and the picture that it lights.
 
-use crate::consume::{Tonemapped, Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel};
+use crate::consume::{Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel, Tonemapped};
 use crate::gpu::{Commands, Context, Image};
 use crate::scene::{Backdrop, Show, View};
 use crate::technique::{BuildStatus, Spec, Technique, open};

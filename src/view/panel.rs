@@ -50,7 +50,9 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &PanelText) -> Option<PanelAc
         egui::ScrollArea::vertical().show(ui, |ui| {
             ui.spacing_mut().slider_width = 130.0;
             ui.horizontal(|ui| {
-                for (button, what) in [("copy as command (C)", PanelAction::Copy), ("PNG (F12)", PanelAction::Screenshot)] {
+                for (button, what) in
+                    [("copy as command (C)", PanelAction::Copy), ("PNG (F12)", PanelAction::Screenshot)]
+                {
                     if ui.button(button).clicked() {
                         pressed = Some(what);
                     }
@@ -375,7 +377,8 @@ mod tests {
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 1400.0));
             let input = RawInput { screen_rect: Some(screen), events, ..RawInput::default() };
             let (state, pressed, scenes) = (&mut self.state, &mut self.pressed, ["plume_8k".to_owned()]);
-            let told = PanelText { scenes: &scenes, stage: None, chart: &self.chart, rays: None, lines: &[], host_ms: 0.0 };
+            let told =
+                PanelText { scenes: &scenes, stage: None, chart: &self.chart, rays: None, lines: &[], host_ms: 0.0 };
             let output = self.context.run_ui(input, |ui| *pressed = pressed.or(panel(ui, state, &told)));
             fn texts(shape: &Shape, into: &mut Vec<(String, Rect)>) {
                 match shape {

@@ -4,7 +4,7 @@
 
 use super::state::{Side, State};
 use crate::gpu::{Context, Options};
-use crate::measure::{LightRay, SeenError, SeenTruth, BuiltTechniques};
+use crate::measure::{BuiltTechniques, LightRay, SeenError, SeenTruth};
 use crate::reference::truth::Casters;
 use crate::report;
 use crate::scene::{Camera, FACES, Scene, View};

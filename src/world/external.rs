@@ -2,7 +2,7 @@
 
 use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
-use super::{Bounds, WorldSource, Gathered, Generations, LightData, TriangleData, World};
+use super::{Bounds, Gathered, Generations, LightData, TriangleData, World, WorldSource};
 use crate::gpu::{Buffer, Commands, Context, Memory};
 use crate::scene::{Camera, Caster, Kinds, Volume};
 use crate::{Error, Result};

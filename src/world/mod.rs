@@ -4,24 +4,24 @@
 
 mod bounds;
 mod camera_push;
+mod external;
 mod gather;
 mod generations;
 mod light;
 mod lights;
 mod source;
 mod staged;
-mod external;
 
 pub(crate) use camera_push::CameraPush;
+pub use external::Capacity;
 pub use gather::{GatherTotals, Gathered};
-pub use generations::{Generations, BuildStamp, Parts};
+pub use generations::{BuildStamp, Generations, Parts};
 pub use light::LightData;
 pub use source::{Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt};
 pub use staged::Moved;
-pub use external::Capacity;
 
 use self::bounds::Bounds;
-use self::theirs::External;
+use self::external::External;
 use crate::gpu::{Buffer, Context};
 use crate::scene::{Aim, Camera, Caster, Kinds, Light, Mesh, Scene};
 use crate::{Error, Result};

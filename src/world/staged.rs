@@ -1,6 +1,6 @@
 //! A world made from a scene of the host's: uploaded, moved, and read back where the device simulates it.
 
-use super::{Bounds, WorldSource, Generations, LightData, StagedWorld, TriangleData, World};
+use super::{Bounds, Generations, LightData, StagedWorld, TriangleData, World, WorldSource};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
 use crate::scene::{Camera, Caster, Light, Particle, Scene, Side, sides};
 use crate::{Error, Result};

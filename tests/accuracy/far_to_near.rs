@@ -7,7 +7,7 @@ use gobo::consume::{FarToNear, Lighting, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::far_to_near::{far_to_near as keys, order};
-use gobo::scene::{Camera, Splat, Particle, Picture, Scene, Strand, View, far_to_near};
+use gobo::scene::{Camera, Particle, Picture, Scene, Splat, Strand, View, far_to_near};
 use gobo::world::World;
 use std::time::Instant;
 

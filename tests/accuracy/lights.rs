@@ -203,7 +203,8 @@ fn lights_are_asked_together() {
         // Past a workgroup's end, or none.
         let lists = [(0, 500), (2, 0), (1, 129), (3, 64), (0, 1)]
             .map(|(light, count)| (light, (0..count).map(|_| random.point(-1.3, 1.3)).collect::<Vec<_>>()));
-        let asked: Vec<_> = lists.iter().map(|(light, points)| PointBatch { light: *light, points, normals: &[] }).collect();
+        let asked: Vec<_> =
+            lists.iter().map(|(light, points)| PointBatch { light: *light, points, normals: &[] }).collect();
         let query = Query::of_lights(context, &asked).expect("room for the points");
         assert_eq!(query.points(), 694);
         let together = query.ask(&technique.answer()).expect("answered");

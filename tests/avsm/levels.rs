@@ -5,7 +5,7 @@ use crate::TOLERANCE;
 use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
 use crate::twin::{DEPTHS, build, depth, look_up};
 use glam::DVec3;
-use gobo::consume::{PointBatch, Lighting, Query, Renderer, Shading, Tiled};
+use gobo::consume::{Lighting, PointBatch, Query, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::maps::level_size;
 use gobo::reference::truth::Casters;

@@ -15,7 +15,7 @@ use gobo::reference::twin::order;
 use gobo::reference::twin::segment::{MAX_OPTICAL_DEPTH, Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
 use gobo::scene::{Caster, Scene, View};
-use gobo::technique::avsm::{self, Fit, Interpolated, Resolve, BuildPath};
+use gobo::technique::avsm::{self, BuildPath, Fit, Interpolated, Resolve};
 use gobo::technique::{NodeData, Spec};
 use std::hash::{DefaultHasher, Hash, Hasher};
 

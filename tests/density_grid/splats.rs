@@ -5,7 +5,7 @@ use crate::support::{self, ask, gpu_test, scenes, scenes::Random};
 use glam::DVec3;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::media::{Media, UNITS};
-use gobo::scene::{Splat, Scene};
+use gobo::scene::{Scene, Splat};
 use gobo::technique::Technique;
 
 /// Those of all techniques, and discs, needles and balls, from less than a voxel to a third of the grid.

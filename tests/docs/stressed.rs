@@ -2,7 +2,7 @@
 //! today. `GOBO_WRITE_TABLES=1` writes both anew, between `<!-- stress FOLDER -->` and `<!-- /stress -->`.
 
 use gobo::measure::{PartError, PointError};
-use gobo::stress::{ErrorSummary, Figures, Outcome, CaseResult, verdicts};
+use gobo::stress::{CaseResult, ErrorSummary, Figures, Outcome, verdicts};
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! What holds of every scene that was loaded.
 
-use gobo::scene::{Caster, Splat, Light, Mesh, Particle, Scene, Strand, View};
+use gobo::scene::{Caster, Light, Mesh, Particle, Scene, Splat, Strand, View};
 
 fn all_finite(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())

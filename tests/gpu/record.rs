@@ -12,7 +12,7 @@ use gobo::lights::indirect::{Vpls, light_of};
 use gobo::reference::truth::space_points;
 use gobo::scene::{Caster, Fog, Light, LightKind, Scene, View};
 use gobo::simulate::Simulation;
-use gobo::technique::{self, Name, BuildStatus, Spec};
+use gobo::technique::{self, BuildStatus, Name, Spec};
 use gobo::world::{LightData, World};
 
 fn wanted() -> Wanted {

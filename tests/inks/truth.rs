@@ -52,7 +52,10 @@ fn the_truth_is_that_of_scenes_made_by_hand() {
 pub fn two_balls() -> Scene {
     let ball = |z: f32, extinction| Particle { position: [0.0, 0.0, z], radius: 0.5, extinction };
     let scene = scenes::directional("balls", [0.0, 0.0, -1.0], vec![ball(0.6, 1.0), ball(-0.6, 2.0)]);
-    let inks = [ExtinctionGroup { casters: 1, ratio: [1.0, 0.3, 0.0] }, ExtinctionGroup { casters: 1, ratio: [0.1, 0.5, 1.0] }];
+    let inks = [
+        ExtinctionGroup { casters: 1, ratio: [1.0, 0.3, 0.0] },
+        ExtinctionGroup { casters: 1, ratio: [0.1, 0.5, 1.0] },
+    ];
     scene.with_inks(&inks).expect("inks")
 }
 
@@ -93,7 +96,10 @@ fn a_strand_has_an_extinction_for_each_color() {
     let strand = Strand { start: [0.0; 3], radius: 0.1, end: [1.0, 0.0, 0.0], opacity: 0.75 };
     let mut scene = scenes::directional("strands", [0.0, 0.0, -1.0], Vec::new());
     scene.strands = vec![strand, strand];
-    let inks = [ExtinctionGroup { casters: 1, ratio: [1.0, 0.5, 0.0] }, ExtinctionGroup { casters: 1, ratio: [0.5, 0.5, 1.0] }];
+    let inks = [
+        ExtinctionGroup { casters: 1, ratio: [1.0, 0.5, 0.0] },
+        ExtinctionGroup { casters: 1, ratio: [0.5, 0.5, 1.0] },
+    ];
     let scene = scene.with_inks(&inks).expect("inks");
     let casters = Casters::new(&scene);
     let left = [0, 1, 2].map(|color| casters.visibility(color, DVec3::new(0.5, 0.0, -1.0)));

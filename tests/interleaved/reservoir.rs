@@ -4,7 +4,7 @@
 use super::{AMBIENT, Built, build, camera, lamps};
 use crate::support::{all, gpu_test, scenes, some};
 use glam::{DVec2, DVec3};
-use gobo::consume::{ShadedReservoir, Kernels, Lighting, PartReadback, Query, Renderer, Shading};
+use gobo::consume::{Kernels, Lighting, PartReadback, PointBatch, Query, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::SurfacePoint;
 use gobo::reference::twin::interleaved::gather;
@@ -161,7 +161,7 @@ fn pixels_ask_by_their_width() {
                     found[light].push(f64::from(seen.estimates[i][0]) / all);
                 }
                 let asked: Vec<_> = (each.iter().enumerate())
-                    .map(|(light, [points, normals])| ShadedReservoir { light, points, normals })
+                    .map(|(light, [points, normals])| PointBatch { light, points, normals })
                     .collect();
                 let (sides, found) = (sides.concat(), found.concat());
                 let off = |sides: &[f32]| {

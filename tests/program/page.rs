@@ -182,11 +182,7 @@ fn a_reader_sees_the_answer_first() {
             assert_eq!(number("crops"), number("cards"), "{found}");
             let printed = &found["printed"];
             assert_eq!((&printed["background"], &printed["controls"]), (&themes[0].into(), &0.into()), "{found}");
-            assert_eq!(
-                printed["kinds"],
-                serde_json::json!(["Color", "Shape"]),
-                "nothing to click is printed: {found}"
-            );
+            assert_eq!(printed["kinds"], serde_json::json!(["Color", "Shape"]), "nothing to click is printed: {found}");
             assert!(printed["folded"].as_u64() > Some(0) && printed["letters"].as_f64() < Some(13.0), "{found}");
             let eight = of(&|row| row["variant"]["nodes"] == "8");
             let others = of(&|row| row["technique"] != "avsm");

@@ -136,7 +136,10 @@ fn scene_files_have_several_inks() {
     let red = "extinction_ratio = [0.5, 1, 1]";
     let scene = with(&[red, ""], "").expect("a scene");
     let count = scene.particles.len() / 2;
-    let inks = [ExtinctionGroup { casters: count, ratio: [0.5, 1.0, 1.0] }, ExtinctionGroup { casters: count, ratio: Scene::GREY }];
+    let inks = [
+        ExtinctionGroup { casters: count, ratio: [0.5, 1.0, 1.0] },
+        ExtinctionGroup { casters: count, ratio: Scene::GREY },
+    ];
     assert_eq!((&scene.inks[..], scene.extinction_ratio), (&inks[..], Scene::GREY));
     let radiances: Vec<_> = scene.lights.iter().map(|light| light.radiance).collect();
     assert_eq!(radiances, [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]);

@@ -201,8 +201,7 @@ fn splats_are_placed() {
     // A turned splat has the same exponent at turned points: what is there at x is at R x.
     let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [200, 150, 90, 140]);
     let alone = splats("a.splat", &row).expect("as it stands")[0];
-    let turned =
-        load_caster("splats", "a.splat", &row, "rotate = [1.0, 2.0, -1.0, 70.0]").expect("turned").splats[0];
+    let turned = load_caster("splats", "a.splat", &row, "rotate = [1.0, 2.0, -1.0, 70.0]").expect("turned").splats[0];
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 70_f64.to_radians());
     let exponent = |g: &Splat, x: DVec3| {
         let away = x - DVec3::from_array(g.position.map(f64::from));

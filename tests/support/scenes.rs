@@ -1,7 +1,7 @@
 //! Small scenes that make the cases a shadow technique goes wrong at.
 
 use glam::DVec3;
-use gobo::scene::{Camera, Splat, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
+use gobo::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Splat, Strand};
 use rand::Rng;
 use rand_pcg::Pcg32;
 

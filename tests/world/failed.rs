@@ -6,7 +6,7 @@ use gobo::Error;
 use gobo::gpu::Commands;
 use gobo::maps::Map;
 use gobo::scene::{Scene, Strand};
-use gobo::technique::{Answer, Facts, Opened, BuildStatus, Technique};
+use gobo::technique::{Answer, BuildStatus, Facts, Opened, Technique};
 use gobo::world::World;
 
 /// A technique that fails once, half-way.

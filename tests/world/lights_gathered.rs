@@ -129,7 +129,8 @@ fn lights_of_a_buffer_equal_their_twin() {
             let mut world = World::of(context, capacity).expect("room");
             let source = Source { buffer: buffer(context, &words), ..source(context, &lights, true) };
             let source = Source { count: count(context, live, true), ..source };
-            let frame = record(context, |commands| world.update_lights_from_buffer(commands, &source, AT, &types(&lights)));
+            let frame =
+                record(context, |commands| world.update_lights_from_buffer(commands, &source, AT, &types(&lights)));
             let all: Vec<LightData> = world.lights.read(slots).expect("read");
             let mut refused = 0;
             for (i, (is, told)) in all.iter().zip(LightData::of(&lights, false)).enumerate() {

@@ -343,8 +343,9 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
         let mut world = filled(context, &scene, From::Host);
         let (all, kinds) = (source(context, &scene.lights, false), types(&scene.lights));
         let passes = context.submit(|commands| {
-            let mut said =
-                |source: &Source, at, kinds: &[LightType]| cause(world.update_lights_from_buffer(commands, source, at, kinds));
+            let mut said = |source: &Source, at, kinds: &[LightType]| {
+                cause(world.update_lights_from_buffer(commands, source, at, kinds))
+            };
             assert!(
                 said(&all, AT, &[&kinds[..], &kinds[..1]].concat()).contains("4 lights, and the world has room for 3")
             );

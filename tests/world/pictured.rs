@@ -52,7 +52,9 @@ fn splats_of_a_buffer_have_no_colors() {
         let scene = scene(9, 10);
         for capacity in [Capacity { splats: 5, ..Capacity::default() }, Capacity { cells: 5, ..Capacity::default() }] {
             let mut world = World::of(context, Capacity { lights: 3, particles: 2, ..capacity }).expect("room");
-            context.submit(|commands| world.update_lights(commands, &scene.lights).expect("lights")).expect("submitted");
+            context
+                .submit(|commands| world.update_lights(commands, &scene.lights).expect("lights"))
+                .expect("submitted");
             let camera = View::camera(&scene.camera, &scene, [16, 9]);
             match Renderer::new(context, &world, &camera) {
                 Err(Error::Refused { needs }) => assert!(needs.contains("colors of splats and volumes"), "{needs}"),

@@ -72,9 +72,12 @@ fn what_the_host_knows_is_an_error() {
             assert!(cause(world.update_particles(commands, &odd, AT)).contains("6 bytes"));
             let outside = Count::Device { buffer: good.buffer.clone(), offset: good.buffer.bytes() };
             assert!(
-                cause(world.update_particles(commands, &Source { count: outside, ..good.clone() }, AT)).contains("a count")
+                cause(world.update_particles(commands, &Source { count: outside, ..good.clone() }, AT))
+                    .contains("a count")
             );
-            assert!(cause(world.update_triangles(commands, &corners(context, &scene.meshes, false))).contains("room for 5"));
+            assert!(
+                cause(world.update_triangles(commands, &corners(context, &scene.meshes, false))).contains("room for 5")
+            );
             assert!(cause(ours.update_particles(commands, &good, AT)).contains("a scene fills this world"));
             let mut light = scene.lights.clone();
             light.push(light[0]);

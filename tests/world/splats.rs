@@ -8,7 +8,7 @@ use glam::Vec3;
 use gobo::gpu::Context;
 use gobo::reference::twin::gather::{SplatWords, splats};
 use gobo::reference::twin::gaussian::shape;
-use gobo::scene::{Caster, Splat, Scene};
+use gobo::scene::{Caster, Scene, Splat};
 use gobo::world::{Capacity, Number, Source, SplatAt, World};
 
 /// Words from one splat of theirs to the next, and to the first.

@@ -8,7 +8,7 @@ use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, Steps, Sun, TO_S
 use ash::vk;
 use gobo::gpu::{Adopt, Commands, Context, Messages, PassTime};
 use gobo::scene::{Light, LightKind, Scene};
-use gobo::technique::{Avsm, BeerShadowMap, Psm, BuildStatus, Technique, avsm, beer_shadow_map, psm};
+use gobo::technique::{Avsm, BeerShadowMap, BuildStatus, Psm, Technique, avsm, beer_shadow_map, psm};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 
 /// Which technique casts the shadows, and how.

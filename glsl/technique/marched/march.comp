@@ -33,6 +33,8 @@ CONSTANT(float, RELATIVE_ERROR, 0.05)
 
 // At place p on the way, the depth in the light's range is depth_of.x + depth_of.y · p.
 vec2 depth_of;
+// The place where the range begins.
+float near_place;
 
 // kept_place, kept_value and kept_rate: the place of the last sample that was kept, the optical depth up to there, and the extinction
 // behind it. last_place and last_value: the end of the last stretch, and the optical depth up to there.
@@ -62,10 +64,20 @@ void media_visit(float rate, float begin, float end) {
     if (!(rate > 0.0) || last_value >= DARK) {
         return;
     }
+    // What is in front of the range counts at its near end.
+    if (begin < near_place) {
+        last_place = min(end, near_place);
+        last_value += rate * (last_place - begin);
+        if (end <= near_place) {
+            return;
+        }
+        begin = near_place;
+    }
     if (node_count == 0) {
-        last_place = begin;
-        keep(rate);
-    } else if (begin > last_place) {
+        last_place = last_value > 0.0 ? near_place : begin;
+        keep(last_place < begin ? 0.0 : rate);
+    }
+    if (begin > last_place) {
         stretch(0.0, begin);
     }
     stretch(rate, end);
@@ -89,8 +101,9 @@ void march_ray(View view, uvec2 texel) {
         first = max(first, 0.0);
     }
     depth_of = vec2(first - view.near, last - first) / (view.far - view.near);
+    near_place = (view.near - first) / (last - first);
     media_exact((ray.origin + first * ray.direction) * grid.per_unit, ray.direction * ((last - first) * grid.per_unit));
-    if (node_count > 0) {
+    if (node_count > 0 || last_value > 0.0) {
         keep(0.0);
     }
 }

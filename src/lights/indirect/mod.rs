@@ -3,12 +3,12 @@
 //! radiosity*; Dachsbacher and Stamminger 2005, *Reflective shadow maps*; Ritschel et al. 2011, *Making imperfect shadow maps
 //! view-adaptive*. Twin: reference::twin::indirect.
 
-mod vpl_scene;
 mod passes;
 mod view_importance;
+mod vpl_scene;
 
-pub use vpl_scene::{VPLS, VplsBy, check_count, check_meshes, lit_by_vpls};
 pub use view_importance::{POINTS_ACROSS, ViewPointData};
+pub use vpl_scene::{VPLS, VplsBy, check_count, check_meshes, lit_by_vpls};
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
@@ -17,9 +17,9 @@ use crate::scene::{Light, LightKind, View};
 use crate::shaders::set;
 use crate::world::{LightData, World};
 use glam::DVec3;
-use vpl_scene::check_has_meshes;
 use passes::Kernels;
 use view_importance::ViewImportance;
+use vpl_scene::check_has_meshes;
 
 /// Texels per side of a map, at most, as a power of 2. With one map and 1,024 virtual lights, this is 64 texels per virtual light.
 const MOST_SIDE_BITS: u32 = 8;

@@ -84,8 +84,10 @@ impl Threads {
     /// Threads for maps of `bins_per_map` bins each: tiles, or blocks of detail.
     pub fn new(context: &Context, world: &World, what: Use, bins_per_map: u32, map_count: u32) -> Self {
         let (software, most) = (context.features().is_software(), context.features().max_compute_workgroup_threads);
-        let tallies =
-            !software && what.blocks.is_none() && world.caster_capacity() >= MANY_CASTERS && bins_per_map <= MOST_TALLIED;
+        let tallies = !software
+            && what.blocks.is_none()
+            && world.caster_capacity() >= MANY_CASTERS
+            && bins_per_map <= MOST_TALLIED;
         let [lanes, casters_a_group] = match (software, tallies) {
             (true, _) => [1, 64],
             (_, true) => [1, TALLY_CASTERS],

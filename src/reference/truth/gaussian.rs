@@ -80,7 +80,7 @@ pub(crate) fn share(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Splat, Shape};
+    use crate::scene::{Shape, Splat};
     use glam::DVec3;
     use proptest::prelude::*;
 

@@ -142,7 +142,7 @@ impl Bell {
 mod tests {
     use super::*;
     use crate::reference::truth::gaussian::share as below;
-    use crate::scene::Gaussian;
+    use crate::scene::Splat;
     use glam::{DQuat, DVec3, EulerRot};
 
     /// Deviations in voxels: discs, needles, points, and balls that are thick.
@@ -167,7 +167,7 @@ mod tests {
     fn casters(opacity: f32) -> impl Iterator<Item = Caster> {
         let one = move |deviations, turn: DQuat| {
             let rotation = turn.as_quat().to_array();
-            Caster::from(&Gaussian { position: [32.3, 31.8, 32.1], deviations, rotation, opacity, color: [0.5; 3] })
+            Caster::from(&Splat { position: [32.3, 31.8, 32.1], deviations, rotation, opacity, color: [0.5; 3] })
         };
         SHAPES.into_iter().flat_map(move |shape| turns().map(|turn| one(shape, turn)))
     }
@@ -217,7 +217,7 @@ mod tests {
                     let at = [place % 4, place / 4].map(|i| 32.125 + 0.25 * i as f32);
                     let rotation = [0.0, 0.0, 0.0, 1.0];
                     let position = [at[0], at[1], 32.3];
-                    let flat = Gaussian { position, deviations, rotation, opacity, color: [0.5; 3] };
+                    let flat = Splat { position, deviations, rotation, opacity, color: [0.5; 3] };
                     let voxels = filled(&Caster::from(&flat));
                     let column = |at: usize| (0..64).map(|z| voxels[z * 64 * 64 + at]).sum::<f64>();
                     let found = light((0..64 * 64).map(column));

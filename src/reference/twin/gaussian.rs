@@ -134,7 +134,7 @@ pub fn cast_depth(ray: (Vec3, Vec3), caster: &Caster, end: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::reference::truth::gaussian;
-    use crate::scene::{Splat, Ray};
+    use crate::scene::{Ray, Splat};
     use glam::DVec3;
     use proptest::prelude::*;
 

@@ -22,6 +22,7 @@ struct March {
     curve: Curve,
     errors: Errors,
     depth_of: [f32; 2],
+    near_place: f32,
     kept: [f32; 3],
     last: [f32; 2],
     /// The smallest relative distance between an error and a threshold in any decision so far.
@@ -50,6 +51,7 @@ pub fn marched(
         curve: Curve::new(build),
         errors,
         depth_of: [(first - view.near) / range, (last - first) / range],
+        near_place: (view.near - first) / (last - first),
         kept: [0.0; 3],
         last: [0.0; 2],
         margin: f32::INFINITY,
@@ -61,7 +63,7 @@ pub fn marched(
         march.visit(media.of(voxel) * voxels, begin, end.max(begin));
         march.last[1] < DARK
     });
-    if !march.curve.nodes().is_empty() {
+    if !march.curve.nodes().is_empty() || march.last[1] > 0.0 {
         march.keep(0.0);
     }
     march.curve.reduce();
@@ -93,14 +95,23 @@ impl March {
     }
 
     /// Twin: media_visit.
-    fn visit(&mut self, rate: f32, begin: f32, end: f32) {
+    fn visit(&mut self, rate: f32, mut begin: f32, end: f32) {
         if rate.is_nan() || rate <= 0.0 {
             return;
         }
+        if begin < self.near_place {
+            let part = end.min(self.near_place);
+            self.last = [part, self.last[1] + rate * (part - begin)];
+            if end <= self.near_place {
+                return;
+            }
+            begin = self.near_place;
+        }
         if self.curve.nodes().is_empty() {
-            self.last[0] = begin;
-            self.keep(rate);
-        } else if begin > self.last[0] {
+            self.last[0] = if self.last[1] > 0.0 { self.near_place } else { begin };
+            self.keep(if self.last[0] < begin { 0.0 } else { rate });
+        }
+        if begin > self.last[0] {
             self.stretch(0.0, begin);
         }
         self.stretch(rate, end);

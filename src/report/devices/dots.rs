@@ -4,9 +4,9 @@
 
 use super::Names;
 use crate::measure::Comparison;
+use crate::report::format::{one_line, significant};
 use crate::report::scatter::{escaped, shape};
 use crate::report::series::{range_with_air, ticks};
-use crate::report::format::{one_line, significant};
 use std::fmt::Write;
 
 /// A mark farther along the track than this, in percent, has its number in front of it.

@@ -1,19 +1,19 @@
 //! Results of several devices, drivers or editions: which is fastest, whether they agree, and what interlock buys.
 
-mod selection;
 mod dots;
+mod selection;
 mod table;
 
-pub use answer::devices_answer;
+pub use selection::devices_answer;
 pub use table::{devices_csv, devices_json, devices_markdown};
 
-use crate::measure::{BUILD_PATHS, Comparison, Built, Line, ROUNDING, Row, Status, Timing, Verdict};
+use crate::measure::{BUILD_PATHS, Built, Comparison, Line, ROUNDING, Row, Status, Timing, Verdict};
 use crate::report::colors::named;
-use crate::report::warnings::{MARK, warnings};
-use crate::report::scatter::shape;
 use crate::report::format::{
     NOTHING, Specs, milliseconds, one_line, outcome, percent, significant, spread_milliseconds,
 };
+use crate::report::scatter::shape;
+use crate::report::warnings::{MARK, warnings};
 use crate::{Error, Result};
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior};
@@ -274,7 +274,7 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
     let names = Names::of(beside);
     let agreement = beside.agreement();
     let built = beside.built();
-    let bought = answer::interlock(beside, &built);
+    let bought = selection::interlock(beside, &built);
     let colors = named(beside.columns.len());
     let columns = beside.columns.iter().enumerate().map(|(place, column)| {
         let results = &column.results;
@@ -300,21 +300,18 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
     let page = Page {
         gobo: env!("CARGO_PKG_VERSION"),
         answer: devices_answer(beside),
-        best: answer::best(beside, &names),
-        stages: answer::stages(beside),
+        best: selection::best(beside, &names),
+        stages: selection::stages(beside),
         mark: MARK,
-        what: answer::what(beside),
+        what: selection::what(beside),
         columns: columns.collect(),
         choice: Choice {
-            techniques: colors
-                .iter()
-                .map(|c| Look { color: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2) })
-                .collect(),
+            techniques: colors.iter().map(|c| Look { color: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2) }).collect(),
         },
         colors: Vec::new(),
         scenes: scenes(beside, &names),
         shared: names.specs.shared_line(),
-        interlock_short: answer::interlock_short(&bought),
+        interlock_short: selection::interlock_short(&bought),
         interlock: bought.into_iter().map(|bought| bought.long).collect(),
         paths: BUILD_PATHS,
         built: built
@@ -344,7 +341,7 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
                 error: found.name,
                 values: found.values.iter().map(|value| value.map_or(NOTHING.into(), significant)).collect(),
                 apart: significant(found.apart),
-                share: answer::share(found.share),
+                share: selection::share(found.share),
             })
             .collect(),
         conditions: conditions

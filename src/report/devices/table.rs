@@ -1,9 +1,9 @@
 //! Devices side by side, as Markdown to paste and as CSV to work with.
 
-use super::{Cell, Names, answer, cell, interlock_cell};
+use super::{Cell, Names, cell, interlock_cell, selection};
 use crate::measure::{BUILD_PATHS, Comparison, Timing, Verdict};
-use crate::report::warnings::MARK;
 use crate::report::format::{NOTHING, one_line, significant, status_word};
+use crate::report::warnings::MARK;
 use crate::{Error, Result};
 use serde_json::{Number, Value, json};
 
@@ -36,14 +36,14 @@ fn header(cells: Vec<String>) -> String {
 /// buys, and errors that differ.
 pub fn devices_markdown(beside: &Comparison) -> String {
     let names = Names::of(beside);
-    let mut text = format!("{}\n", answer::devices_answer(beside));
-    for sentence in answer::best(beside, &names) {
+    let mut text = format!("{}\n", selection::devices_answer(beside));
+    for sentence in selection::best(beside, &names) {
         text += &format!("\n{sentence}.\n");
     }
-    for sentence in answer::stages(beside) {
+    for sentence in selection::stages(beside) {
         text += &format!("\n{sentence}.\n");
     }
-    let what = answer::what(beside);
+    let what = selection::what(beside);
     let columns = || beside.columns.iter().map(|column| column.name.clone());
     text += &format!(
         "\nMilliseconds of a {what} [5th–95th percentile], and how many times as long as in the first that is not marked.\n"
@@ -70,7 +70,7 @@ pub fn devices_markdown(beside: &Comparison) -> String {
     let built = beside.built();
     if !built.is_empty() {
         text += "\n**What interlock buys**: milliseconds of a build, and how many times as long as by interlock.\n\n";
-        for bought in answer::interlock(beside, &built) {
+        for bought in selection::interlock(beside, &built) {
             text += &format!("- {}\n", bought.long);
         }
         text += "\n";
@@ -104,7 +104,7 @@ pub fn devices_markdown(beside: &Comparison) -> String {
                 [beside.any(line).scene.clone(), format!("`{}`", names.with_path(found.line)), found.name.to_owned()];
             let values = found.values.iter().map(|value| value.map_or(NOTHING.into(), significant));
             text +=
-                &row(naming.into_iter().chain(values).chain([significant(found.apart), answer::share(found.share)]));
+                &row(naming.into_iter().chain(values).chain([significant(found.apart), selection::share(found.share)]));
         }
     }
     text
@@ -171,7 +171,7 @@ pub fn devices_csv(beside: &Comparison) -> Result<String> {
             let changed = column.results.changed.map(|changed| changed.to_string());
             fields.extend([column.results.commit.clone(), changed].map(Option::unwrap_or_default));
             fields.extend([column.files.join(" "), status_word(row.status).into(), one_line(&row.reason)]);
-            fields.push(answer::what(beside).into());
+            fields.push(selection::what(beside).into());
             fields.extend(of(time));
             fields.push(time.map(|t| t.samples.to_string()).unwrap_or_default());
             fields.push(number(ratio.map(|(ratio, _)| ratio)));
@@ -215,9 +215,9 @@ pub fn devices_json(beside: &Comparison) -> Result<Value> {
         };
         rows.push(Value::Object(fields.map(value).collect()));
     }
-    let best = answer::best(beside, &Names::of(beside));
-    let bought: Vec<_> = answer::interlock(beside, &beside.built()).into_iter().map(|bought| bought.long).collect();
-    let (answer, stages) = (answer::devices_answer(beside), answer::stages(beside));
+    let best = selection::best(beside, &Names::of(beside));
+    let bought: Vec<_> = selection::interlock(beside, &beside.built()).into_iter().map(|bought| bought.long).collect();
+    let (answer, stages) = (selection::devices_answer(beside), selection::stages(beside));
     Ok(json!({ "answer": answer, "best": best, "stages": stages, "interlock": bought, "rows": rows }))
 }
 

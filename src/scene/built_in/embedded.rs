@@ -3,7 +3,9 @@
 
 use crate::scene::files::contents::Contents;
 use crate::scene::model::random::Random;
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand, files::default_view, files::stage};
+use crate::scene::{
+    Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand, files::default_view, files::stage,
+};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 

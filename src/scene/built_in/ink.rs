@@ -67,7 +67,8 @@ pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
         },
     };
     let ratios = if inks == 1 { [RATIO; 2] } else { [RATIO, SECOND_RATIO] };
-    let of_drops: Vec<_> = (0..RINGS.len()).map(|i| ExtinctionGroup { casters: RING + THREAD, ratio: ratios[i % 2] }).collect();
+    let of_drops: Vec<_> =
+        (0..RINGS.len()).map(|i| ExtinctionGroup { casters: RING + THREAD, ratio: ratios[i % 2] }).collect();
     scene.with_inks(&of_drops)
 }
 

@@ -1,6 +1,6 @@
 //! The built-in scene `splats`: a ground and an arch of flat splats, and a bush of thin ones, with shapes as in captured scenes.
 
-use crate::scene::{Camera, Splat, Light, LightKind, Motion, Random, Scene};
+use crate::scene::{Camera, Light, LightKind, Motion, Random, Scene, Splat};
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::PI;
 

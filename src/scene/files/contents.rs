@@ -1,6 +1,6 @@
 //! What files contain, before it becomes a scene.
 
-use crate::scene::{Camera, Splat, Light, Mesh, Motion, Particle, Scene, Strand, Volume, model::view};
+use crate::scene::{Camera, Light, Mesh, Motion, Particle, Scene, Splat, Strand, Volume, model::view};
 use glam::DVec3;
 
 /// The content of one file or of several, with lights and a camera if the files have them.

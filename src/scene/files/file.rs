@@ -69,8 +69,8 @@ use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
-    Camera, ExtinctionGroup, Motion, Scene, files::data_file, files::default_view, files::input, files::mesh_file, files::particle_file,
-    files::splat_file, files::strand_file,
+    Camera, ExtinctionGroup, Motion, Scene, files::data_file, files::default_view, files::input, files::mesh_file,
+    files::particle_file, files::splat_file, files::strand_file,
 };
 use glam::DVec3;
 use serde::Deserialize;

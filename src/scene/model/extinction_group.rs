@@ -193,7 +193,9 @@ mod tests {
 
     #[test]
     fn lights_stand_once_per_color() {
-        let scene = two().with_inks(&[ExtinctionGroup { casters: 1, ratio: RED }, ExtinctionGroup { casters: 2, ratio: BLUE }]).expect("inks");
+        let scene = two()
+            .with_inks(&[ExtinctionGroup { casters: 1, ratio: RED }, ExtinctionGroup { casters: 2, ratio: BLUE }])
+            .expect("inks");
         let radiances: Vec<_> = scene.lights.iter().map(|light| light.radiance).collect();
         let expected =
             [[0.5, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 8.0]];
@@ -206,7 +208,9 @@ mod tests {
     #[test]
     fn inks_of_one_ratio_are_a_color() {
         let same = ExtinctionGroup { casters: 1, ratio: [2.0, 1.0, 0.5] };
-        let scene = two().with_inks(&[same, ExtinctionGroup { casters: 0, ratio: RED }, ExtinctionGroup { casters: 2, ..same }]).expect("one");
+        let scene = two()
+            .with_inks(&[same, ExtinctionGroup { casters: 0, ratio: RED }, ExtinctionGroup { casters: 2, ..same }])
+            .expect("one");
         assert_eq!((scene.extinction_ratio, scene.inks.len(), scene.lights.len()), (same.ratio, 0, 2));
         let grey = two().with_inks(&[ExtinctionGroup { casters: 3, ratio: Scene::GREY }]).expect("grey");
         assert_eq!(grey, two());

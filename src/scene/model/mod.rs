@@ -4,6 +4,7 @@ pub(super) mod backdrop;
 pub(super) mod caster;
 #[cfg(feature = "program")]
 pub(super) mod change;
+pub(super) mod extinction_group;
 pub(super) mod field;
 #[cfg(feature = "program")]
 pub(super) mod fingerprint;
@@ -12,8 +13,6 @@ pub(super) mod fog;
 pub(super) mod fountain_law;
 #[cfg(feature = "program")]
 pub(crate) mod fountain_steps;
-pub(crate) mod splat;
-pub(super) mod extinction_group;
 pub(super) mod light;
 pub(super) mod order;
 pub(super) mod paraboloid;
@@ -24,6 +23,7 @@ pub(super) mod resolution;
 pub(super) mod show;
 pub(super) mod sides;
 pub(super) mod smooth;
+pub(crate) mod splat;
 pub(super) mod time;
 pub(super) mod view;
 pub(super) mod volume;

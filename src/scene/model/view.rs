@@ -1,7 +1,7 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
 use crate::scene::model::fit::{Aim, aimed, fit_all};
-use crate::scene::{Camera, Caster, Casting, FACES, Splat, Mesh, Motion, Particle, Scene, Strand, Volume};
+use crate::scene::{Camera, Caster, Casting, FACES, Mesh, Motion, Particle, Scene, Splat, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 

@@ -4,7 +4,7 @@
 use super::{GroupPush, NodeData, Site, per_tile};
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Kernel, Memory};
-use crate::maps::{Bins, Maps, CasterQuads, QuadsPush};
+use crate::maps::{Bins, CasterQuads, Maps, QuadsPush};
 use crate::shaders::{self, set};
 use crate::world::World;
 use std::ops::Range;

@@ -36,7 +36,7 @@ mod settings;
 mod two_pass;
 
 pub use curves::NodeData;
-pub use settings::{Batch, DetailMode, Fit, Interpolated, Order, Resolve, Settings, TexelSampling, Storage, BuildPath};
+pub use settings::{Batch, BuildPath, DetailMode, Fit, Interpolated, Order, Resolve, Settings, Storage, TexelSampling};
 
 use self::binned::Binned;
 use self::curves::Curves;
@@ -45,7 +45,7 @@ use self::plan::{Cells, Plan};
 use self::raster_order::RasterOrder;
 use self::two_pass::TwoPass;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, push_struct};
 use crate::maps::{Bins, Levels, Map, Maps, OpaqueMaps, Use};

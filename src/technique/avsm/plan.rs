@@ -2,7 +2,7 @@
 //! why the spec is refused.
 
 use super::curves::pairs;
-use super::settings::{Batch, Fit, Resolve, Settings, BuildPath};
+use super::settings::{Batch, BuildPath, Fit, Resolve, Settings};
 use super::{ENTRY, raster_order};
 use crate::gpu::{Constants, Context, Features, Limit, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS, leveled_texels};
@@ -317,7 +317,9 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (BuildPath, 
     let wide = features.subgroup_size >= WIDE && choose_lanes(features, settings.batch, true).unwrap_or(false);
     match settings.resolve {
         _ if cells => (BuildPath::Binned, "auto: a software device".into()),
-        _ if wide => (BuildPath::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size)),
+        _ if wide => {
+            (BuildPath::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size))
+        }
         None => (BuildPath::TwoPass, "auto: hair on a software device without wide lanes".into()),
         Some(resolve) => {
             (BuildPath::TwoPass, format!("auto: resolve={} on a software device without wide lanes", word_of(resolve)))

@@ -1,6 +1,6 @@
 //! What AVSM promises, and which specs of it run where a command names none.
 
-use super::settings::{Settings, BuildPath};
+use super::settings::{BuildPath, Settings};
 use crate::technique::keys::{Name, word_of};
 use crate::technique::promises::EIGHT_BITS;
 use crate::technique::{Promises, Runs};

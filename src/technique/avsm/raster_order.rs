@@ -4,7 +4,7 @@
 use super::settings::Settings;
 use super::{GroupPush, Site, per_tile};
 use crate::gpu::{Commands, Image, Kernel, Limit, OrderedAttachments};
-use crate::maps::{Bins, Maps, CasterQuads, QuadsPush};
+use crate::maps::{Bins, CasterQuads, Maps, QuadsPush};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, avsm, set};
 use crate::world::World;

@@ -3,7 +3,7 @@
 use super::{GroupPush, Site, per_tile};
 use crate::Result;
 use crate::gpu::{Commands, Kernel};
-use crate::maps::{Bins, DrawingOrder, Keep, List, Maps, CasterQuads};
+use crate::maps::{Bins, CasterQuads, DrawingOrder, Keep, List, Maps};
 use crate::shaders;
 use crate::world::World;
 use std::ops::Range;

@@ -1,10 +1,10 @@
 //! The lists of segments, drawn or captured tile by tile, and the lists of their ends.
 
 use super::DeepPush;
-use super::settings::{Settings, BuildPath};
+use super::settings::{BuildPath, Settings};
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory};
-use crate::maps::{Bins, DrawingOrder, Entries, Keep, List, Maps, SegmentData, CasterQuads, Use};
+use crate::maps::{Bins, CasterQuads, DrawingOrder, Entries, Keep, List, Maps, SegmentData, Use};
 use crate::shaders::constant::{GAUSSIANS, STRANDS};
 use crate::shaders::deep_shadow_map as shaders;
 use crate::world::World;

@@ -24,13 +24,13 @@ mod curves;
 mod lists;
 mod settings;
 
-pub use settings::{Removal, Settings, Storage, BuildPath};
+pub use settings::{BuildPath, Removal, Settings, Storage};
 
 use self::curves::Curves;
 use self::lists::Lists;
 use super::keys::Name;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, push_struct};
 use crate::maps::{Map, Maps, OpaqueMaps};

@@ -3,7 +3,7 @@
 use super::adapt::Adapt;
 use super::raster::Raster;
 use super::sample::Sample;
-use super::{Settings, BuildPath};
+use super::{BuildPath, Settings};
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};

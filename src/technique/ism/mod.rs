@@ -34,7 +34,7 @@ mod settings;
 pub use adapt::{CLUSTER, ClusterData};
 pub use atlas::Atlas;
 pub use sample::{PointData, PointsData, SUBSETS};
-pub use settings::{Culling, Facing, Settings, BuildPath};
+pub use settings::{BuildPath, Culling, Facing, Settings};
 
 use self::adapt::Adapt;
 use self::sample::Sample;

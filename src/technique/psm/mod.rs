@@ -40,7 +40,7 @@ use super::keys::{Name, word_of, words};
 use super::map_settings::map_settings;
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
 use super::settings::{Keyed, Setting};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Limit, Requirement, Resource};
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps, OpaqueMaps};
 use crate::shaders::constant::FETCH_AHEAD;

@@ -43,7 +43,7 @@ use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
 use self::cube::{Cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, BuildStatus, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory};
 use crate::maps::Map;
 use crate::scene::Resolution;
@@ -398,7 +398,9 @@ impl Technique for Voxelized {
             return Ok(BuildStatus::Done);
         }
         // The step was recorded in another frame, whose results are still to come.
-        let Some(state) = self.buffers.state_read.read::<BuildState>(frame, 1)? else { return Ok(BuildStatus::Continue) };
+        let Some(state) = self.buffers.state_read.read::<BuildState>(frame, 1)? else {
+            return Ok(BuildStatus::Continue);
+        };
         self.state = state.first().copied().unwrap_or_default();
         self.recorded = false;
         if let Step::Tile { light, tile } = self.step {

@@ -226,7 +226,9 @@ impl Stage {
         let side = |i: usize| match (&state.sides[i], &self.sides[i]) {
             _ if !state.show.draws()[i] || self.refused[i].is_some() => true,
             (Side::Reference, _) => true,
-            (Side::Technique(_), Some(lit)) => lit.is_current(&self.world) && (lit.is_drawn() || !state.show.is_picture()),
+            (Side::Technique(_), Some(lit)) => {
+                lit.is_current(&self.world) && (lit.is_drawn() || !state.show.is_picture())
+            }
             (Side::Technique(_), None) => false,
         };
         let is_answered = match state.show {

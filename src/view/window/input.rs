@@ -67,12 +67,12 @@ impl View {
                 self.state.choose(&path.to_string_lossy());
                 self.wants = true;
             }
-            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::PanelAction && !taken.consumed => {
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !taken.consumed => {
                 self.key(&key_name(&event.logical_key), open);
                 self.wants = true;
             }
             WindowEvent::MouseInput { state, button, .. } => {
-                let is_ours = *state == ElementState::PanelAction && self.is_over_picture(open);
+                let is_ours = *state == ElementState::Pressed && self.is_over_picture(open);
                 self.dragged = is_ours.then_some(*button);
             }
             WindowEvent::ModifiersChanged(modifiers) => self.control = modifiers.state().control_key(),
@@ -108,7 +108,7 @@ pub(super) fn event_of(input: Input) -> WindowEvent {
     match input {
         Input::Move([x, y]) => WindowEvent::CursorMoved { device_id, position: (x, y).into() },
         Input::Button(is_down, button) => {
-            let state = if is_down { ElementState::PanelAction } else { ElementState::Released };
+            let state = if is_down { ElementState::Pressed } else { ElementState::Released };
             WindowEvent::MouseInput { device_id, state, button }
         }
         Input::Wheel(lines) => {

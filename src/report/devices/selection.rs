@@ -1,10 +1,10 @@
 //! The head of the report: which device is fastest and by how much, which technique is best there, what interlock buys.
 
 use super::Names;
-use crate::measure::{Agreement, BUILD_PATHS, Comparison, Built, Column, Line, Row, Status, Times, Verdict};
+use crate::measure::{Agreement, BUILD_PATHS, Built, Column, Comparison, Line, Row, Status, Times, Verdict};
+use crate::report::format::{one_line, outcome, significant, status_word};
 use crate::report::selection::{answer, measure};
 use crate::report::warnings::marked;
-use crate::report::format::{one_line, outcome, significant, status_word};
 
 /// The answer in one sentence.
 pub fn devices_answer(beside: &Comparison) -> String {
