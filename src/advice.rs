@@ -1,13 +1,12 @@
 //! Adds the program's own options to errors of the library, whose texts name no option.
 
-use crate::technique::VIRTUAL_LIGHTS;
-use crate::{Error, Less, WayOut, one_of};
+use crate::{Error, Less, Need, WayOut, one_of};
 
 /// The same error, with the program's words.
 pub(crate) fn advised(error: Error) -> Error {
     match error {
-        Error::Refused { needs } if needs == VIRTUAL_LIGHTS => {
-            Error::Refused { needs: format!("{needs} (--vpls N makes them of the scene's)") }
+        Error::Refused(needs @ Need::VirtualLights) => {
+            Error::Refused(format!("{needs} (--vpls N makes them of the scene's)").into())
         }
         error => match error.way_out().and_then(typed) {
             Some(words) => error.with_way_out(words),
@@ -76,7 +75,7 @@ mod tests {
             }
             assert!(said(way_out.clone()).contains(words), "{way_out:?}");
         }
-        let refused = advised(Error::Refused { needs: VIRTUAL_LIGHTS.into() }).to_string();
+        let refused = advised(Error::Refused(Need::VirtualLights)).to_string();
         assert!(refused.contains("--vpls N"), "{refused}");
     }
 }

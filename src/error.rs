@@ -1,10 +1,13 @@
 //! The one error type of the library: what failed, the thing's name, the cause and the way out.
 
+use crate::gpu::{Limit, Requirement};
+use ash::vk;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Everything that can go wrong, each printed as one line.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// Something that was handed in (a file, an option, a scene) cannot be used.
     #[error("{name}: {cause}; {way_out}")]
@@ -35,7 +38,7 @@ pub enum Error {
         /// The object's debug name.
         name: String,
         /// The driver's or allocator's answer.
-        cause: String,
+        cause: GpuCause,
         /// What may help.
         way_out: WayOut,
     },
@@ -49,12 +52,97 @@ pub enum Error {
         /// What may help.
         way_out: WayOut,
     },
-    /// The device lacks a feature that a technique's path needs. A result, not a failure.
-    #[error("refused: needs {needs}")]
-    Refused {
-        /// The missing feature by its Vulkan name.
-        needs: String,
+    /// The device or the world lacks what a technique's path needs. A result, not a failure.
+    #[error("refused: needs {0}")]
+    Refused(Need),
+}
+
+/// What was needed where something is refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Need {
+    /// A feature of the device.
+    Feature(Requirement),
+    /// A limit of the device, at least so high.
+    Limit {
+        /// The limit, and the least value that is enough.
+        limit: Limit,
+        /// The device's value.
+        has: u64,
+        /// What the value is needed for, or nothing; begins with a space.
+        what: String,
     },
+    /// A queue on which Gobo may submit: an adopted device's is its owner's.
+    Queue,
+    /// Virtual lights in the scene.
+    VirtualLights,
+    /// What the sentence says, of the world, the scene or the settings.
+    Words(String),
+}
+
+impl fmt::Display for Need {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Feature(requirement) => f.write_str(requirement.name()),
+            Self::Limit { limit, has, what } => {
+                write!(f, "{} of at least {}{what} (this device has {has})", limit.name, limit.least)
+            }
+            Self::Queue => f.write_str(
+                "a queue, and the device's is its owner's: record it (Commands::on), and read back a frame later (Commands::read_back)",
+            ),
+            Self::VirtualLights => f.write_str("virtual point lights"),
+            Self::Words(words) => f.write_str(words),
+        }
+    }
+}
+
+impl From<&str> for Need {
+    fn from(words: &str) -> Self {
+        Self::Words(words.into())
+    }
+}
+
+impl From<String> for Need {
+    fn from(words: String) -> Self {
+        Self::Words(words)
+    }
+}
+
+impl From<Requirement> for Need {
+    fn from(requirement: Requirement) -> Self {
+        Self::Feature(requirement)
+    }
+}
+
+/// Why an operation of the GPU failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum GpuCause {
+    /// What Vulkan returned.
+    Vulkan(vk::Result),
+    /// What the sentence says.
+    Words(String),
+}
+
+impl fmt::Display for GpuCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Vulkan(result) => write!(f, "{result:?}"),
+            Self::Words(words) => f.write_str(words),
+        }
+    }
+}
+
+impl From<&str> for GpuCause {
+    fn from(words: &str) -> Self {
+        Self::Words(words.into())
+    }
+}
+
+impl From<String> for GpuCause {
+    fn from(words: String) -> Self {
+        Self::Words(words)
+    }
 }
 
 /// Short for a result with [`Error`].
@@ -87,6 +175,7 @@ pub enum WayOut {
 
 /// What to use less of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Less {
     /// Texels of a map.
     Map,

@@ -10,7 +10,7 @@ use gobo::{Error, Result};
 pub fn on_a_device(example: impl FnOnce(&Context) -> Result<()>) {
     match Context::new(&Options::default()).and_then(|context| example(&context)) {
         Ok(()) => {}
-        Err(error @ (Error::Refused { .. } | Error::Gpu { operation: "load" | "create" | "find", .. })) => {
+        Err(error @ (Error::Refused(_) | Error::Gpu { operation: "load" | "create" | "find", .. })) => {
             println!("skipped: {error}");
         }
         Err(error) => panic!("{error}"),

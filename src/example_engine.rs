@@ -3,7 +3,7 @@
 
 use ash::vk;
 use gobo::gpu::{Adopt, Enabled, Features, Messages};
-use gobo::{Error, Result};
+use gobo::{Error, Need, Result};
 
 pub struct Engine {
     entry: ash::Entry,
@@ -26,7 +26,7 @@ pub fn runs(example: impl FnOnce(&Engine) -> Result<()>) {
     // SAFETY: what the example made is gone.
     unsafe { engine.close() };
     match result {
-        Err(Error::Refused { needs }) if !needs.contains("a queue") => println!("skipped: needs {needs}"),
+        Err(Error::Refused(needs)) if needs != Need::Queue => println!("skipped: needs {needs}"),
         result => result.unwrap_or_else(|error| panic!("{error}")),
     }
 }

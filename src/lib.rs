@@ -168,7 +168,7 @@ pub mod world;
 
 #[cfg(feature = "program")]
 use error::one_of;
-pub use error::{Error, Less, Result, WayOut};
+pub use error::{Error, GpuCause, Less, Need, Result, WayOut};
 pub use technique::requirements;
 
 #[cfg(test)]

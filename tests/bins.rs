@@ -338,7 +338,10 @@ fn entries_are_counted_past_32_bits() {
                     Ok(grew) => assert!(words == 0 && grew == again, "{found:?}"),
                     Err(Error::Gpu { name, cause, .. }) => {
                         assert!(words > 0 && name == "bins.entries", "{name}, {found:?}");
-                        assert!(cause.starts_with(&format!("{} bytes", 8 * sum)), "{cause} of {sum} entries");
+                        assert!(
+                            cause.to_string().starts_with(&format!("{} bytes", 8 * sum)),
+                            "{cause} of {sum} entries"
+                        );
                     }
                     Err(error) => panic!("{error}"),
                 }

@@ -413,7 +413,7 @@ fn writes_come_in_order() {
         buffer.write(&[2u32; 8]).expect("it fits");
         buffer.write(&[3u32; 4]).expect("it fits");
         drop(Buffer::with_data(context, "dropped", &[4u32; 16]).expect("64 bytes"));
-        let fails = |_: &mut gobo::gpu::Commands| Err(gobo::Error::Refused { needs: "nothing".into() });
+        let fails = |_: &mut gobo::gpu::Commands| Err(gobo::Error::Refused("nothing".into()));
         assert!(context.try_submit(fails).is_err());
         let expected = [3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1];
         assert_eq!(buffer.read::<u32>(16).expect("read"), expected);

@@ -274,7 +274,7 @@ fn hashes(context: &Context, world: &World, points: &[Vec<[f32; 3]>], text: &str
         (Ok(first), Ok(second)) => {
             [0, 1].map(|i| first[i].clone().filter(|_| first[i] == second[i]).unwrap_or("-".into()))
         }
-        (Err(Error::Refused { .. }), _) => ["refused".into(), "refused".into()],
+        (Err(Error::Refused(_)), _) => ["refused".into(), "refused".into()],
         (Err(error), _) | (_, Err(error)) => panic!("{} {text}: {error}", world.name()),
     }
 }

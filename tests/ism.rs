@@ -19,11 +19,11 @@ mod points;
 #[path = "ism/scenes.rs"]
 mod scenes;
 
-use gobo::Error;
 use gobo::gpu::Context;
 use gobo::scene::Scene;
 use gobo::technique::{Ism, Opened};
 use gobo::world::World;
+use gobo::{Error, Need};
 use support::{opened, spec};
 
 /// Every path.
@@ -39,11 +39,11 @@ fn built(context: &Context, scene: &Scene, text: &str) -> Box<Ism> {
 }
 
 /// Why a spec is refused for a scene; nothing where it is not.
-fn refusal(context: &Context, scene: &Scene, text: &str) -> Option<String> {
+fn refusal(context: &Context, scene: &Scene, text: &str) -> Option<Need> {
     let world = World::new(context, scene).expect("room for the scene");
     match Ism::new(context, &world, &spec(text).settings()) {
         Ok(_) => None,
-        Err(Error::Refused { needs }) => Some(needs),
+        Err(Error::Refused(needs)) => Some(needs),
         Err(error) => panic!("{text}: {error}"),
     }
 }

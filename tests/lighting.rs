@@ -5,7 +5,6 @@
 mod support;
 
 use glam::DVec3;
-use gobo::Error;
 use gobo::consume::{Lighting, PainterKind, PointBatch, Query, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::picture_error;
@@ -14,6 +13,7 @@ use gobo::reference::twin::vertex_lit;
 use gobo::scene::{Camera, Light, LightKind, Particle, Picture, SKY, Scene, Strand, View};
 use gobo::technique::{Name, REGISTRY};
 use gobo::world::World;
+use gobo::{Error, Need};
 use support::{built, gpu_test, gpu_test_needing, runs, scenes, skipped, some, spec};
 
 /// A spec of every technique that shadows smoke and that the device takes; in a short run of the first.
@@ -484,7 +484,7 @@ fn a_device_without_tessellation_refuses() {
             assert_eq!(error.map_err(|e| e.to_string()), Err("refused: needs tessellationShader".into()));
         }
         let error = features.require(&[Requirement::Lines]).expect_err("lines");
-        assert!(matches!(&error, Error::Refused { needs } if needs == "fillModeNonSolid"), "{error}");
+        assert!(matches!(&error, Error::Refused(Need::Feature(Requirement::Lines))), "{error}");
         (features.tessellation_shader, features.fill_mode_non_solid) = (true, true);
         features.require(&[Requirement::Tessellation, Requirement::Lines]).expect("both are there");
     });

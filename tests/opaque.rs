@@ -47,7 +47,7 @@ fn runs(test: &str, context: &Context, text: &str) -> bool {
     let world = World::new(context, &plate).expect("room for a plate");
     match open(context, &world, &spec(text)) {
         Ok(_) => true,
-        Err(Error::Refused { needs }) => {
+        Err(Error::Refused(needs)) => {
             skipped(test, &format!("{text}: needs {needs}"));
             false
         }
@@ -301,7 +301,7 @@ fn nothing_casts_nothing() {
             }
             let refused = opened.expect_err("smoke alone");
             let words = "refused: needs meshes in the scene, and random has none";
-            assert_eq!((refused.to_string().as_str(), matches!(refused, Error::Refused { .. })), (words, true));
+            assert_eq!((refused.to_string().as_str(), matches!(refused, Error::Refused(_))), (words, true));
         }
     });
 }

@@ -95,13 +95,13 @@ fn both_painters_make_one_picture() {
             for text in those_that_run(TEST, context, some(specs.iter().map(String::as_str), 6)) {
                 let mut technique = match open(context, &world, &spec(text)) {
                     // One light at most, or smoke that it does not see.
-                    Err(Error::Refused { .. }) => continue,
+                    Err(Error::Refused(_)) => continue,
                     opened => opened.expect(text),
                 };
                 technique.build(&world).expect(text);
                 let [_, renderer] = renderers(context, &world, &camera(&scene));
                 let kernels = renderer.kernels_of(technique.technique.as_ref(), Shading::Forward, Lighting::Fragment);
-                if let (true, Err(Error::Refused { needs })) = (has_few_buffers(context), kernels) {
+                if let (true, Err(Error::Refused(needs))) = (has_few_buffers(context), kernels) {
                     skipped(TEST, &format!("{text}: needs {needs}"));
                     continue;
                 }

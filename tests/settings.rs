@@ -175,7 +175,7 @@ fn answers(
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened = match open(&world) {
         Ok(opened) => opened,
-        Err(error @ Error::Refused { .. }) => return Err(error.to_string()),
+        Err(error @ Error::Refused(_)) => return Err(error.to_string()),
         Err(error) => panic!("{error}"),
     };
     opened.build(&world).expect("built");

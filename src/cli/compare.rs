@@ -262,7 +262,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     };
     let specs = scenes.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
     if arguments.pipeline_statistics && !context.features().pipeline_statistics_query {
-        return Err(Error::Refused { needs: "pipelineStatisticsQuery, for --pipeline-statistics".into() });
+        return Err(Error::Refused("pipelineStatisticsQuery, for --pipeline-statistics".into()));
     }
     context.ask_of_executables(arguments.pipeline_statistics);
     let store = Store::open(&arguments.out)?;
@@ -400,7 +400,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Err(Error::Gpu {
             operation: "go on with",
             name: context.features().name.clone(),
-            cause: format!("the device is lost, and {missing} of {} rows are not measured", mine.len()),
+            cause: format!("the device is lost, and {missing} of {} rows are not measured", mine.len()).into(),
             way_out:
                 "repeat the command with --resume; if it is lost again, leave the last row out, or update the driver"
                     .into(),

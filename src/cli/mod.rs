@@ -349,7 +349,7 @@ fn check_messages() -> Result<()> {
         Some(first) => Err(Error::Gpu {
             operation: "pass",
             name: "validation".into(),
-            cause: first.replace('\n', " "),
+            cause: first.replace('\n', " ").into(),
             way_out: "report this as a bug, with the driver's version".into(),
         }),
     }

@@ -347,7 +347,7 @@ fn lost(row: &Row) -> Error {
     Error::Gpu {
         operation: "measure",
         name: row.spec(),
-        cause: row.reason.clone(),
+        cause: row.reason.clone().into(),
         way_out: "the device is lost: repeat the command with --resume, which keeps what is in --out".into(),
     }
 }

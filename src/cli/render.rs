@@ -236,8 +236,8 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
             Ok(())
         });
         all[i].1 = said.map_err(|error| match error {
-            Error::Refused { needs } => {
-                Error::Refused { needs: format!("{needs} (--technique {})", arguments.techniques[i]) }
+            Error::Refused(needs) => {
+                Error::Refused(format!("{needs} (--technique {})", arguments.techniques[i]).into())
             }
             error => error,
         })?;

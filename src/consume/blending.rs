@@ -63,7 +63,7 @@ impl Blending {
         let mut volumes = Vec::new();
         if world.kinds().volumes {
             let needs = "a scene that the host knows, for volumes in a picture: draw these otherwise";
-            let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
+            let scene = world.scene().map_err(|_| Error::Refused(needs.into()))?;
             volumes = volumes_among(scene, camera);
         }
         self.runs = blended(self.casters, &volumes).collect();

@@ -40,10 +40,8 @@ impl Renderer {
     /// Refuses tiled shading where smoke has a color.
     pub(super) fn check_colored(&self, shading: Shading) -> Result<()> {
         match shading {
-            Shading::Tiled(_) if !self.is_grey() => Err(Error::Refused {
-                needs: "shading=forward, deferred, interleaved or reservoir: tiled keeps one bit of a light, and smoke of this scene has a color"
-                    .into(),
-            }),
+            Shading::Tiled(_) if !self.is_grey() => Err(Error::Refused("shading=forward, deferred, interleaved or reservoir: tiled keeps one bit of a light, and smoke of this scene has a color"
+                    .into())),
             _ => Ok(()),
         }
     }

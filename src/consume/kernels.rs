@@ -203,12 +203,10 @@ impl Renderer {
     pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
         if lighting != Lighting::Fragment {
-            return Err(Error::Refused { needs: "lighting=fragment: it paints casters itself".into() });
+            return Err(Error::Refused("lighting=fragment: it paints casters itself".into()));
         }
         if !self.is_grey() {
-            return Err(Error::Refused {
-                needs: "a scene without [color]: it paints all colors with one opacity".into(),
-            });
+            return Err(Error::Refused("a scene without [color]: it paints all colors with one opacity".into()));
         }
         self.check_colored(shading)?;
         let answer = &technique.answer();

@@ -74,7 +74,7 @@ fn splat_colors(world: &World) -> Result<Vec<u32>> {
         return Ok(vec![0; 4]);
     }
     let needs = "a scene that the host knows, for the colors of splats and volumes in a picture: draw these otherwise";
-    let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
+    let scene = world.scene().map_err(|_| Error::Refused(needs.into()))?;
     let first = (scene.particles.len() + scene.strands.len()) as u32;
     let splats = scene.splats.iter().map(|g| g.color);
     let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));

@@ -115,7 +115,7 @@ settings! {
 
 impl ShadingSettings {
     /// # Errors
-    /// [`Error::Refused`] where the device lacks a feature that these settings need.
+    /// [`crate::Error::Refused`] where the device lacks a feature that these settings need.
     pub fn check(&self, features: &Features) -> Result<()> {
         let painter = self.painter.unwrap_or(PainterKind::usual(features));
         features.require(Lighting::of(self).requires(painter))

@@ -190,7 +190,7 @@ impl AccelerationStructure {
 
 /// The functions of the extension.
 fn loader(context: &Context) -> Result<&khr::acceleration_structure::Device> {
-    context.device().acceleration().ok_or_else(|| Error::Refused { needs: "rayQuery".into() })
+    context.device().acceleration().ok_or_else(|| Error::Refused("rayQuery".into()))
 }
 
 impl Pass<'_, '_> {

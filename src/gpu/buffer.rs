@@ -69,7 +69,7 @@ impl Buffer {
             return Err(Error::Gpu {
                 operation: "create buffer",
                 name: name.into(),
-                cause: format!("{bytes} bytes, and this device binds at most {limit} (maxStorageBufferRange)"),
+                cause: format!("{bytes} bytes, and this device binds at most {limit} (maxStorageBufferRange)").into(),
                 way_out: WayOut::Less(&[Less::Map, Less::Casters, Less::OtherDevice]),
             });
         }
@@ -281,6 +281,6 @@ impl Buffer {
     }
 
     fn error(&self, operation: &'static str, cause: String) -> Error {
-        Error::Gpu { operation, name: self.0.name.clone(), cause, way_out: "report this as a bug".into() }
+        Error::Gpu { operation, name: self.0.name.clone(), cause: cause.into(), way_out: "report this as a bug".into() }
     }
 }

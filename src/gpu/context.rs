@@ -9,14 +9,11 @@ use super::pipelines::Pipelines;
 use super::recorder::Recorders;
 use super::tools::tools;
 use super::{Enabled, Features, Messages, Tool};
-use crate::{Error, Result};
+use crate::{Error, Need, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Weak};
-
-/// Why nothing is submitted on an adopted device.
-const NO_QUEUE: &str = "a queue, and the device's is its owner's: record it (Commands::on), and read back a frame later (Commands::read_back)";
 
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
@@ -250,7 +247,7 @@ impl Context {
 
     /// The queue of a device that was opened here.
     pub(super) fn queue(&self) -> Result<&Queue> {
-        self.0.queue.as_ref().ok_or_else(|| Error::Refused { needs: NO_QUEUE.into() })
+        self.0.queue.as_ref().ok_or(Error::Refused(Need::Queue))
     }
 
     /// Checks that recorded commands can run at once, and that their results can be read at once.
@@ -286,7 +283,7 @@ fn above_floor(features: &Features, family: Option<u32>) -> Result<u32> {
         (None, Some(family)) => Ok(family),
         (below, _) => {
             let missing = below.clone().unwrap_or_else(|| "a queue with graphics and compute".into());
-            Err(Error::Refused { needs: format!("{missing} (device {})", features.name) })
+            Err(Error::Refused(format!("{missing} (device {})", features.name).into()))
         }
     }
 }

@@ -182,7 +182,7 @@ pub(super) fn allocation_error(name: &str, cause: &AllocationError) -> Error {
     Error::Gpu {
         operation: "allocate memory for",
         name: name.into(),
-        cause: cause.to_string(),
+        cause: cause.to_string().into(),
         way_out: WayOut::Less(&[Less::Map, Less::Casters, Less::MoreMemory]),
     }
 }

@@ -1,7 +1,7 @@
 //! What a device can do beyond the floor of Vulkan 1.3.
 
 use super::Limit;
-use crate::{Error, Result};
+use crate::{Error, Need, Result};
 use ash::{ext, khr, nv, vk};
 
 /// The storage buffers per shader stage that a device must allow: more than the 4 that Vulkan guarantees. A building
@@ -229,21 +229,21 @@ impl Features {
     /// # Errors
     /// [`Error::Refused`] that names the first missing.
     pub fn require(&self, requirements: &[Requirement]) -> Result<()> {
-        match requirements.iter().find_map(|r| self.lacks(*r)) {
-            Some(missing) => Err(Error::Refused { needs: missing.into() }),
+        match requirements.iter().find(|r| self.lacks(**r).is_some()) {
+            Some(missing) => Err(Error::Refused(Need::Feature(*missing))),
             None => Ok(()),
         }
     }
 
     /// The Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
     /// `attachments` color attachments which it also reads; none where all limits suffice.
-    pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
+    pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<Need> {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }
 
     /// Why threads of a workgroup of `threads` cannot share values by subgroups; none where they can. A subgroup lacks
     /// lanes where it is wider than the workgroup, or compiled narrower than the device reports.
-    pub fn lacks_full_subgroups(&self, threads: u32) -> Option<String> {
+    pub fn lacks_full_subgroups(&self, threads: u32) -> Option<Need> {
         let size = self.subgroup_size;
         if !self.subgroup_ballot {
             return Some("subgroup ballots in compute shaders".into());
@@ -252,7 +252,7 @@ impl Features {
             return Some("computeFullSubgroups and subgroupSizeControl".into());
         }
         (!threads.is_multiple_of(size))
-            .then(|| format!("subgroups of {threads} threads or a part (this device's have {size})"))
+            .then(|| format!("subgroups of {threads} threads or a part (this device's have {size})").into())
     }
 
     /// Every fact as name → value, for results and tables.
@@ -425,7 +425,7 @@ impl Features {
     /// Adds a limit that is below the floor, where nothing else is missing.
     fn with_floor(mut self) -> Self {
         let lacks = Limit::FLOOR.iter().find_map(|limit| limit.lacks(&self, ""));
-        self.below_floor = self.below_floor.or(lacks);
+        self.below_floor = self.below_floor.or(lacks.map(|needs| needs.to_string()));
         self
     }
 }

@@ -57,7 +57,7 @@ impl Frames {
             return Err(Error::Gpu {
                 operation: "record",
                 name: format!("frame {number}"),
-                cause: format!("frame {} was recorded before it", last.number),
+                cause: format!("frame {} was recorded before it", last.number).into(),
                 way_out: "number frames in the order in which they are recorded".into(),
             });
         }
@@ -142,7 +142,7 @@ impl<'a> Commands<'a> {
     /// else records into it as long as these [`Commands`] live. Frame `frame - frames_in_flight` is over.
     pub unsafe fn on(context: &'a Context, buffer: vk::CommandBuffer, frame: u64) -> Result<Self> {
         if context.shared().queue.is_some() {
-            return Err(Error::Refused { needs: "an adopted device: this one has a queue of its own".into() });
+            return Err(Error::Refused("an adopted device: this one has a queue of its own".into()));
         }
         let frames = &context.shared().frames;
         // The resources are freed here, after the lock on the frames is released.

@@ -99,7 +99,8 @@ impl Image {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
-                cause: format!("{} layers, and this device draws to at most {limit} (maxFramebufferLayers)", size[2]),
+                cause: format!("{} layers, and this device draws to at most {limit} (maxFramebufferLayers)", size[2])
+                    .into(),
                 way_out: WayOut::Less(&[Less::Slices, Less::Lights]),
             });
         }
@@ -111,7 +112,7 @@ impl Image {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
-                cause: format!("how many bytes a texel of {format:?} has is not known here"),
+                cause: format!("how many bytes a texel of {format:?} has is not known here").into(),
                 way_out: "report this as a bug".into(),
             });
         };
@@ -128,7 +129,7 @@ impl Image {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
-                cause: format!("{texels} texels, and this device takes 1 to {limit} per side ({name_of_limit})"),
+                cause: format!("{texels} texels, and this device takes 1 to {limit} per side ({name_of_limit})").into(),
                 way_out: if is_volume {
                     WayOut::Less(&[Less::Map, Less::Slices, Less::Lights])
                 } else {
@@ -256,7 +257,7 @@ impl Image {
             Error::Gpu { operation: "read image", name, cause, way_out }
         };
         if size_of::<T>() != self.0.texel_bytes as usize {
-            return Err(error(format!("a texel has {} bytes, not {}", self.0.texel_bytes, size_of::<T>())));
+            return Err(error(format!("a texel has {} bytes, not {}", self.0.texel_bytes, size_of::<T>()).into()));
         }
         let context = self.0.context.context().ok_or_else(|| error("its context is gone".into()))?;
         // Refuses before anything is created for the copy.

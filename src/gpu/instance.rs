@@ -34,7 +34,7 @@ pub(super) fn open_instance(validation: bool, messages: &Messages) -> Result<Ins
     let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::Gpu {
         operation: "load",
         name: "the Vulkan loader".into(),
-        cause: e.to_string(),
+        cause: e.to_string().into(),
         way_out: WayOut::Loader,
     })?;
     let fail = |r| vk_error("create", "the Vulkan instance", r);

@@ -155,7 +155,7 @@ fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'
         return Err(Error::Gpu {
             operation: "load shader",
             name: shader.name.into(),
-            cause: format!("its push constants are `{}`, and Rust has `{}`", shader.push, P::block()),
+            cause: format!("its push constants are `{}`, and Rust has `{}`", shader.push, P::block()).into(),
             way_out: "report this as a bug".into(),
         });
     }
@@ -187,7 +187,7 @@ fn check_room(context: &Context, name: &str, sets: &[&Bindings]) -> Result<()> {
         None => Ok(()),
         Some((limit, has, needs)) => {
             let needs = format!("{limit} of at least {needs} for {name} (this device has {has})");
-            Err(Error::Refused { needs })
+            Err(Error::Refused(needs.into()))
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Features;
 use super::features::STORAGE_BUFFERS;
+use crate::Need;
 
 /// A limit of a device, and how large it has to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,8 +85,8 @@ impl Limit {
     }
 
     /// The reason to refuse a device that has less, with `what` behind the number; none where the device has enough.
-    pub fn lacks(&self, features: &Features, what: &str) -> Option<String> {
+    pub fn lacks(&self, features: &Features, what: &str) -> Option<Need> {
         let has = self.of(features);
-        (has < self.least).then(|| format!("{} of at least {}{what} (this device has {has})", self.name, self.least))
+        (has < self.least).then(|| Need::Limit { limit: *self, has, what: what.into() })
     }
 }

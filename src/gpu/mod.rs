@@ -74,7 +74,7 @@ pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
 /// Image formats, as Vulkan names them.
 pub use ash::vk::Format;
 
-use crate::{Error, Less, WayOut};
+use crate::{Error, GpuCause, Less, WayOut};
 use ash::vk;
 
 /// The error for a failed Vulkan call, with the way out that its code suggests.
@@ -86,5 +86,5 @@ fn vk_error(operation: &'static str, name: &str, result: vk::Result) -> Error {
         vk::Result::ERROR_INCOMPATIBLE_DRIVER => WayOut::Driver,
         _ => WayOut::OtherDevice,
     };
-    Error::Gpu { operation, name: name.into(), cause: format!("{result:?}"), way_out }
+    Error::Gpu { operation, name: name.into(), cause: GpuCause::Vulkan(result), way_out }
 }

@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn a_failure_is_not_kept() {
         let pipelines = Pipelines::default();
-        let fails = || Err(crate::Error::Refused { needs: "room".into() });
+        let fails = || Err(crate::Error::Refused("room".into()));
         assert!(pipelines.get(key("one"), fails).is_err() && pipelines.get(key("one"), || Ok(NONE)).is_ok());
     }
 }

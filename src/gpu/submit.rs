@@ -60,7 +60,7 @@ impl Context {
             return Err(Error::Gpu {
                 operation: "time",
                 name: "a submission".into(),
-                cause: format!("{} passes, and at most {MAX_PASSES} are timed", recorded.passes),
+                cause: format!("{} passes, and at most {MAX_PASSES} are timed", recorded.passes).into(),
                 way_out: "report this as a bug".into(),
             });
         }

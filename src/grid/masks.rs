@@ -43,7 +43,7 @@ fn words(context: &Context, size: u32, masks: u64) -> Result<Buffer> {
         let needs = format!(
             "maxStorageBufferRange of at least {wants} for the masks of {masks} voxels (this device has {has})"
         );
-        return Err(Error::Refused { needs });
+        return Err(Error::Refused(needs.into()));
     }
     Buffer::new(context, "grid.masks", wants, Memory::Device)
 }

@@ -43,7 +43,7 @@ pub fn media_limit(size: u32, numbers: u64) -> Limit {
 fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
     let limit = media_limit(size, numbers);
     match limit.lacks(context.features(), &format!(" for smoke and hair in {size}³ voxels")) {
-        Some(needs) => Err(Error::Refused { needs }),
+        Some(needs) => Err(Error::Refused(needs)),
         None => Ok(limit.least),
     }
 }

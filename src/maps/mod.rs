@@ -65,11 +65,9 @@ const MAX_MAPS: usize = 65535;
 /// The error for a driver that ends a shader's loops before they have gone through all casters of `place`
 /// (glsl/maps/rounds.glsl). Without the error, the result would be too bright.
 fn cut_short(place: &str) -> Error {
-    Error::Refused {
-        needs: format!(
+    Error::Refused(format!(
             "more rounds of a shader's loops than this driver gives, for the casters of {place}: fewer casters, a larger map or another driver"
-        ),
-    }
+        ).into())
 }
 
 impl Map {
@@ -402,12 +400,13 @@ pub(crate) fn stacked(context: &Context, name: &str, size: [u32; 2], count: u32)
     let limit = context.features().max_image_dimension_2d;
     match size[1].checked_mul(count) {
         Some(rows) if count == 1 || rows <= limit => Ok([size[0], rows]),
-        _ => Err(Error::Refused {
-            needs: format!(
+        _ => Err(Error::Refused(
+            format!(
                 "maxImageDimension2D of {} for {name}, {count} maps of {} rows (this device has {limit})",
                 u64::from(size[1]) * u64::from(count),
                 size[1]
-            ),
-        }),
+            )
+            .into(),
+        )),
     }
 }

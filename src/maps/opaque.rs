@@ -134,7 +134,7 @@ pub(super) struct Opaque {
 pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: u32) -> Result<Image> {
     let (way, narrow) = (maps.way(context), maps.format == Format::D16_UNORM);
     if way == OpaqueWay::Compute && narrow {
-        return Err(Error::Refused { needs: "depths of 32 bits (opaque=raster draws those of 16)".into() });
+        return Err(Error::Refused("depths of 32 bits (opaque=raster draws those of 16)".into()));
     }
     let limit = context.features().max_image_dimension_2d;
     let rows = (limit / size[1]).clamp(1, count);
@@ -143,15 +143,15 @@ pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: 
     if columns.saturating_mul(size[0]) > limit {
         let area = u64::from(count) * u64::from(size[0]) * u64::from(size[1]);
         let side = area.isqrt();
-        return Err(Error::Refused {
-            needs: format!("maxImageDimension2D of more than {side} {what} (this device has {limit})"),
-        });
+        return Err(Error::Refused(
+            format!("maxImageDimension2D of more than {side} {what} (this device has {limit})").into(),
+        ));
     }
     let all = [columns * size[0], rows * size[1]];
     let texel_bytes = if narrow { 2 } else { 4 };
     let (bytes, memory) = (texel_bytes * all.map(u64::from).iter().product::<u64>(), context.features().memory_bytes);
     if bytes > memory {
-        return Err(Error::Refused { needs: format!("{bytes} bytes of memory {what} (this device has {memory})") });
+        return Err(Error::Refused(format!("{bytes} bytes of memory {what} (this device has {memory})").into()));
     }
     match way {
         OpaqueWay::Raster => Image::new(context, "maps.opaque", maps.format, all, ImageUse::Depth),

@@ -130,7 +130,7 @@ impl Raster {
         let [_, label, packs, _] = kernels.labels;
         let targets = sum_targets(kernels.sums);
         if let Some(needs) = targets.lacks(context.features(), "") {
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs));
         }
         let count = targets.least as u32;
         // Sums in half floats are rounded at each caster, so full floats are preferred.

@@ -259,7 +259,7 @@ impl SceneCase<'_> {
         match self.fill(spec, &mut row) {
             Ok(picture) => (row, Some(picture)),
             Err(error) => {
-                row.status = if matches!(error, Error::Refused { .. }) { Status::Refused } else { Status::Failed };
+                row.status = if matches!(error, Error::Refused(_)) { Status::Refused } else { Status::Failed };
                 row.reason = advised(error).to_string();
                 (row, None)
             }

@@ -31,7 +31,7 @@ pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spe
     match figures(context, subject, spec, &mut row.path) {
         Ok(figures) => row.figures = Some(figures),
         Err(error) => {
-            row.outcome = if matches!(error, Error::Refused { .. }) { Outcome::Refused } else { Outcome::Failed };
+            row.outcome = if matches!(error, Error::Refused(_)) { Outcome::Refused } else { Outcome::Failed };
             row.reason = advised(error).to_string();
         }
     }

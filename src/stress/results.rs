@@ -43,7 +43,7 @@ pub enum Outcome {
 /// A technique at one value of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
-    /// [`super::Case::name`].
+    /// [`super::StressCase::name`].
     pub case: String,
     /// The value of the setting that is swept.
     pub value: f64,

@@ -59,7 +59,7 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
         let said = context.messages().all().len();
         let mut broken = match check(context, &drawn, seed, spec) {
             Ok(broken) => broken,
-            Err(Error::Refused { .. } | Error::Input { .. } | Error::Usage { .. }) => {
+            Err(Error::Refused(_) | Error::Input { .. } | Error::Usage { .. }) => {
                 round.refused += 1;
                 Vec::new()
             }
@@ -130,7 +130,7 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
                 broken.extend(differ(&format!("opened anew with skip={}", other.text(Name::SKIP)), &last, &anew));
             }
             // The kind of casters that the technique needs is gone in the last frame.
-            Err(Error::Refused { .. }) => {}
+            Err(Error::Refused(_)) => {}
             Err(error) => return Err(error),
         }
     }

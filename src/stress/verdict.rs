@@ -109,7 +109,7 @@ pub(super) fn broken_invariants(row: &CaseResult) -> Vec<String> {
 /// How far a technique holds in a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// [`super::Case::name`].
+    /// [`super::StressCase::name`].
     pub case: String,
     /// The technique's spec, without defaults.
     pub technique: String,

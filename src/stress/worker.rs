@@ -143,7 +143,7 @@ impl Running {
         let fail = |cause: String| Error::Gpu {
             operation: "start",
             name: "the process that asks".into(),
-            cause,
+            cause: cause.into(),
             way_out: "run `gobo devices`, or raise --limit".into(),
         };
         let (program, arguments) = command.split_first().ok_or_else(|| fail("there is no program".into()))?;

@@ -86,7 +86,7 @@ impl BeerShadowMap {
         let Settings { path, front, .. } = *settings;
         if front == Front::Weighted && path == Some(TexelWay::Raster) {
             // A caster's weight depends on where all casters of the texel end, which blending does not know.
-            return Err(Error::Refused { needs: "path=binned, for front=weighted".into() });
+            return Err(Error::Refused("path=binned, for front=weighted".into()));
         }
         let constants = Constants::new().set(WEIGHTED_FRONT, front == Front::Weighted);
         let common = settings.common(constants);

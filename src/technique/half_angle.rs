@@ -118,10 +118,10 @@ impl HalfAngle {
         if world.light_count() != 1 || world.map_count() != 1 {
             let needs =
                 "one light, directional or a spot: slices lie along the half vector of one light and the camera";
-            return Err(Error::Refused { needs: needs.into() });
+            return Err(Error::Refused(needs.into()));
         }
         if storage == Storage::R32f && !context.features().float32_blend {
-            return Err(Error::Refused { needs: "blending into 32-bit floats, or storage=r16f".into() });
+            return Err(Error::Refused("blending into 32-bit floats, or storage=r16f".into()));
         }
         let format = match storage {
             Storage::R8 => Format::R8_UNORM,

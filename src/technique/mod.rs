@@ -50,7 +50,7 @@ pub use grid_query::GridQuery;
 pub use half_angle::HalfAngle;
 pub use ism::{
     Atlas as IsmAtlas, BuildPath as IsmWay, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData,
-    PointsData, SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS,
+    PointsData, SUBSETS as ISM_SUBSETS,
 };
 pub use keys::{Key, Name, Values};
 pub use layers::Layers;
@@ -353,7 +353,7 @@ impl Entry {
 
     /// The error for a scene of that name, in which the technique sees no caster.
     pub fn casts_from_nothing(&self, name: &str) -> Error {
-        Error::Refused { needs: format!("{} in the scene, and {name} has none", self.casts.names()) }
+        Error::Refused(format!("{} in the scene, and {name} has none", self.casts.names()).into())
     }
 
     /// Checks that the device has the features that the path of that name needs.

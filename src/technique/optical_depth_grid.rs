@@ -128,7 +128,7 @@ impl Baked {
         let parts = way_parts(all / u64::from(settings.turns()));
         let what = format!(" for {} lights of {}³ cells", world.light_count(), settings.cells);
         if let Some(needs) = room(settings, world.light_count()).lacks(context.features(), &what) {
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs));
         }
         let place = Buffer::new(context, "optical_depth_grid.place", size_of::<GridData>() as u64, Memory::Device)?;
         let depths = Buffer::new(context, "optical_depth_grid.depths", bytes, Memory::Device)?;

@@ -111,7 +111,7 @@ impl ShadowMap {
         settings.check()?;
         let Settings { size, bits, filter: side, bias, cascades, opaque: way } = *settings;
         if let Some(needs) = Limit::image_2d(size.into()).lacks(context.features(), "") {
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs));
         }
         check_faces(world, size, side)?;
         check_cascades(world, cascades)?;
@@ -173,7 +173,7 @@ fn check_cascades(world: &World, cascades: u32) -> Result<()> {
         _ if world.camera().is_none() => "a camera, in front of which they stand (World::set_camera)",
         _ => return Ok(()),
     };
-    Err(Error::Refused { needs: format!("{needs} for cascades={cascades}") })
+    Err(Error::Refused(format!("{needs} for cascades={cascades}").into()))
 }
 
 impl Technique for ShadowMap {

@@ -134,7 +134,7 @@ impl Stochastic {
             ENTRY.require(context, RASTER)?;
             if sampling == Sampling::Stratified {
                 let needs = "path=binned for sampling=stratified: one draw knows nothing of the others".into();
-                return Err(Error::Refused { needs });
+                return Err(Error::Refused(needs));
             }
         }
         let filter = settings.filter();

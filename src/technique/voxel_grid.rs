@@ -163,7 +163,7 @@ impl Plan {
         let voxelizer = match path {
             Some(BuildPath::Raster) if cell == Cell::Triangles => {
                 let needs = "path=compute for cell=triangles: draws list no triangles".into();
-                return Err(Error::Refused { needs });
+                return Err(Error::Refused(needs));
             }
             _ if cell == Cell::Triangles => Voxelizer::Listed,
             Some(BuildPath::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },

@@ -101,7 +101,7 @@ impl Wavelet {
         if path == Some(TexelWay::Raster) && settings.rank > MOST_DRAWN {
             let needs =
                 format!("a rank of at most {MOST_DRAWN} with path=raster, which draws to eight targets of four sums");
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs.into()));
         }
         let common = settings.common(constants);
         let kernels = sum_kernels!(wavelet, settings.means() + 1, settings.words(), settings.levels, EVEN_CELLS);

@@ -137,7 +137,7 @@ impl Files {
         }
         let bytes = host.window_bytes();
         if bytes == 0 {
-            return Err(Error::Refused { needs: "a window whose images can be copied from, for a GIF".into() });
+            return Err(Error::Refused("a window whose images can be copied from, for a GIF".into()));
         }
         Buffer::new(host.context(), "view.film", bytes, Memory::Readback).map(Some)
     }

@@ -66,7 +66,7 @@ pub fn open(options: Options, state: State) -> Result<()> {
         Some(first) => Err(Error::Gpu {
             operation: "show",
             name: format!("{} messages of the validation layer", all.len()),
-            cause: first.replace('\n', " "),
+            cause: first.replace('\n', " ").into(),
             way_out: "report this as a bug, with the driver's version".into(),
         }),
     })

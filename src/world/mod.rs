@@ -108,7 +108,7 @@ impl World {
     pub fn scene(&self) -> Result<&Scene> {
         match &self.filled {
             WorldSource::Scene(staged) => Ok(&staged.scene),
-            WorldSource::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
+            WorldSource::External(_) => Err(Error::Refused("a scene that the host knows".into())),
         }
     }
 
@@ -132,7 +132,7 @@ impl World {
             return Ok(());
         }
         let needs = format!("casters of one extinction ratio: {keeper} one number for all colors of light");
-        Err(Error::Refused { needs })
+        Err(Error::Refused(needs.into()))
     }
 
     /// Counters, one per part of the world, that rise whenever the part has changed.
@@ -257,7 +257,7 @@ impl World {
                 Ok(Box::new(staged.scene.meshes.iter().flat_map(|m| m.positions.iter().copied())))
             }
             (_, Some([meshes, _])) => Ok(Box::new(meshes.corners().into_iter())),
-            _ => Err(Error::Refused { needs: "a box about all triangles (World::set_box)".into() }),
+            _ => Err(Error::Refused("a box about all triangles (World::set_box)".into())),
         }
     }
 

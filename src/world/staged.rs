@@ -175,7 +175,7 @@ impl World {
     fn staged(&mut self) -> Result<&mut StagedWorld> {
         match &mut self.filled {
             WorldSource::Scene(staged) => Ok(staged),
-            WorldSource::External(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
+            WorldSource::External(_) => Err(Error::Refused("a scene that the host knows".into())),
         }
     }
 

@@ -47,7 +47,9 @@ fn one_less_than_a_limit_is_refused_by_its_name() {
         let of_path: Vec<_> = requirements(&spec).into_iter().filter(|wants| wants.path == path.name).collect();
         let [wants] = &of_path[..] else { panic!("{text}: {of_path:?}") };
         let lacks = path.requires.iter().find_map(|r| features.lacks(*r)).map(str::to_owned);
-        if let Some(lacks) = lacks.or_else(|| wants.limits.iter().find_map(|limit| limit.lacks(features, ""))) {
+        if let Some(lacks) = lacks
+            .or_else(|| wants.limits.iter().find_map(|limit| limit.lacks(features, "")).map(|needs| needs.to_string()))
+        {
             skipped(TEST, &format!("{text}: needs {lacks}"));
             continue;
         }

@@ -4,11 +4,11 @@ use crate::support::scenes;
 use crate::support::{built, gpu_test, gpu_test_needing, spec};
 use crate::{counted, lights};
 use glam::DVec3;
-use gobo::Error;
 use gobo::gpu::Requirement;
 use gobo::scene::Mesh;
 use gobo::technique::open;
 use gobo::world::World;
+use gobo::{Error, Need};
 
 /// A closed box, turned by so many degrees about the vertical.
 fn closed_box(at: [f32; 3], half: f32, degrees: f32) -> Mesh {
@@ -80,6 +80,6 @@ fn a_device_without_rays_refuses() {
             return opened.expect("it has rays");
         }
         let refused = opened.expect_err("it has no rays");
-        assert!(matches!(&refused, Error::Refused { needs } if needs == "rayQuery"), "{refused}");
+        assert!(matches!(&refused, Error::Refused(Need::Feature(Requirement::RayQuery))), "{refused}");
     });
 }

@@ -210,7 +210,7 @@ pub fn is_lowered() -> bool {
 /// a failure, and a test has to know what it needs.
 pub fn opened<T>(result: gobo::Result<T>, what: &str) -> T {
     match result {
-        Err(Error::Refused { needs }) if is_lowered() => {
+        Err(Error::Refused(needs)) if is_lowered() => {
             resume_unwind(Box::new(Refusal(format!("{what}: needs {needs}"))))
         }
         result => result.unwrap_or_else(|e| panic!("{what}: {e}")),
@@ -309,7 +309,7 @@ pub fn runs(test: &str, context: &Context, text: &str) -> bool {
     let world = World::new(context, &scene).expect("room for one");
     match technique::open(context, &world, &spec(text)) {
         Ok(_) => true,
-        Err(Error::Refused { needs }) => {
+        Err(Error::Refused(needs)) => {
             skipped(test, &format!("{text}: needs {needs}"));
             false
         }

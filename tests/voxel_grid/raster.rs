@@ -2,13 +2,13 @@
 
 use crate::support::{self, gpu_test, scenes, scenes::Random, spec};
 use crate::{PLAIN, all, built, place, triangles, twin};
-use gobo::Error;
 use gobo::gpu::{Context, Requirement};
 use gobo::grid::Voxelizer;
 use gobo::reference::twin::grid::Bits;
 use gobo::scene::{Mesh, Scene};
 use gobo::technique::{open, voxel_grid::Plan as Settings};
 use gobo::world::World;
+use gobo::{Error, Need};
 
 /// Those that the device has: besides compute, wider triangles, and conservative rasterization.
 pub fn rasterizers(test: &str, context: &Context) -> Vec<Voxelizer> {
@@ -136,7 +136,7 @@ fn paths_say_what_they_are() {
             }
             Err(error) => {
                 assert!(!features.fragment_stores_and_atomics);
-                assert!(matches!(&error, Error::Refused { needs } if needs == "fragmentStoresAndAtomics"), "{error}");
+                assert!(matches!(&error, Error::Refused(Need::Feature(Requirement::FragmentStores))), "{error}");
             }
         }
     });

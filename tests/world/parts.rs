@@ -164,7 +164,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     }
     let runs = |spec: &Spec| match technique::open(context, &world(context, &all_of_it(spec)), spec) {
         Ok(_) => true,
-        Err(Error::Refused { needs }) => {
+        Err(Error::Refused(needs)) => {
             skipped(test, &format!("{}: needs {needs}", spec.short()));
             false
         }

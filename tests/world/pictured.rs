@@ -57,7 +57,9 @@ fn splats_of_a_buffer_have_no_colors() {
                 .expect("submitted");
             let camera = View::camera(&scene.camera, &scene, [16, 9]);
             match Renderer::new(context, &world, &camera) {
-                Err(Error::Refused { needs }) => assert!(needs.contains("colors of splats and volumes"), "{needs}"),
+                Err(Error::Refused(needs)) => {
+                    assert!(needs.to_string().contains("colors of splats and volumes"), "{needs}")
+                }
                 Err(error) => panic!("{error}"),
                 Ok(_) => panic!("it is drawn"),
             }

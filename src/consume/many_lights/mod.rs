@@ -111,7 +111,7 @@ pub(super) fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Re
             "maxStorageBufferRange of at least {bytes} for {what} (this device has {limit}); use a smaller \
              picture or fewer lights"
         );
-        return Err(Error::Refused { needs });
+        return Err(Error::Refused(needs.into()));
     }
     Buffer::new(context, name, bytes, Memory::Device)
 }

@@ -135,7 +135,8 @@ impl Bins {
             return Err(Error::Gpu {
                 operation: "list",
                 name: "bins.parts".into(),
-                cause: format!("{parts_listed} parts of tiles, and at most {} are dispatched", GROUPS_X * MAX_ROWS),
+                cause: format!("{parts_listed} parts of tiles, and at most {} are dispatched", GROUPS_X * MAX_ROWS)
+                    .into(),
                 way_out: WayOut::Less(&[Less::Map, Less::Lights]),
             });
         }

@@ -41,7 +41,7 @@ impl Scene {
         }
         if self.motion != Motion::Still {
             let needs = "a scene that stands still: the number of casters of each extinction ratio may not change";
-            return Err(Error::Refused { needs: needs.into() });
+            return Err(Error::Refused(needs.into()));
         }
         let of_color = |light: &Light, color: usize| {
             let mut radiance = [0.0; COLORS];

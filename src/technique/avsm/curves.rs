@@ -148,7 +148,7 @@ pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<
     let bytes = settings.bytes.map_or(even.max(least), u64::from);
     if bytes < least {
         let needs = format!("at least {least} bytes, for the coarsest texels of these maps, or a smaller size");
-        return Err(Error::Refused { needs });
+        return Err(Error::Refused(needs.into()));
     }
     Ok(Some(((bytes - table_bytes(maps)) / block).min(u64::from(MOST_BLOCKS)) as u32))
 }

@@ -12,7 +12,7 @@ use crate::shaders::constant::{
 };
 use crate::technique::keys::word_of;
 use crate::world::World;
-use crate::{Error, Result};
+use crate::{Error, Need, Result};
 
 /// Spare nodes: those that a curve has while it is built, beyond those that it keeps (WORK − NODES in glsl/maps/curve/curve.glsl).
 /// `WHOLE_NODES` is their number where a texel's whole curve is compressed at once. 112 spare nodes would hold almost every curve exactly.
@@ -83,7 +83,7 @@ impl Cells {
 
     /// The Vulkan name of the limit, of shared memory or of threads, that is too low on the device for `groups` threads per texel. `None`
     /// where the device has enough of both.
-    fn lacks(self, features: &Features, groups: u32) -> Option<String> {
+    fn lacks(self, features: &Features, groups: u32) -> Option<Need> {
         let threads = Limit::threads((groups * self.texels()).into());
         [self.room(groups), threads].iter().find_map(|limit| limit.lacks(features, ""))
     }
@@ -121,12 +121,11 @@ impl Plan {
             _ => Resolve::Streaming,
         });
         let cells = resolve == Resolve::Cells;
-        let refused = |needs: String| Err(Error::Refused { needs });
+        let refused = |needs: Need| Err(Error::Refused(needs));
         if resolve == Resolve::Whole && matches!(way, BuildPath::Interlock | BuildPath::RasterOrder) {
-            return refused(format!(
-                "every segment of a texel (resolve=whole), which path={} does not keep",
-                way.name()
-            ));
+            return refused(
+                format!("every segment of a texel (resolve=whole), which path={} does not keep", way.name()).into(),
+            );
         }
         if cells && way != BuildPath::Binned {
             return refused("path=binned: resolve=cells adds up a tile's casters".into());
@@ -154,7 +153,9 @@ impl Plan {
         let whole = resolve == Resolve::Whole && way == BuildPath::TwoPass;
         if asks_fit && !(settings.is_exponential() && (cells || whole)) {
             let ways = "resolve=cells, or path=two-pass,resolve=whole";
-            return refused(format!("{ways}, and curve=exponential: fit=refined fits a whole curve of optical depth"));
+            return refused(
+                format!("{ways}, and curve=exponential: fit=refined fits a whole curve of optical depth").into(),
+            );
         }
         if asks_fit
             && whole
@@ -255,7 +256,7 @@ fn groups(features: &Features) -> u32 {
 fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
     let lanes = || features.lacks_full_subgroups(Cells::Lanes.texels()).or_else(|| Cells::Lanes.lacks(features, 1));
     if batch == Some(Batch::Lanes) {
-        return lanes().map_or(Ok(Cells::Lanes), |needs| Err(Error::Refused { needs }));
+        return lanes().map_or(Ok(Cells::Lanes), |needs| Err(Error::Refused(needs)));
     }
     if batch.is_none() && features.is_software() && lanes().is_none() {
         return Ok(Cells::Lanes);
@@ -263,13 +264,13 @@ fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
     if Cells::Whole.lacks(features, groups(features)).is_none() {
         return Ok(Cells::Whole);
     }
-    Cells::Half.lacks(features, groups(features)).map_or(Ok(Cells::Half), |needs| Err(Error::Refused { needs }))
+    Cells::Half.lacks(features, groups(features)).map_or(Ok(Cells::Half), |needs| Err(Error::Refused(needs)))
 }
 
 /// Whether binned.comp keeps casters in lanes. `auto`: where `suit` is true and the device has full subgroups.
 fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result<bool> {
     match (batch, features.lacks_full_subgroups(BLOCK_TEXELS)) {
-        (Some(Batch::Lanes), Some(needs)) => Err(Error::Refused { needs }),
+        (Some(Batch::Lanes), Some(needs)) => Err(Error::Refused(needs)),
         (asked, lacks) => Ok(lacks.is_none() && (asked == Some(Batch::Lanes) || asked.is_none() && suit)),
     }
 }

@@ -37,7 +37,7 @@ impl RasterOrder {
         // Two nodes per attachment.
         let count = plan.settings.nodes / 2;
         if let Some(needs) = limits(&plan.settings).iter().find_map(|limit| limit.lacks(context.features(), "")) {
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs));
         }
         let (insert, unpack) = match count {
             2 => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_2, &avsm::UNPACK_ATTACHMENTS_2),

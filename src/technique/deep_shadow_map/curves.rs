@@ -213,5 +213,5 @@ fn unpack(word: u32) -> NodeData {
 
 /// The error where `bytes=` has no room for the nodes.
 fn too_few(bytes: u64) -> Error {
-    Error::Refused { needs: format!("at least bytes={bytes} for these maps, or a smaller size") }
+    Error::Refused(format!("at least bytes={bytes} for these maps, or a smaller size").into())
 }

@@ -72,7 +72,7 @@ impl Adapt {
             let needs = format!(
                 "maxStorageBufferRange of at least {bytes} for adaptive points (this device has {most}; even points have no such list)"
             );
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs.into()));
         }
         let taken = Buffer::new(context, "ism.taken", bytes, Memory::Device)?;
         let bytes = u64::from(cluster_count(settings)) * size_of::<ClusterData>() as u64;

@@ -52,7 +52,7 @@ impl Atlas {
         let most = u64::from(context.features().max_storage_buffer_range);
         if bytes > most {
             let needs = format!("maxStorageBufferRange of at least {bytes} for the maps (this device has {most})");
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs.into()));
         }
         let maps = Buffer::new(context, "ism.maps", bytes, Memory::Device)?;
         let seen = Buffer::new(context, "ism.seen", 4 * u64::from(light_count.max(1)), Memory::Device)?;

@@ -47,11 +47,8 @@ use crate::scene::{Light, LightKind, Resolution, View};
 use crate::shaders::set;
 use crate::shaders::{constant, folder};
 use crate::world::{BuildStamp, Parts, World};
-use crate::{Error, Result};
+use crate::{Error, Need, Result};
 use settings::PATHS;
-
-/// What an error names as missing where a light is of another kind.
-pub const VIRTUAL_LIGHTS: &str = "virtual point lights";
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -92,7 +89,7 @@ pub struct Ism {
 fn lights_are_virtual(world: &World) -> Result<()> {
     match world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
         true => Ok(()),
-        false => Err(Error::Refused { needs: VIRTUAL_LIGHTS.into() }),
+        false => Err(Error::Refused(Need::VirtualLights)),
     }
 }
 
@@ -107,7 +104,7 @@ impl Ism {
         lights_are_virtual(world)?;
         let lack = settings.room().lacks(context.features(), "");
         let (way, reason) = match (settings.path, lack) {
-            (Some(BuildPath::Tiled), Some(needs)) => return Err(Error::Refused { needs }),
+            (Some(BuildPath::Tiled), Some(needs)) => return Err(Error::Refused(needs)),
             (Some(way), _) => (way, "asked for"),
             (None, None) => (BuildPath::Tiled, "a workgroup has room for a map"),
             (None, Some(_)) => (BuildPath::Atomic, "no workgroup has room for a map"),

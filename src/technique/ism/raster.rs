@@ -51,7 +51,7 @@ impl Raster {
         let columns = light_count.max(1).isqrt() + u32::from(light_count.max(1).isqrt().pow(2) < light_count);
         let size = [columns.max(1), light_count.div_ceil(columns.max(1)).max(1)].map(|side| side * settings.size);
         if let Some(needs) = Limit::image_2d(size[0].into()).lacks(features, " for the maps") {
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs));
         }
         let culls = settings.culling != Culling::Off;
         let most_points = if culls { u64::from(light_count.max(1)) * u64::from(settings.points) } else { 1 };
@@ -60,7 +60,7 @@ impl Raster {
         if bytes > most {
             let needs =
                 format!("maxStorageBufferRange of at least {bytes} for the list of points (this device has {most})");
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs.into()));
         }
         let listed = Buffer::new(context, "ism.listed", bytes, Memory::Device)?;
         let arguments = Buffer::new(context, "ism.arguments", 16, Memory::Device)?;

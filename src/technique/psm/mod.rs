@@ -170,7 +170,7 @@ impl Psm {
         let has = context.features().max_compute_workgroup_threads;
         if way == BuildPath::Fused && fused_threads > has {
             let needs = format!("maxComputeWorkGroupInvocations of at least {fused_threads} (this device has {has})");
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs.into()));
         }
         layout.filter.check(world, layout.size)?;
         let maps = Maps::new(context, world, layout.size, OpaqueMaps::shared(settings.opaque))?;
@@ -244,10 +244,10 @@ fn choose(context: &Context, settings: &Settings) -> Result<(BuildPath, String)>
     let wants_raster = wants_raster.or(settings.route.map(|route| format!("route={}", word_of(route))));
     let (way, reason) = match (settings.path, &lacks_room, wants_raster) {
         (Some(BuildPath::Raster), ..) => (BuildPath::Raster, "asked for".to_owned()),
-        (Some(BuildPath::Fused), Some(missing), _) => return Err(Error::Refused { needs: missing.clone() }),
+        (Some(BuildPath::Fused), Some(missing), _) => return Err(Error::Refused(missing.clone())),
         (Some(BuildPath::Fused), _, Some(wants)) => {
             let needs = format!("path=raster: {wants} has no meaning for path=fused");
-            return Err(Error::Refused { needs });
+            return Err(Error::Refused(needs.into()));
         }
         (Some(BuildPath::Fused), ..) => (BuildPath::Fused, "asked for".to_owned()),
         (None, _, Some(wants)) => (BuildPath::Raster, format!("auto: {wants}")),

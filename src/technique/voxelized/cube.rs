@@ -26,7 +26,7 @@ pub struct Cubes {
 pub fn lights_are_known(world: &World) -> Result<()> {
     match world.knows_lights() {
         true => Ok(()),
-        false => Err(Error::Refused { needs: "lights that the host knows (World::update_lights)".into() }),
+        false => Err(Error::Refused("lights that the host knows (World::update_lights)".into())),
     }
 }
 

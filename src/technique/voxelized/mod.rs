@@ -315,7 +315,7 @@ impl Voxelized {
 
     fn error(&self, cause: String, way_out: &str) -> Error {
         let name = format!("voxelized:size={}", self.plan.size);
-        Error::Gpu { operation: "bake", name, cause, way_out: way_out.into() }
+        Error::Gpu { operation: "bake", name, cause: cause.into(), way_out: way_out.into() }
     }
 
     fn restart(&mut self, room: Room) -> Result<()> {

@@ -7,6 +7,7 @@ use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
+use winit::raw_window_handle::HandleError;
 use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::window::Window;
 
@@ -65,7 +66,7 @@ impl Device {
             buffer_device_address: enabled.ray_query,
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         });
-        let allocator = allocator.map_err(|cause| super::error("make", "the window's allocator", cause))?;
+        let allocator = allocator.map_err(|cause| super::error("make", "the window's allocator", cause.to_string()))?;
         device.allocator = Some(Arc::new(Mutex::new(allocator)));
         Ok(device)
     }
@@ -111,8 +112,8 @@ impl Drop for Device {
 impl Instance {
     fn open(window: &Arc<Window>, validation: bool, said: &HostMessages) -> Result<Self> {
         // SAFETY: loading the system's Vulkan loader runs its initialisers, which are trusted.
-        let entry = unsafe { ash::Entry::load() }.map_err(|cause| super::error("load", "Vulkan", cause))?;
-        let handle_error = |cause| super::error("find", "the window's display", cause);
+        let entry = unsafe { ash::Entry::load() }.map_err(|cause| super::error("load", "Vulkan", cause.to_string()))?;
+        let handle_error = |cause: HandleError| super::error("find", "the window's display", cause.to_string());
         let display = window.display_handle().map_err(handle_error)?.as_raw();
         let shown = window.window_handle().map_err(handle_error)?.as_raw();
         let of_surface = ash_window::enumerate_required_extensions(display);

@@ -14,23 +14,31 @@ use self::device::Device;
 use self::frames::{FRAMES_IN_FLIGHT, Frames};
 use self::swapchain::{Swapchain, Turn};
 use crate::gpu::{Adopt, Buffer, Commands, Context, Messages};
-use crate::{Error, Result};
+use crate::{Error, GpuCause, Result};
 use ash::vk;
-use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, allocator::GpuAllocator};
+use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError, allocator::GpuAllocator};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::window::Window;
 
 /// An error of the window's own.
-fn error(operation: &'static str, name: &str, cause: impl ToString) -> Error {
+fn error(operation: &'static str, name: &str, cause: impl Into<GpuCause>) -> Error {
     let way_out = "run `gobo devices`, update the driver, or choose another device with --device".into();
-    Error::Gpu { operation, name: name.into(), cause: cause.to_string(), way_out }
+    Error::Gpu { operation, name: name.into(), cause: cause.into(), way_out }
 }
 
 /// An error from Vulkan's result.
 fn failed(operation: &'static str, name: &'static str) -> impl Fn(vk::Result) -> Error {
-    move |result| error(operation, name, format!("{result:?}"))
+    move |result| error(operation, name, GpuCause::Vulkan(result))
+}
+
+/// What went wrong in egui's renderer.
+fn cause_of(error: RendererError) -> GpuCause {
+    match error {
+        RendererError::Vulkan(result) => GpuCause::Vulkan(result),
+        other => other.to_string().into(),
+    }
 }
 
 /// egui's meshes to draw. They are shared by all frames that draw the same.
@@ -117,7 +125,7 @@ impl Host {
         });
         let options = Options { in_flight_frames: FRAMES_IN_FLIGHT as usize, ..Options::default() };
         Renderer::with_gpu_allocator(allocator, self.device.handle.clone(), mode, options)
-            .map_err(|cause| error("make", "the panel", cause))
+            .map_err(|cause| error("make", "the panel", cause_of(cause)))
     }
 
     /// Gobo's context on the window's device.
@@ -231,7 +239,7 @@ impl Host {
             self.frames.over(frame.commands, chain, image, film, |commands| match panel {
                 Some(panel) => panel
                     .cmd_draw(commands, extent, ui.pixels_per_point, &ui.primitives)
-                    .map_err(|cause| error("draw", "the panel", cause)),
+                    .map_err(|cause| error("draw", "the panel", cause_of(cause))),
                 None => Ok(()),
             })?;
         }
@@ -251,7 +259,7 @@ impl Host {
                 self.ui
                     .as_mut()
                     .map_or(Ok(()), |panel| panel.free_texture(id))
-                    .map_err(|e| error("free", "text", e))?;
+                    .map_err(|cause| error("free", "text", cause_of(cause)))?;
             }
         }
         Ok(handed_over)
@@ -265,7 +273,7 @@ impl Host {
         for (id, deltas) in ui.textures.set.drain() {
             for delta in deltas {
                 let copied = panel.set_texture(self.device.queue, self.frames.pool(), id, &delta);
-                copied.map_err(|cause| error("copy", "text", cause))?;
+                copied.map_err(|cause| error("copy", "text", cause_of(cause)))?;
             }
         }
         Ok(())

@@ -59,7 +59,7 @@ impl Swapchain {
         let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT;
         let read = can.supported_usage_flags & vk::ImageUsageFlags::TRANSFER_SRC;
         let Some(format) = formats.iter().find(is_plain).filter(|_| can.supported_usage_flags.contains(usage)) else {
-            return Err(Error::Refused { needs: "a window of 8-bit channels that pictures can be copied to".into() });
+            return Err(Error::Refused("a window of 8-bit channels that pictures can be copied to".into()));
         };
         let most = if can.max_image_count == 0 { u32::MAX } else { can.max_image_count };
         let alpha = [vk::CompositeAlphaFlagsKHR::OPAQUE, vk::CompositeAlphaFlagsKHR::INHERIT];

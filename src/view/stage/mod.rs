@@ -15,7 +15,8 @@ use crate::report::StepRange;
 use crate::scene::{Light, Scene, SceneChange, Smoke, View};
 use crate::simulate::Simulation;
 use crate::world::World;
-use crate::{Error, Result};
+use crate::{Error, GpuCause, Result};
+use ash::vk;
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -496,5 +497,5 @@ fn has_reference(state: &State) -> bool {
 
 /// Whether the error means that the device is lost.
 pub fn is_lost(error: &Error) -> bool {
-    matches!(error, Error::Gpu { cause, .. } if cause.contains("DEVICE_LOST"))
+    matches!(error, Error::Gpu { cause: GpuCause::Vulkan(vk::Result::ERROR_DEVICE_LOST), .. })
 }
