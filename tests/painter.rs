@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use gobo::consume::{Lighting, PainterKind, Pictures, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::reference::twin::painter::{lists, parts};
-use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show, View};
+use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show, Splat, View};
 use gobo::technique::{Entry, REGISTRY, Technique, open};
 use gobo::world::World;
 use gobo::{Error, Result};
@@ -304,6 +304,47 @@ fn vertices_get_room() {
         // Without shadows, light is the same at all vertices and pixels.
         let [_, pixels] = both(context, &scene, technique.as_ref(), Shading::Forward);
         alike(context, &[waited, pixels], 0, "at each pixel");
+    });
+}
+
+/// Splats over all of a large picture, more entries than lists ever hold: green ones hide red ones, in however many runs they are painted.
+#[test]
+fn more_entries_than_there_is_room_for() {
+    const TEST: &str = "more_entries_than_there_is_room_for";
+    if crate::support::is_costly(TEST) {
+        return;
+    }
+    gpu_test(TEST, |context| {
+        let size = [1600, 1200];
+        let splat = |i: u16| Splat {
+            position: [0.0, 0.01 * f32::from(i), 0.0],
+            deviations: [30.0, 0.05, 30.0],
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            opacity: 0.6,
+            color: if i < 150 { [0.1, 0.8, 0.1] } else { [0.8, 0.1, 0.1] },
+        };
+        let painted = |count: u16| {
+            let mut scene = scenes::directional("splats", [0.3, 0.2, -0.9], Vec::new());
+            scene.splats = (0..count).map(splat).collect();
+            scene.camera = Camera { position: DVec3::new(0.0, -9.0, 0.0), ..scene.camera };
+            let world = World::new(context, &scene).expect("room");
+            let mut renderer =
+                Renderer::new(context, &world, &View::camera(&scene.camera, &scene, size)).expect("a renderer");
+            renderer.paint_by(Some(PainterKind::Compute));
+            let technique = built(context, &scene, "none");
+            let kernels =
+                renderer.kernels_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("kernels");
+            renderer.draw(&kernels).expect("painted");
+            let (_, order) = renderer.read_lists().expect("read").expect("lists");
+            assert_eq!(order.len(), usize::from(count));
+            (renderer.read().expect("read"), renderer.lists_bytes(&kernels).expect("lists"))
+        };
+        // 30,000 tiles, so that 290 splats have 8.7 million entries, where there is room for 8.4.
+        let [(few, _), (all, bytes)] = [60, 290].map(painted);
+        assert!(bytes > 100 << 20, "{bytes} bytes");
+        alike(context, &[few.clone(), all], 0, "in runs");
+        let middle = few.pixels[600 * 1600 + 800];
+        assert!(middle[1] > 2.0 * middle[0], "{middle:?} is not green");
     });
 }
 

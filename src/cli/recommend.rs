@@ -117,7 +117,7 @@ fn limit(option: &str, text: Option<&str>, unit: f64) -> Result<Option<f64>> {
         _ => {
             let name = if option.contains(' ') { option.to_owned() } else { format!("{option} {text}") };
             let units = if option.contains("bytes") { ", maybe with KiB, MiB, GiB, KB, MB or GB" } else { "" };
-            Err(Error::usage(name, "no limit", format!("give a number above 0{units}")))
+            Err(Error::usage(name, "not a valid limit", format!("give a number above 0{units}")))
         }
     }
 }

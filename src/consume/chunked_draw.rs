@@ -19,6 +19,9 @@ const SHORT: Duration = Duration::from_secs(1);
 const FIRST: u32 = 64;
 const MORE: f64 = 4.0;
 
+/// Runs of casters that one submission paints, where there is no room in lists for all casters at once.
+const RUNS: u32 = 8;
+
 /// So few casters are drawn in one submission.
 const FEW: u32 = 1024;
 
@@ -32,7 +35,8 @@ impl Renderer {
     pub fn draw(&self, kernels: &Kernels) -> Result<Vec<PassTime>> {
         self.make_room(kernels)?;
         let casters = self.blending.casters;
-        if kernels.is_short.get() || casters <= FEW || self.context.features().is_software() {
+        let is_quick = kernels.is_short.get() || casters <= FEW || self.context.features().is_software();
+        if is_quick && longest(kernels, casters) >= casters {
             return self.frame(kernels, |commands| self.casters(commands, kernels));
         }
         let began = Instant::now();
@@ -45,7 +49,7 @@ impl Renderer {
     /// they need to be.
     fn make_room(&self, kernels: &Kernels) -> Result<()> {
         let moves = self.blending.moves();
-        if kernels.has_room_for.replace(moves) == moves {
+        if kernels.has_room_for.get() == moves {
             return Ok(());
         }
         match &kernels.casters {
@@ -57,6 +61,7 @@ impl Renderer {
             Casters::PaintedSlices(slices) if self.caster_count > 0 => slices.make_room(self)?,
             _ => {}
         }
+        kernels.has_room_for.set(moves);
         Ok(())
     }
 
@@ -75,7 +80,8 @@ impl Renderer {
             return self.frame(kernels, |commands| self.casters(commands, kernels));
         }
         let mut times = self.frame(kernels, |commands| self.sort(commands, kernels))?;
-        in_parts(self.blending.casters, casters, |part| {
+        let all = self.blending.casters;
+        in_parts([all, casters, longest(kernels, all)], |part| {
             follow(&mut times, self.context.submit(|commands| record(commands, &part))?);
             Ok(())
         })?;
@@ -83,9 +89,17 @@ impl Renderer {
     }
 }
 
-/// Calls `draw` with ranges that follow each other, `first` long at first, up to `count`; once where there are none.
-fn in_parts(count: u32, first: u32, mut draw: impl FnMut(Range<u32>) -> Result<()>) -> Result<()> {
-    let (mut length, mut start) = (first.max(1), 0u32);
+/// The most casters of a submission, which has room for so many passes.
+fn longest(kernels: &Kernels, casters: u32) -> u32 {
+    match &kernels.casters {
+        Casters::Painted(painter) if painter.run_count() > RUNS => (casters / painter.run_count() * RUNS).max(1),
+        _ => u32::MAX,
+    }
+}
+
+/// Calls `draw` with ranges that follow each other, `first` long at first and `most` at most, up to `count`; once where there are none.
+fn in_parts([count, first, most]: [u32; 3], mut draw: impl FnMut(Range<u32>) -> Result<()>) -> Result<()> {
+    let (mut length, mut start) = (first.clamp(1, most), 0u32);
     loop {
         let end = count.min(start.saturating_add(length));
         let began = Instant::now();
@@ -93,7 +107,7 @@ fn in_parts(count: u32, first: u32, mut draw: impl FnMut(Range<u32>) -> Result<(
         if end == count {
             return Ok(());
         }
-        length = next_length(end - start, began.elapsed());
+        length = next_length(end - start, began.elapsed()).min(most);
         start = end;
     }
 }
@@ -112,12 +126,13 @@ mod tests {
     fn parts_are_all_casters_once() {
         for (count, first) in [(0, 1), (1, 1), (360, 23), (7, 100), (5, 0), (3, u32::MAX)] {
             let mut parts = Vec::new();
-            in_parts(count, first, |part| {
+            in_parts([count, first, 200], |part| {
                 parts.push(part);
                 Ok(())
             })
             .expect("drawn");
             assert_eq!((parts[0].start, parts[parts.len() - 1].end), (0, count));
+            assert!(parts.iter().all(|part| part.len() <= 200));
             assert!(parts.windows(2).all(|pair| pair[0].end == pair[1].start && !pair[0].is_empty()), "{parts:?}");
         }
     }

@@ -179,8 +179,11 @@ impl Renderer {
             None => {}
         }
         self.blending.look(world, camera, *camera != self.camera)?;
-        self.splats.write(&splat_colors(world)?)?;
+        if world.has_packed() {
+            self.splats.write(&splat_colors(world)?)?;
+        }
         (self.camera, self.caster_count) = (*camera, world.caster_count());
+        (self.triangle_vertices, self.light_count) = (3 * world.triangle_count(), world.light_count());
         if let Some(shown) = &mut self.shown {
             shown.look(world)?;
         }

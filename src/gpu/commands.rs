@@ -173,8 +173,11 @@ impl<'a> Commands<'a> {
     }
 
     /// Copies `from` to `to`, which the host reads, behind the last pass, so that no pass's time includes the copy.
+    /// Where several passes say it, it is copied once.
     pub fn read_back(&mut self, from: &Buffer, to: &ReadBack) {
-        self.read_backs.push((from.clone(), to.clone()));
+        if !self.read_backs.iter().any(|(_, other)| other.is(to)) {
+            self.read_backs.push((from.clone(), to.clone()));
+        }
     }
 
     fn copy_read_backs(&mut self) {

@@ -50,6 +50,11 @@ impl ReadBack {
         self.0.copies.iter().map(Buffer::bytes).sum()
     }
 
+    /// Whether both are clones of one.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
     /// The copy that `frame` writes.
     pub(super) fn begin(&self, frame: u64) -> Buffer {
         let place = self.place(frame);

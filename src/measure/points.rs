@@ -4,7 +4,7 @@ use super::case::LOOKUPS;
 use super::truth::Points;
 use crate::consume::PointBatch;
 
-/// So many lights get all points that are wanted each. More lights share that total.
+/// Up to so many lights, each gets its own full set of points. More lights share as many points as these have together.
 pub(super) const FULLY_ASKED: usize = 8;
 
 /// The fewest points per light, however many lights there are.

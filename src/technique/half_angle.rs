@@ -31,6 +31,7 @@ use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
 use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{CasterQuads, DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, QuadsPush};
+use crate::scene::LightKind;
 use crate::shaders::constant::{ENDS_AT_MESHES, GAUSSIANS, STRANDS};
 use crate::shaders::{folder, half_angle as shaders};
 use crate::world::{BuildStamp, Parts, World};
@@ -173,6 +174,12 @@ impl Technique for HalfAngle {
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world)?;
+        // Where only the device knows the light, a picture slices by the last frame's.
+        if let (true, Some(LightKind::Directional { direction } | LightKind::Spot { direction, .. })) =
+            (world.knows_lights(), world.all_lights().first().map(|light| light.kind))
+        {
+            self.painter.forward.set(direction.normalize().as_vec3().into());
+        }
         if self.written.make(world) {
             self.quads.record(commands, world, &self.maps, None);
             self.light(commands);

@@ -2,6 +2,8 @@
 
 use crate::support::{ask, built_avsm, gpu_test, nodes_of, scenes, some};
 use glam::{DVec2, DVec3};
+use gobo::Error;
+use gobo::consume::{PointBatch, Query};
 use gobo::reference::twin::filter::Filter;
 use gobo::scene::{Projection, Scene, View};
 use gobo::technique::{NodeData, Technique};
@@ -136,6 +138,26 @@ fn filters_weigh_as_their_twins() {
                 }
                 assert!(shadowed > 500, "only {shadowed} points are in shadow");
             }
+        }
+    });
+}
+
+/// A query has a normal and a side for each of its points, or none.
+#[test]
+fn a_query_of_other_lengths_is_refused() {
+    gpu_test("look_up::a_query_of_other_lengths_is_refused", |context| {
+        let (points, normals) = ([[0.0; 3], [1.0; 3]], [[0.0, 0.0, 1.0]; 2]);
+        let ask = |normals: &[[f32; 3]], sides: &[f32]| {
+            Query::of_areas(context, &[PointBatch { light: 0, points: &points, normals }], sides)
+                .map(|query| query.points())
+        };
+        assert_eq!(ask(&normals, &[0.1; 2]).expect("one each"), 2);
+        assert_eq!(ask(&[], &[]).expect("none"), 2);
+        for (normals, sides, said) in
+            [(&normals[..1], &[][..], "1 normals for 2 points"), (&[], &[0.1; 3], "3 sides for 2 points")]
+        {
+            let error = ask(normals, sides).expect_err(said);
+            assert!(matches!(&error, Error::Input { cause, .. } if cause == said), "{error}");
         }
     });
 }

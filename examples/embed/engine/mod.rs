@@ -420,7 +420,9 @@ impl Engine {
         unsafe { self.gpu.device.cmd_pipeline_barrier2(commands, &info) };
         self.frames.submit(frame, false)?;
         self.frame += 1;
-        self.frames.wait(frame)
+        self.frames.wait(frame)?;
+        // The last frame is over too.
+        self.shadows.settle(self.shadowed)
     }
 }
 

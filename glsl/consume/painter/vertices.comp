@@ -29,7 +29,11 @@ layout(push_constant, scalar) uniform VerticesPush {
     uint first;     // place in the order of the first caster
     uint count;     // casters
     uint capacity;  // vertices
+    uint counts_only;
 };
+
+// More vertices than there ever is room for. No more are counted from there on, so that the sum stays within a word.
+const uint FULL = 1u << 30u;
 
 // Casters per workgroup, and threads.
 const uint GROUP = 64u;
@@ -78,12 +82,14 @@ void main() {
     }
     barrier();
     if (thread == 0u) {
-        // Past the room nothing is added, so that the sum stays within a word.
         uint all = ends[GROUP - 1u];
-        base = counts.wanted > capacity ? capacity + 1u : atomicAdd(counts.wanted, all);
+        base = counts.wanted > FULL ? FULL : atomicAdd(counts.wanted, all);
         atomicMax(counts.most_wanted, base + all);
     }
     barrier();
+    if (counts_only != 0u) {
+        return;
+    }
     uint all = ends[GROUP - 1u];
     bool has_room = base <= capacity && all <= capacity - base;
     if (own > 0u) {

@@ -10,6 +10,7 @@ use crate::maps::CountedOrder;
 use crate::shaders::constant::{BY_PLACE, SORT_BLOCK};
 use crate::shaders::{painter as shaders, set};
 use bytemuck::{Pod, Zeroable};
+use std::cell::Cell;
 use std::ops::Range;
 
 /// Pixels per side of a tile. Twin: PAINT_TILE.
@@ -130,6 +131,10 @@ pub(in crate::consume) struct Lists {
     splits: Buffer,
     totals: Buffer,
     totalled: ReadBack,
+    /// The last frame that was recorded.
+    recorded: Cell<u64>,
+    /// The last frame that may lack casters, where some did.
+    short_until: Option<u64>,
     grown: SizedBuffers,
     /// How many runs of casters are painted one after the other, since there is no room for all at once.
     runs: u32,
@@ -251,6 +256,8 @@ impl Lists {
             tiles,
             cut,
             totalled: ReadBack::new(context, "painter.totalled", totals.bytes())?,
+            recorded: Cell::default(),
+            short_until: None,
             kernels: Kernels::new(context, &set, &constants, grown.order.block())?,
             constants,
             size,
@@ -268,11 +275,16 @@ impl Lists {
         })
     }
 
-    /// The places `all` of the order, cut into as many runs as there must be.
-    pub(super) fn runs(&self, all: &Range<u32>) -> impl Iterator<Item = Range<u32>> + use<> {
-        let (start, length, runs) = (all.start, u64::from(all.end - all.start), u64::from(self.runs));
-        let at = move |i: u64| start + (i * length / runs) as u32;
-        (0..runs).map(move |i| at(i)..at(i + 1)).filter(|run| !run.is_empty())
+    /// The places `places` of an order of `all` casters, cut where all of them are cut into as many runs as there must be.
+    pub(super) fn runs(&self, places: &Range<u32>, all: u32) -> impl Iterator<Item = Range<u32>> + use<> {
+        let (places, all, runs) = (places.clone(), u64::from(all), u64::from(self.runs));
+        let at = move |i: u64| (i * all / runs) as u32;
+        (0..runs).map(move |i| at(i).max(places.start)..at(i + 1).min(places.end)).filter(|run| !run.is_empty())
+    }
+
+    /// How many runs all casters are cut into.
+    pub(super) fn run_count(&self) -> u32 {
+        self.runs
     }
 
     fn push(&self, run: &Range<u32>, is_first: bool) -> ListPush {
@@ -291,6 +303,7 @@ impl Lists {
 
     /// Records how many entries the casters at the places `run` of the order have.
     pub(super) fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
+        self.recorded.set(commands.frame());
         let push = self.push(run, is_first);
         self.count(commands, &push);
         self.scan(commands, &push);
@@ -350,7 +363,9 @@ impl Lists {
 
     /// Makes room for what the frame `frame`, which is over, had no room for. Returns whether it did: then that frame lacks casters.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
-        let Some(totals) = self.totalled.read::<PaintTotals>(frame, 1)? else { return Ok(false) };
+        let Some(totals) = self.totalled.read::<PaintTotals>(frame, 1)? else {
+            return Ok(self.short_until.is_some_and(|last| frame <= last));
+        };
         let (wanted, capacity) = (totals.first().map_or(0, |t| t.most_wanted), self.grown.order.capacity());
         if wanted <= capacity {
             return Ok(false);
@@ -359,19 +374,21 @@ impl Lists {
         if capacity < most {
             // An eighth more than is needed, so that a scene in motion does not make the lists grow every frame.
             let wanted = wanted.saturating_add(wanted / 8).min(most);
-            self.grown = SizedBuffers::new(&self.context, &self.totals, wanted, self.tiles, self.cut)?;
-            self.kernels = Kernels::new(&self.context, &self.set, &self.constants, self.grown.order.block())?;
-            self.set.replace(set::PainterLists::ITEMS, &self.grown.order.items)?;
-            self.set.replace(set::PainterLists::PARTS, &self.grown.parts)?;
-            self.scene.replace(set::PainterScene::ITEMS, &self.grown.order.items)?;
-            self.scene.replace(set::PainterScene::PARTS, &self.grown.parts)?;
-            self.scene.replace(set::PainterScene::LAYERS, &self.grown.layers)?;
-            self.slices.replace(set::PainterSlices::ITEMS, &self.grown.order.items)?;
-            self.slices.replace(set::PainterSlices::PARTS, &self.grown.parts)?;
+            let grown = SizedBuffers::new(&self.context, &self.totals, wanted, self.tiles, self.cut)?;
+            let kernels = Kernels::new(&self.context, &self.set, &self.constants, grown.order.block())?;
+            self.set.replace(set::PainterLists::ITEMS, &grown.order.items)?;
+            self.set.replace(set::PainterLists::PARTS, &grown.parts)?;
+            self.scene.replace(set::PainterScene::ITEMS, &grown.order.items)?;
+            self.scene.replace(set::PainterScene::PARTS, &grown.parts)?;
+            self.scene.replace(set::PainterScene::LAYERS, &grown.layers)?;
+            self.slices.replace(set::PainterSlices::ITEMS, &grown.order.items)?;
+            self.slices.replace(set::PainterSlices::PARTS, &grown.parts)?;
+            (self.grown, self.kernels) = (grown, kernels);
         } else {
             self.halve_runs();
         }
         self.totalled.forget();
+        self.short_until = Some(self.recorded.get());
         Ok(true)
     }
 

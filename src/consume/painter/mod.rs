@@ -29,6 +29,9 @@ use std::ops::Range;
 use std::rc::Rc;
 use vertices::Vertices;
 
+/// Runs of casters that are measured in one submission, of which each is some passes.
+const RUNS: usize = 64;
+
 /// Paints casters and volumes.
 pub(super) struct Painter {
     canvas: Rc<Canvas>,
@@ -74,7 +77,7 @@ impl CasterPainter {
     fn record(&self, commands: &mut Commands, renderer: &Renderer, run: &Range<u32>, is_first: bool) {
         let (lists, push) = (self.lists.borrow(), CameraPush::of(&renderer.camera));
         lists.record(commands, run, is_first);
-        self.light(commands, run, is_first);
+        self.light(commands, run, is_first, true);
         commands.pass("painter.paint", |pass| lists.per_part(pass, &self.paint, &push));
         if lists.may_split() {
             commands.pass("painter.compose", |pass| lists.per_split(pass, &self.compose, &push));
@@ -84,12 +87,12 @@ impl CasterPainter {
     /// What [`CasterPainter::record`] needs room for.
     fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
         self.lists.borrow().measure(commands, run, is_first);
-        self.light(commands, run, is_first);
+        self.light(commands, run, is_first, false);
     }
 
-    fn light(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
+    fn light(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool, lights: bool) {
         if let Some(vertices) = &self.vertices {
-            vertices.borrow().record(commands, run, is_first);
+            vertices.borrow().record(commands, run, is_first, lights);
         }
     }
 
@@ -126,7 +129,7 @@ impl Painter {
         for next in renderer.blending.within(part) {
             match (next, &self.casters, &self.volumes) {
                 (Blended::Casters(places), Some(casters), _) => {
-                    let runs = casters.lists.borrow().runs(&places);
+                    let runs = casters.lists.borrow().runs(&places, renderer.blending.casters);
                     for run in runs {
                         casters.record(commands, renderer, &run, is_first);
                         is_first = false;
@@ -149,23 +152,32 @@ impl Painter {
     pub(super) fn make_room(&self, renderer: &Renderer) -> Result<()> {
         let Some(casters) = &self.casters else { return Ok(()) };
         loop {
-            let mut frame = 0;
-            renderer.context.submit(|commands| {
-                frame = commands.frame();
-                let mut is_first = true;
-                for next in &renderer.blending.runs {
-                    let Blended::Casters(places) = next else { continue };
-                    let runs = casters.lists.borrow().runs(places);
+            let (mut frame, mut is_first) = (0, true);
+            let places = renderer.blending.runs.iter().filter_map(|next| match next {
+                Blended::Casters(places) => Some(places),
+                Blended::Volume(_) => None,
+            });
+            let lists = casters.lists.borrow();
+            let runs: Vec<_> = places.flat_map(|places| lists.runs(places, renderer.blending.casters)).collect();
+            drop(lists);
+            for runs in runs.chunks(RUNS) {
+                renderer.context.submit(|commands| {
+                    frame = commands.frame();
                     for run in runs {
-                        casters.measure(commands, &run, is_first);
+                        casters.measure(commands, run, is_first);
                         is_first = false;
                     }
-                }
-            })?;
+                })?;
+            }
             if !casters.settle(frame)? {
                 return Ok(());
             }
         }
+    }
+
+    /// How many runs all casters are painted in, one after the other.
+    pub(super) fn run_count(&self) -> u32 {
+        self.casters.as_ref().map_or(1, |casters| casters.lists.borrow().run_count())
     }
 
     /// See [`Renderer::settle`].

@@ -39,7 +39,12 @@ impl Slices {
         let (context, canvas) = (&renderer.context, renderer.canvas()?);
         let seen =
             Image::new(context, "picture.seen", Format::R32G32B32A32_SFLOAT, renderer.color.size(), ImageUse::Storage)?;
-        let listed = ListSource { order: painter.order(), room: renderer.caster_count, least: WHOLE, by_place: true };
+        let listed = ListSource {
+            order: painter.order(),
+            room: (painter.order().bytes() / 4) as u32,
+            least: WHOLE,
+            by_place: true,
+        };
         let lists = Lists::new(renderer, &listed)?;
         let alone = set::PainterPicture { distances: &renderer.distance, colors: &seen };
         let alone = alone.bind(context, "painter.alone")?;
@@ -76,7 +81,7 @@ impl Slices {
         });
         let kernel = if near_to_far { &self.under } else { &self.over };
         let lists = self.lists.borrow();
-        for run in lists.runs(&(0..count)) {
+        for run in lists.runs(&(0..count), count) {
             lists.record(commands, &run, run.start == 0);
             commands.pass("painter.slices", |pass| {
                 for slice in self.painter.slices(count) {
@@ -110,7 +115,7 @@ impl Slices {
                 frame = commands.frame();
                 self.painter.sort(commands, &renderer.camera, count);
                 let lists = self.lists.borrow();
-                for run in lists.runs(&(0..count)) {
+                for run in lists.runs(&(0..count), count) {
                     lists.measure(commands, &run, run.start == 0);
                 }
             })?;

@@ -8,6 +8,7 @@ use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory,
 use crate::shaders::{painter as shaders, set};
 use crate::technique::Answer;
 use bytemuck::{Pod, Zeroable};
+use std::cell::Cell;
 use std::ops::Range;
 
 /// Casters per workgroup. Twin: GROUP.
@@ -29,6 +30,7 @@ push_struct! {
         first: u32,
         count: u32,
         capacity: u32,
+        counts_only: u32,
     }
 }
 
@@ -63,6 +65,9 @@ pub(super) struct Vertices {
     light: Buffer,
     counts: Buffer,
     counted: ReadBack,
+    /// As in `Lists`.
+    recorded: Cell<u64>,
+    short_until: Option<u64>,
     set: Bindings,
     /// Set 1 of the pass that paints.
     pub(super) lit: Bindings,
@@ -91,6 +96,8 @@ impl Vertices {
             spacing,
             kernel: Kernel::compute(context, shaders::VERTICES.of(answer.folder), &sets, constants)?,
             counted: ReadBack::new(context, "painter.counted", counts.bytes())?,
+            recorded: Cell::default(),
+            short_until: None,
             patches,
             light,
             counts,
@@ -103,10 +110,17 @@ impl Vertices {
         (self.light.bytes() / u64::from(LIGHT_BYTES)) as u32
     }
 
-    /// Records the light at the vertices of the casters at the places `run` of the order.
-    pub(super) fn record(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
+    /// Records how many vertices the casters at the places `run` of the order have, and with `lights` the light there.
+    pub(super) fn record(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool, lights: bool) {
+        self.recorded.set(commands.frame());
         let count = run.end - run.start;
-        let push = VerticesPush { spacing: self.spacing, first: run.start, count, capacity: self.capacity() };
+        let push = VerticesPush {
+            spacing: self.spacing,
+            first: run.start,
+            count,
+            capacity: self.capacity(),
+            counts_only: (!lights).into(),
+        };
         let [x, y] = groups(u64::from(count.div_ceil(GROUP)));
         commands.pass("painter.vertices", |pass| {
             pass.fill_part(&self.counts, 0, if is_first { self.counts.bytes() } else { 4 }, 0);
@@ -118,20 +132,24 @@ impl Vertices {
 
     /// Makes room for what the frame `frame`, which is over, had no room for. Returns whether it did.
     pub(super) fn settle(&mut self, frame: u64, lists: &mut Lists) -> Result<bool> {
-        let Some(counts) = self.counted.read::<Counts>(frame, 1)? else { return Ok(false) };
+        let Some(counts) = self.counted.read::<Counts>(frame, 1)? else {
+            return Ok(self.short_until.is_some_and(|last| frame <= last));
+        };
         let wanted = counts.first().map_or(0, |c| c.most_wanted);
         if wanted <= self.capacity() {
             return Ok(false);
         }
         let most = most_vertices(&self.context);
         if self.capacity() < most {
-            self.light = light_buffer(&self.context, wanted.saturating_add(wanted / 8).min(most))?;
-            self.set.replace(set::PainterVertices::VERTEX_LIGHT, &self.light)?;
-            self.lit.replace(set::PainterPatches::VERTEX_LIGHT, &self.light)?;
+            let light = light_buffer(&self.context, wanted.saturating_add(wanted / 8).min(most))?;
+            self.set.replace(set::PainterVertices::VERTEX_LIGHT, &light)?;
+            self.lit.replace(set::PainterPatches::VERTEX_LIGHT, &light)?;
+            self.light = light;
         } else {
             lists.halve_runs();
         }
         self.counted.forget();
+        self.short_until = Some(self.recorded.get());
         Ok(true)
     }
 

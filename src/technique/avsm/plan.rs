@@ -309,7 +309,7 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (BuildPath, 
         return (BuildPath::Binned, format!("auto: {} device", features.kind));
     }
     if settings.batch.is_some() {
-        return (BuildPath::Binned, "auto: batch= is of tiles".into());
+        return (BuildPath::Binned, "auto: batch= needs tiles".into());
     }
     if let Some(missing) = features.lacks(Requirement::FragmentStores) {
         return (BuildPath::Binned, format!("auto: a device that lacks {missing}"));
