@@ -14,7 +14,7 @@ use gobo::scene::{Camera, Mesh, Particle, Picture, Scene, Strand, View};
 use gobo::technique::{answers_in_space, open};
 use gobo::world::World;
 use support::scenes::Random;
-use support::{ask, gpu_test, scenes, some, spec};
+use support::{ask, gpu_test, ran, scenes, some, spec};
 
 const PIXELS: [u32; 2] = [48, 32];
 
@@ -240,6 +240,36 @@ fn crowds_among_meshes_are_painted_alike() {
             let (most, edge) = (apart[apart.len() - 1 - 3 * 8], apart[apart.len() - 1]);
             println!("from {:?}: {most} apart, {edge} with edges", scene.camera.position);
             assert!(most < if context.features().float32_blend { 1e-3 } else { 5e-2 }, "{most} apart");
+        }
+    });
+}
+
+/// Technique and picture recorded into the first frame of all, before anything was read back: it is sliced by its own light.
+#[test]
+fn the_first_frame_is_sliced_by_its_light() {
+    gpu_test("the_first_frame_is_sliced_by_its_light", |context| {
+        let smoke = scenes::directional("smoke", [0.1, 0.2, -1.0], scenes::random().particles);
+        for (scene, camera) in [(&smoke, 0), (&smoke, 1), (&scenes::spot([0.3, 0.2, 6.0], 80.0, smoke.clone()), 1)] {
+            let scene = Scene { camera: cameras()[camera], ..scene.clone() };
+            for painter in PAINTERS {
+                let world = World::new(context, &scene).expect("room for the scene");
+                let text = "half-angle:size=32,storage=r16f";
+                let mut opened = support::opened(open(context, &world, &spec(text)), text);
+                let view = View::camera(&scene.camera, &scene, PIXELS);
+                let mut renderer = Renderer::new(context, &world, &view).expect("room for the picture");
+                renderer.paint_by(Some(painter));
+                let kernels = renderer.kernels_of(opened.technique.as_ref(), Shading::Forward, Lighting::Fragment);
+                let kernels = kernels.expect("kernels");
+                let frame = ran(context, |commands| {
+                    opened.technique.record(commands, &world).expect("recorded");
+                    renderer.record(commands, &kernels).expect("recorded");
+                });
+                assert!(renderer.settle(&kernels, frame).expect("settled"), "there is room");
+                let first = renderer.read().expect("read");
+                let (later, ..) = painted(context, &scene, text, painter);
+                let apart = largest(&first, &later);
+                assert!(apart < 2e-3, "camera {camera}, {}: {apart} apart", painter.word());
+            }
         }
     });
 }

@@ -5,9 +5,9 @@ pub mod counted;
 mod device;
 mod frames;
 mod memory;
-mod painted;
 mod pipelines;
 mod shadows;
+mod smoke_painter;
 mod spirv;
 
 pub use device::{Choice, Gpu, Optional};

@@ -2,8 +2,8 @@
 //! descriptors, by which the renderer's shaders ask how much of the sun reaches a point.
 
 use super::memory::Buffer;
-use super::painted::Painted;
 use super::pipelines::{Constants, Set};
+use super::smoke_painter::SmokePainter;
 use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, Steps, Sun, TO_SUN, step};
 use ash::vk;
 use gobo::gpu::{Adopt, Commands, Context, Messages, PassTime};
@@ -22,7 +22,7 @@ pub enum How {
 /// Fields are dropped in this order: what was made last goes first.
 pub struct Shadows {
     /// The smoke's picture, where Gobo makes it.
-    painted: Option<Painted>,
+    painter: Option<SmokePainter>,
     technique: Box<dyn Technique>,
     world: World,
     /// None: a scene of the program's, all of which is taken to have moved in each frame.
@@ -91,18 +91,18 @@ impl Shadows {
         })?;
         let bindings = technique.answer().layout(0);
         let sets = (0..FRAMES_IN_FLIGHT).map(|_| Set::new(gpu, &bindings)).collect::<Result<_>>()?;
-        Ok(Self { painted: None, technique, world, particles, sun, context, sets, grew: 0 })
+        Ok(Self { painter: None, technique, world, particles, sun, context, sets, grew: 0 })
     }
 
     /// Makes pictures of `size` pixels too, from the next frame on.
     pub fn paint(&mut self, size: [u32; 2]) -> Result<()> {
-        self.painted = Some(Painted::new(&self.context, &self.world, self.technique.as_ref(), size)?);
+        self.painter = Some(SmokePainter::new(&self.context, &self.world, self.technique.as_ref(), size)?);
         Ok(())
     }
 
     /// The picture of the last frame, where Gobo makes it.
     pub fn painted(&self) -> Option<&gobo::gpu::Image> {
-        self.painted.as_ref().map(Painted::image)
+        self.painter.as_ref().map(SmokePainter::image)
     }
 
     /// The layout of the set that [`Shadows::set`] hands out.
@@ -123,7 +123,7 @@ impl Shadows {
     /// Takes what frame `frame`, which is over, says: whether something did not fit. It has room by now, for the frame that is recorded
     /// next; until then its shadows lack what did not fit.
     pub fn settle(&mut self, frame: u64) -> Result<()> {
-        let lacked = self.painted.as_ref().map_or(Ok(false), |painted| painted.settle(frame))?;
+        let lacked = self.painter.as_ref().map_or(Ok(false), |painter| painter.settle(frame))?;
         self.grew += u64::from(self.technique.settle(frame)? == BuildStatus::Retry || lacked);
         Ok(())
     }
@@ -141,8 +141,8 @@ impl Shadows {
             self.technique.forget();
         }
         self.technique.record(&mut commands, &self.world)?;
-        if let Some(painted) = &mut self.painted {
-            painted.record(&mut commands, &self.world)?;
+        if let Some(painter) = &mut self.painter {
+            painter.record(&mut commands, &self.world)?;
         }
         commands.end();
         // A buffer that grew is another buffer, so that the set is written each frame.

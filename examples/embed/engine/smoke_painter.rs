@@ -10,13 +10,13 @@ use gobo::world::World;
 /// Where the picture ends, along the camera's axis.
 const RANGE: [f64; 2] = [0.1, 200.0];
 
-pub struct Painted {
+pub struct SmokePainter {
     renderer: Renderer,
     kernels: Kernels,
     view: View,
 }
 
-impl Painted {
+impl SmokePainter {
     /// For pictures of `size` pixels of the world's casters, lit by the technique.
     pub fn new(context: &Context, world: &World, technique: &dyn Technique, size: [u32; 2]) -> Result<Self> {
         let view = View::perspective(&camera(), RANGE, size);
