@@ -1,10 +1,10 @@
 //! Pictures of a world that the caller's buffers fill: the device orders the casters, so that the host need not know them.
 
-use super::buffers::{scene, theirs};
+use super::buffers::{fill, scene, theirs};
 use super::{build, opened};
 use crate::support::{gpu_test, spec};
 use gobo::Error;
-use gobo::consume::{Lighting, Renderer, Shading};
+use gobo::consume::{Lighting, PainterKind, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::scene::{Picture, Scene, View};
 use gobo::world::{Capacity, World};
@@ -63,6 +63,41 @@ fn splats_of_a_buffer_have_no_colors() {
                 Err(error) => panic!("{error}"),
                 Ok(_) => panic!("it is drawn"),
             }
+        }
+    });
+}
+
+/// Triangles that come once the renderer is there are in its next picture, by either painter.
+#[test]
+fn triangles_may_come_after_the_renderer() {
+    gpu_test("triangles_may_come_after_the_renderer", |context| {
+        let full = scene(9, 20);
+        let camera = View::camera(&full.camera, &full, [64, 36]);
+        for painter in [PainterKind::Raster, PainterKind::Compute] {
+            let draw = |renderer: &Renderer, world: &World| {
+                let mut opened = opened(context, world, &spec("none"));
+                build(&mut opened, world, "none");
+                renderer.picture_of(opened.technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("drawn")
+            };
+            let made = |world: &World| {
+                let mut renderer = Renderer::new(context, world, &camera).expect("a renderer");
+                renderer.paint_by(Some(painter));
+                renderer
+            };
+            let expected = theirs(context, &full, 0, false);
+            let expected = draw(&made(&expected), &expected);
+            let triangles = full.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>() as u32;
+            let capacity =
+                Capacity { particles: 20, triangles, lights: full.lights.len() as u32, ..Capacity::default() };
+            let mut world = World::of(context, capacity).expect("room");
+            fill(context, &mut world, &Scene { meshes: Vec::new(), ..full.clone() }, false);
+            let mut renderer = made(&world);
+            let before = draw(&renderer, &world);
+            fill(context, &mut world, &full, false);
+            renderer.look(&world, &camera).expect("the next frame");
+            let differing = before.pixels.iter().zip(&expected.pixels).filter(|(a, b)| a != b).count();
+            assert!(differing > 100, "{differing} pixels see meshes");
+            assert!(draw(&renderer, &world) == expected, "{}: the meshes are not all there", painter.word());
         }
     });
 }
