@@ -117,13 +117,18 @@ fn flank() -> Scene {
 fn finer_vertices_come_nearer() {
     by_each("finer_vertices_come_nearer", |context, painter| {
         // In a grid light jumps from voxel to voxel, or bends there, of which a picture of that size has ten pixels each, and few samples are noise from
-        // texel to texel.
+        // texel to texel. Steps of 8 bits are as large as the last differences, so that texels of these have half floats.
         let is_smooth = |text: &String| {
             !["voxel-grid", "density-grid", "optical-depth-grid", "marched", "stochastic"]
                 .iter()
                 .any(|name| text.starts_with(name))
         };
         for text in techniques("finer_vertices_come_nearer", context).into_iter().filter(is_smooth) {
+            let text = match text.split(':').next() {
+                Some("psm") => format!("{text},storage=rgba16f"),
+                Some("translucency-map") => format!("{text},storage=r16f"),
+                _ => text,
+            };
             let [pixels, drawn @ ..] = pictures(
                 (context, painter),
                 &flank(),
