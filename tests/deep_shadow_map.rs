@@ -10,7 +10,7 @@ mod support;
 mod twin;
 
 use gobo::Error;
-use gobo::measure::point_error;
+use gobo::bench::point_error;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::deep_shadow_map::{Removal, nodes, transmittance};
 use gobo::reference::twin::segment::Segment;

@@ -5,12 +5,12 @@
 mod support;
 
 use glam::{DVec2, DVec3};
-use gobo::consume::{Lighting, PainterKind, Renderer, Shading};
+use gobo::bench::picture_error;
 use gobo::gpu::Context;
-use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture as truth};
 use gobo::reference::twin::{half_angle, opaque};
 use gobo::scene::{Camera, Mesh, Particle, Picture, Scene, Strand, View};
+use gobo::shading::{Lighting, PainterKind, Renderer, Shading};
 use gobo::technique::{answers_in_space, open};
 use gobo::world::World;
 use support::scenes::Random;

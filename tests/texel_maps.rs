@@ -18,11 +18,11 @@ mod series;
 #[path = "avsm/twin.rs"]
 mod twin;
 
-use gobo::consume::Query;
+use gobo::bench::{PointError, point_error};
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::TILE_TEXELS;
 use gobo::maps::TexelWay;
-use gobo::measure::{PointError, point_error};
+use gobo::query::Query;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::bins::tile_key;
 use gobo::reference::twin::segment::texel_segment;

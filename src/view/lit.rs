@@ -1,8 +1,8 @@
 //! An open technique in the window, and the picture that it lights.
 
-use crate::consume::{Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel, Tonemapped};
 use crate::gpu::{Commands, Context, Image};
 use crate::scene::{Backdrop, Show, View};
+use crate::shading::{Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel, Tonemapped};
 use crate::technique::{BuildStatus, Spec, Technique, open};
 use crate::world::{Generations, World};
 use crate::{Error, Result};

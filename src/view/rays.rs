@@ -3,8 +3,8 @@
 //! waits for it. The thread also finds how wrong the picture is: the seen error of A and B.
 
 use super::state::{Side, State};
+use crate::bench::{BuiltTechniques, LightRay, SeenError, SeenTruth};
 use crate::gpu::{Context, Options};
-use crate::measure::{BuiltTechniques, LightRay, SeenError, SeenTruth};
 use crate::reference::truth::Casters;
 use crate::report;
 use crate::scene::{Camera, FACES, Scene, View};

@@ -2,8 +2,8 @@
 
 use crate::support::{ask, built, every_path, gpu_test, gpu_test_needing, scenes, some, spec};
 use glam::DVec3;
-use gobo::consume::{PointBatch, Query};
 use gobo::gpu::Requirement;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::Casters;
 use gobo::scene::{Particle, Scene, gutter_texels};
 use gobo::technique::{self, Name};

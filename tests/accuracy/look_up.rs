@@ -3,7 +3,7 @@
 use crate::support::{ask, built_avsm, gpu_test, nodes_of, scenes, some};
 use glam::{DVec2, DVec3};
 use gobo::Error;
-use gobo::consume::{PointBatch, Query};
+use gobo::query::{PointBatch, Query};
 use gobo::reference::twin::filter::Filter;
 use gobo::scene::{Projection, Scene, View};
 use gobo::technique::{NodeData, Technique};

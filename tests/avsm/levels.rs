@@ -5,12 +5,13 @@ use crate::TOLERANCE;
 use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
 use crate::twin::{DEPTHS, build, depth, look_up};
 use glam::DVec3;
-use gobo::consume::{Lighting, PointBatch, Query, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::maps::level_size;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::avsm::levels::{cost, merged};
 use gobo::scene::{Camera, FARTHEST, Fog, Projection, Scene, Strand, View};
+use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique::{Avsm, NodeData, Technique};
 use gobo::world::World;
 

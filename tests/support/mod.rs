@@ -11,13 +11,13 @@ pub mod spirv;
 pub mod within;
 
 use gobo::Error;
-use gobo::consume::parse;
-use gobo::consume::{PointBatch, Query};
+use gobo::bench::{Effort, Extent, Row, Status, with_case};
 use gobo::gpu::{Commands, Context, Messages, Options, Requirement};
-use gobo::measure::{Effort, Extent, Row, Status, with_case};
+use gobo::query::{PointBatch, Query};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
+use gobo::shading::parse;
 use gobo::technique::{self, Avsm, Casts, Entry, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
 use gobo::world::World;
 use std::io::Write;

@@ -3,11 +3,11 @@
 
 use super::{ARITHMETIC, cases, each_texel};
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
-use gobo::consume::Query;
+use gobo::bench::point_error;
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::TexelWay::{self, Binned, Raster};
 use gobo::maps::level_size;
-use gobo::measure::point_error;
+use gobo::query::Query;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::layers::Texel;
 use gobo::reference::twin::sums::DARK;

@@ -4,9 +4,9 @@
 use super::cases;
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
 use glam::{DVec2, DVec3};
-use gobo::consume::{PointBatch, Query};
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::level_size;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::beer_shadow_map::{self as beer, Texel};
 use gobo::reference::twin::translucency_map as translucency;

@@ -4,10 +4,10 @@
 use super::{cases, each_texel};
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
 use glam::DVec2;
-use gobo::consume::Query;
+use gobo::bench::point_error;
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::{Sums, level_size};
-use gobo::measure::point_error;
+use gobo::query::Query;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::moments::{Basis, bias};
 use gobo::reference::twin::texel_sums::{Below, Curve, Range, binned, drawn, place};

@@ -6,12 +6,12 @@ use crate::support::alike::assert_alike;
 use crate::support::scenes::Random;
 use crate::support::{gpu_test, runs, some, spec};
 use glam::DVec3;
-use gobo::consume::{Lighting, Renderer, Shading, Tiled};
 use gobo::gpu::{Commands, Context};
 use gobo::lights::indirect::Vpls;
 use gobo::maps::Map;
 use gobo::reference::twin::fit::{Aiming, aim};
 use gobo::scene::{Light, LightKind, Scene, View};
+use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique::{self, Spec};
 use gobo::world::{Capacity, Count, LightAt, LightData, LightType, Number, Source, World};
 

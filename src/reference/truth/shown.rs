@@ -1,5 +1,5 @@
 //! The finished picture for people, made from a picture with many samples per pixel. Samples are averaged in linear light; then the tone
-//! curve [`filmic`] is applied to the mean. Twin: glsl/consume/develop.comp.
+//! curve [`filmic`] is applied to the mean. Twin: glsl/shading/develop.comp.
 
 use crate::scene::{Picture, Show};
 use glam::DVec3;

@@ -4,9 +4,9 @@ use super::rgb8;
 use crate::support::{gpu_test_needing, log, opened, spec};
 use crate::{folder, ok, runs, small_scene, text};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Lighting, Renderer, Shading, Tonemapped};
 use gobo::reference::truth::{Casters, developed, shown_picture};
 use gobo::scene::{Backdrop, SKY, Scene, Show, View};
+use gobo::shading::{Lighting, Renderer, Shading, Tonemapped};
 use gobo::technique::open;
 use gobo::world::World;
 
