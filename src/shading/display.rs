@@ -29,8 +29,8 @@ push_struct! {
 }
 
 push_struct! {
-    /// Twin: DevelopPush in glsl/shading/develop.comp.
-    struct DevelopPush {
+    /// Twin: TonemapPush in glsl/shading/tonemap.comp.
+    struct TonemapPush {
         grid: [u32; 2],
         size: [u32; 2],
         exposure: f32,
@@ -127,8 +127,8 @@ impl Renderer {
 /// Turns the picture of all samples into the finished picture for people.
 pub struct Tonemapped {
     context: Context,
-    kernel: Kernel<DevelopPush>,
-    push: DevelopPush,
+    kernel: Kernel<TonemapPush>,
+    push: TonemapPush,
     shown: Image,
 }
 
@@ -143,16 +143,16 @@ impl Tonemapped {
         let size = [0, 1].map(|i| sampled[i] / show.grid[i]);
         let shown = Image::new(context, "picture.shown", Format::R32G32B32A32_SFLOAT, size, ImageUse::Storage)?;
         let bindings =
-            set::PictureDeveloped { samples: &renderer.color, shown: &shown }.bind(context, "picture.developed")?;
-        let kernel = Kernel::compute(context, &shaders::DEVELOP, &[&bindings], &Constants::new())?;
-        let push = DevelopPush { grid: show.grid, size, exposure: show.stops.exp2() };
+            set::PictureTonemapped { samples: &renderer.color, shown: &shown }.bind(context, "picture.tonemapped")?;
+        let kernel = Kernel::compute(context, &shaders::TONEMAP, &[&bindings], &Constants::new())?;
+        let push = TonemapPush { grid: show.grid, size, exposure: show.stops.exp2() };
         Ok(Self { context: context.clone(), kernel, push, shown })
     }
 
     /// Records the pass, to run after those that draw.
     pub fn record(&self, commands: &mut Commands) {
         let groups = self.push.size.map(|side| side.div_ceil(BLOCK));
-        commands.pass("shading.develop", |pass| pass.dispatch(&self.kernel, &self.push, [groups[0], groups[1], 1]));
+        commands.pass("shading.tonemap", |pass| pass.dispatch(&self.kernel, &self.push, [groups[0], groups[1], 1]));
     }
 
     /// The finished picture on the device, linear RGB from 0 to 1.
@@ -160,7 +160,7 @@ impl Tonemapped {
         &self.shown
     }
 
-    /// Develops the last picture, and reads it.
+    /// Tonemaps the last picture, and reads it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.

@@ -11,7 +11,7 @@ pub struct Pictures {
     /// Draws one pixel per sample; a picture for people has several samples per final pixel.
     pub renderer: Renderer,
     size: [u32; 2],
-    developed: Option<(Show, Tonemapped)>,
+    tonemapped: Option<(Show, Tonemapped)>,
 }
 
 impl Pictures {
@@ -27,10 +27,10 @@ impl Pictures {
             return Err(Error::input("samples", cause, "take fewer samples, or a smaller picture"));
         }
         let mut renderer = Renderer::new(context, world, &View::camera(&scene.camera, scene, sampled))?;
-        let Some(show) = show else { return Ok(Self { renderer, size, developed: None }) };
+        let Some(show) = show else { return Ok(Self { renderer, size, tonemapped: None }) };
         renderer.show(world)?;
-        let developed = Some((show, Tonemapped::new(&renderer, &show)?));
-        Ok(Self { renderer, size, developed })
+        let tonemapped = Some((show, Tonemapped::new(&renderer, &show)?));
+        Ok(Self { renderer, size, tonemapped })
     }
 
     /// Sees the world as it is now, by the camera of `scene`.
@@ -38,13 +38,13 @@ impl Pictures {
     /// # Errors
     /// As [`Renderer::look`].
     pub fn look(&mut self, world: &World, scene: &Scene) -> Result<()> {
-        let sampled = self.developed.as_ref().map_or(self.size, |(show, _)| show.sampled(self.size));
+        let sampled = self.tonemapped.as_ref().map_or(self.size, |(show, _)| show.sampled(self.size));
         self.renderer.look(world, &View::camera(&scene.camera, scene, sampled))
     }
 
     /// The pass that turns the drawn samples into the picture for people; none where pictures are measured.
-    pub fn developed(&self) -> Option<&Tonemapped> {
-        self.developed.as_ref().map(|(_, developed)| developed)
+    pub fn tonemapped(&self) -> Option<&Tonemapped> {
+        self.tonemapped.as_ref().map(|(_, tonemapped)| tonemapped)
     }
 
     /// The picture that was drawn last.
@@ -52,6 +52,6 @@ impl Pictures {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
     pub fn read(&self) -> Result<Picture> {
-        self.developed().map_or_else(|| self.renderer.read(), Tonemapped::picture)
+        self.tonemapped().map_or_else(|| self.renderer.read(), Tonemapped::picture)
     }
 }

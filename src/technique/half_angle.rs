@@ -193,7 +193,7 @@ impl Technique for HalfAngle {
             self.written.forget();
         }
         if let Some(map) = self.maps.all().first() {
-            self.painter.forward.set(map.volume.forward);
+            self.painter.forward.set(map.caster_view.forward);
         }
         Ok(BuildStatus::of(grew))
     }

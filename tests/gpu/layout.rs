@@ -68,7 +68,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Reservoir", twin!(ReservoirData, light, weight, frames, z, normal)),
         ("FieldPlace", twin!(FieldData, origin, extinction, rows, size, first_slot, color, last_slot, first_block)),
         ("FieldSlot", twin!(SlotData, block, number)),
-        ("Map", twin!(Map, volume, opaque)),
+        ("Map", twin!(Map, caster_view, opaque)),
         ("IsmPoint", twin!(PointData, position, normal)),
         ("IsmCluster", twin!(ClusterData, middle, reach, normal, spread, sides, thick, closed)),
         ("IsmPoints", twin!(PointsData, scale, total, radius, area)),

@@ -95,7 +95,7 @@ impl SceneCase<'_> {
         asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
         self.ask_colors(technique, truth, &mut asked.colors)?;
         // A technique without maps has no map error.
-        let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
+        let views: Vec<View> = technique.maps().iter().map(|m| m.caster_view).collect();
         if !views.is_empty() && !paints {
             let maps = truth.maps(views);
             asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);

@@ -85,7 +85,7 @@ fn view_of(opened: &[Opened], map: usize) -> Result<View> {
 
 /// The view of a technique's map, if it has one.
 fn seen(opened: &Opened, map: usize) -> Option<View> {
-    opened.technique.maps().get(map).map(|map: &Map| map.volume)
+    opened.technique.maps().get(map).map(|map: &Map| map.caster_view)
 }
 
 impl LightRay {

@@ -45,7 +45,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     let mut opened = technique::open(context, &world, spec)?;
     opened.build(&world)?;
     *path = opened.technique.facts()?.path.into();
-    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
+    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.caster_view).collect();
     let has_smoke = !subject.scene.has_only_meshes();
     // With meshes alone, most points on rays are in the boundary, so only points in space and on meshes are asked about.
     let on_rays = if views.is_empty() || !has_smoke { Arc::default() } else { subject.maps(&views) };
@@ -196,7 +196,7 @@ fn step_rms(
     figures: &mut Figures,
 ) -> Result<Option<f64>> {
     let mut boundary = subject.boundary_after(0, &opened.technique.resolution());
-    let views = |opened: &Opened| opened.technique.maps().iter().map(|map| map.volume).collect::<Vec<_>>();
+    let views = |opened: &Opened| opened.technique.maps().iter().map(|map| map.caster_view).collect::<Vec<_>>();
     let has_maps = !views(opened).is_empty() && !subject.scene.has_only_meshes();
     let mut truth_before: Arc<Vec<f64>> = match has_maps {
         true => subject.filtered(0, &views(opened)),

@@ -156,7 +156,7 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
 
 /// Checks answers on the rays of texels, in scenes for which a truth is known.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
-    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
+    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.caster_view).collect();
     // With meshes, answers depend on the resolution of opaque shadows; with wider filters, on other texels' rays. Neither has a truth here.
     let is_plain = ["", word_of(FILTER.default)].contains(&spec.text(Name::FILTER));
     if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {

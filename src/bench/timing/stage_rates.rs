@@ -259,7 +259,7 @@ mod tests {
         Row {
             technique: technique.into(),
             passes: vec![pass("build", 60.0, false)],
-            draw_passes: vec![pass("picture", raster, true), pass("develop", 40.0 - raster, false)],
+            draw_passes: vec![pass("picture", raster, true), pass("tonemap", 40.0 - raster, false)],
             ..Row::default()
         }
     }

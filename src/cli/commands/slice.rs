@@ -103,7 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         path = opened.technique.facts()?.path;
         let technique = &opened.technique;
         answers_in_space(technique.as_ref())?;
-        let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
+        let Some(view) = technique.maps().get(map).map(|m| m.caster_view) else {
             return Err(Error::usage("--technique", "it has no maps", "name one that has"));
         };
         let sweeps = frames > 1 && !moves;

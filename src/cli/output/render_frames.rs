@@ -4,7 +4,7 @@ use crate::cli::commands::render::Arguments;
 use crate::cli::frame_source::States;
 use crate::cli::one_spec;
 use crate::gpu::{Context, PassTime};
-use crate::reference::truth::{Casters, developed, fog, picture, shown_picture};
+use crate::reference::truth::{Casters, fog, picture, shown_picture, tonemapped};
 use crate::scene::{Fog, Picture, View};
 use crate::shading::{Kernels, Lighting, Pictures, Renderer, Shading};
 use crate::technique::{Opened, Spec, answers_in_space, open};
@@ -62,7 +62,7 @@ pub(in crate::cli) fn by_reference(
             Some(show) => {
                 let camera = View::camera(&scene.camera, scene, show.sampled(size));
                 let samples = with_air(&casters, &camera, shown_picture(&casters, scene, &camera), &air);
-                RenderedFrame::of(&developed(&samples, show))
+                RenderedFrame::of(&tonemapped(&samples, show))
             }
         };
         drawn.plain = plain.then(measured);

@@ -415,7 +415,8 @@ impl Stage {
         }
         let lights = self.world.all_lights();
         let first = lights.iter().take(light).map(Light::map_count).sum::<usize>();
-        let Some(view) = lit.technique.maps().get(first).filter(|_| light < lights.len()).map(|map| map.volume) else {
+        let Some(view) = lit.technique.maps().get(first).filter(|_| light < lights.len()).map(|map| map.caster_view)
+        else {
             let name = lit.spec.entry.name;
             let error = match lit.technique.maps().is_empty() {
                 true => Error::input(name, "it has no maps to slice", "choose one that has"),

@@ -6,11 +6,11 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// set 0: picture_developed
+// set 0: picture_tonemapped
 layout(set = 0, binding = 0) uniform texture2D samples;
 layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D shown;
 
-layout(push_constant, scalar) uniform DevelopPush {
+layout(push_constant, scalar) uniform TonemapPush {
     uvec2 grid;  // columns and rows of a pixel's samples
     uvec2 size;  // pixels
     float exposure;
