@@ -45,7 +45,7 @@ pub struct World {
     generations: Generations,
     /// [`Caster`]: spheres, then strands, then Gaussians, then cells of volumes; [`World::caster_count`] of them, once per
     /// color ([`World::colors`]), each color behind the room for [`World::caster_capacity`] of the one before.
-    pub casters: Buffer,
+    pub(crate) casters: Buffer,
     caster_capacity: u32,
     /// How many times casters and lights stand in the buffers: see [`World::colors`].
     colors: u32,
@@ -55,18 +55,18 @@ pub struct World {
     gaussian_count: u32,
     cell_count: u32,
     /// [`TriangleData`].
-    pub triangles: Buffer,
+    pub(crate) triangles: Buffer,
     triangle_capacity: u32,
     triangle_count: u32,
     /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 where a ray along its normal leaves a closed mesh, −1
     /// where it enters one, 0 where the mesh is not closed or that is not known.
-    pub sides: Buffer,
+    pub(crate) sides: Buffer,
     /// Whether there may be strands. Without strands, kernels are compiled for spheres alone.
     strands: bool,
     /// Whether there may be Gaussians or cells of volumes, likewise.
     packed: bool,
     /// [`LightData`].
-    pub lights: Buffer,
+    pub(crate) lights: Buffer,
     /// The lights as the host knows them.
     lit: Vec<Light>,
     /// Whether `lit` holds the real lights; else it holds stand-ins of the same types.
@@ -77,6 +77,17 @@ pub struct World {
     /// The bounds of the meshes, then of smoke and hair, as far as the host knows them.
     bounds: Option<[Bounds; 2]>,
     filled: WorldSource,
+}
+
+/// Buffers of a world, for whoever reads back what is in them.
+#[doc(hidden)]
+pub struct WorldBuffers<'a> {
+    /// A [`Caster`] each.
+    pub casters: &'a Buffer,
+    /// A [`TriangleData`] each.
+    pub triangles: &'a Buffer,
+    /// A [`LightData`] each.
+    pub lights: &'a Buffer,
 }
 
 /// Where a world's casters and lights come from.
@@ -98,6 +109,12 @@ impl World {
     /// The world's name in errors: the name of its scene.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The buffers on the device.
+    #[doc(hidden)]
+    pub fn buffers(&self) -> WorldBuffers<'_> {
+        WorldBuffers { casters: &self.casters, triangles: &self.triangles, lights: &self.lights }
     }
 
     /// The present scene that fills the world. Where the device simulates its particles, these are as they were last

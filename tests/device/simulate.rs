@@ -52,7 +52,7 @@ impl Running {
     }
 
     fn casters(&self) -> Vec<Caster> {
-        self.world.casters.read(self.world.caster_count() as usize).expect("read")
+        self.world.buffers().casters.read(self.world.caster_count() as usize).expect("read")
     }
 
     fn twin(&self, time_s: f64) -> Vec<Body> {

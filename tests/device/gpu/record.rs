@@ -165,7 +165,7 @@ fn submitted(context: &Context) -> Consumed {
     for time_s in TIMES {
         simulation.move_to(&mut world, time_s).expect("moved");
     }
-    all.casters = world.casters.read(world.caster_count() as usize).expect("read");
+    all.casters = world.buffers().casters.read(world.caster_count() as usize).expect("read");
     all
 }
 
@@ -243,12 +243,12 @@ fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
 
     let mut world = World::new(context, &fountain()).expect("room");
     let mut simulation = Simulation::of(context, &world).expect("room").expect("a fountain");
-    let read = ReadBack::new(context, "casters", world.casters.bytes()).expect("room");
+    let read = ReadBack::new(context, "casters", world.buffers().casters.bytes()).expect("room");
     let mut last = 0;
     for time_s in TIMES {
         last = frame(foreign, context, |commands| {
             simulation.record(commands, &mut world, time_s).expect("recorded");
-            commands.read_back(&world.casters, &read);
+            commands.read_back(world.buffers().casters, &read);
         });
     }
     all.casters = read.read(last, world.caster_count() as usize).expect("read").expect("copied");
@@ -265,7 +265,7 @@ fn refused(context: &Context) {
         ("steps", renderer.steps(&voxels.answer()).map(|_| ())),
         ("read", renderer.read().map(|_| ())),
         ("picture", renderer.picture(&voxels.answer(), Shading::Forward, Lighting::Fragment).map(|_| ())),
-        ("casters", world.casters.read::<Caster>(1).map(|_| ())),
+        ("casters", world.buffers().casters.read::<Caster>(1).map(|_| ())),
     ];
     for (what, result) in results {
         let Err(Error::Refused(needs)) = result else { panic!("{what}: {result:?}") };

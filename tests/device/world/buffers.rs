@@ -300,7 +300,9 @@ fn hair_and_smoke_answer_as_a_scene_does() {
                     world.update_strands(commands, &theirs, at)
                 });
                 strands.expect("filled");
-                assert!(world.casters.read::<Caster>(90).expect("read").iter().all(|caster| caster.radius == 0.0));
+                assert!(
+                    world.buffers().casters.read::<Caster>(90).expect("read").iter().all(|caster| caster.radius == 0.0)
+                );
                 fill(context, &mut world, &scene, on_device);
                 let [expected, is] = [&ours, &world].map(|world| {
                     let mut opened = opened(context, world, &spec);

@@ -44,7 +44,7 @@ fn what_is_gathered_equals_its_twin() {
             };
             let at = SphereAt { position: 0, radius: Number::At(16), extinction: Number::Is(0.5) };
             let frame = record(context, |commands| world.update_particles(commands, &from(&words), at));
-            let is: Vec<Caster> = world.casters.read(slots).expect("read");
+            let is: Vec<Caster> = world.buffers().casters.read(slots).expect("read");
             assert!(bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected), "{slots} spheres");
             assert_eq!(refused_in(&world, frame)[0], refused);
             if stride >= 8 {
@@ -54,7 +54,7 @@ fn what_is_gathered_equals_its_twin() {
                 let (expected, refused) = casters(&words, &strands, slots, live);
                 let at = StrandAt { start: 0, end: 16, radius: Number::At(12), depth: Number::At(28) };
                 let frame = record(context, |commands| world.update_strands(commands, &from(&words), at));
-                let is: Vec<Caster> = world.casters.read_from(slots, slots).expect("read");
+                let is: Vec<Caster> = world.buffers().casters.read_from(slots, slots).expect("read");
                 assert!(
                     bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected),
                     "{slots} strands"
@@ -78,7 +78,7 @@ fn what_is_gathered_equals_its_twin() {
                     albedo,
                 };
                 let frame = record(context, |commands| world.update_triangles(commands, &corners));
-                let is: Vec<[[f32; 3]; 4]> = world.triangles.read(slots).expect("read");
+                let is: Vec<[[f32; 3]; 4]> = world.buffers().triangles.read(slots).expect("read");
                 let same = bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected);
                 assert!(same, "{slots} triangles, {live} of them theirs, indices: {}", indices.is_some());
                 assert_eq!(refused_in(&world, frame)[2], refused);

@@ -131,7 +131,7 @@ fn lights_of_a_buffer_equal_their_twin() {
             let source = Source { count: count(context, live, true), ..source };
             let frame =
                 record(context, |commands| world.update_lights_from_buffer(commands, &source, AT, &types(&lights)));
-            let all: Vec<LightData> = world.lights.read(slots).expect("read");
+            let all: Vec<LightData> = world.buffers().lights.read(slots).expect("read");
             let mut refused = 0;
             for (i, (is, told)) in all.iter().zip(LightData::of(&lights, false)).enumerate() {
                 let theirs = light(&words, FIRST + STRIDE * i, &WORDS, told.kind).filter(|_| i < live);

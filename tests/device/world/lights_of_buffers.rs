@@ -325,7 +325,8 @@ fn lights_of_a_buffer_come_and_go() {
             let one = Source { count: count(context, 1, true), ..source(context, &two.lights, true) };
             record(context, |commands| world.update_lights_from_buffer(commands, &one, AT, types));
             build(&mut opened, &world, "one");
-            let radiances = world.lights.read::<LightData>(2).expect("read").into_iter().map(|light| light.radiance);
+            let radiances =
+                world.buffers().lights.read::<LightData>(2).expect("read").into_iter().map(|light| light.radiance);
             assert_eq!(radiances.collect::<Vec<_>>(), [two.lights[0].radiance, [0.0; 3]]);
             let is = answers(context, opened.technique.as_ref(), 1, &points());
             if context.features().is_software() {
@@ -358,7 +359,7 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
             assert!(said(&Source { count: outside, ..all.clone() }, AT, &kinds).contains("a count"));
         });
         passes.expect("submitted");
-        let is: Vec<LightData> = world.lights.read(3).expect("read");
+        let is: Vec<LightData> = world.buffers().lights.read(3).expect("read");
         assert!(world.knows_lights() && is == LightData::of(&scene.lights, true), "nothing was recorded");
         let mut ours = super::world(context, &scene);
         let of_a_scene = context.try_submit(|commands| ours.update_lights_from_buffer(commands, &all, AT, &kinds));

@@ -238,7 +238,7 @@ fn casters_that_the_device_wrote_are_replaced() {
         let mut avsm = opened(context, &world, &spec);
         build(&mut avsm, &world, "first");
         let before = answers(context, avsm.technique.as_ref(), 2, &points());
-        let casters = world.casters.clone();
+        let casters = world.buffers().casters.clone();
         let written = |world: &mut World| {
             // No extinction, nor radius.
             world.write_casters(|commands| commands.pass("test", |pass| pass.fill(&casters, 0))).expect("written");

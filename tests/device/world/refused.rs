@@ -51,7 +51,7 @@ fn what_is_no_caster_casts_nothing() {
         let fewer = Scene { particles: good.particles[..58].to_vec(), meshes: Vec::new(), ..good.clone() };
         let frame = fill(context, &mut world, &Scene { meshes: Vec::new(), ..good.clone() }, true);
         assert_eq!(world.gathered(frame).expect("read"), Some(Gathered { asked: [60, 0, 0, 0, 0], refused: [0; 5] }));
-        assert_eq!(world.casters.read::<Caster>(58).expect("read"), fewer.casters());
+        assert_eq!(world.buffers().casters.read::<Caster>(58).expect("read"), fewer.casters());
     });
 }
 

@@ -135,7 +135,7 @@ fn splats_of_a_buffer_are_packed() {
             assert_eq!((gathered.asked[3], refused_in(&world, frame)[3]), (live as u32, none.len() as u32));
             let (expected, refused) = splats(&laid_out(&theirs), &WORDS, slots, live);
             assert_eq!(refused, none.len() as u32);
-            let all: Vec<Caster> = world.casters.read(8 + slots).expect("read");
+            let all: Vec<Caster> = world.buffers().casters.read(8 + slots).expect("read");
             let nothing = Caster { position: [0.0; 3], radius: 0.0, axis: [0.0; 3], density: 0.0 };
             assert!(all[..8].iter().all(|caster| *caster == nothing), "smoke and hair that nobody has written");
             let mut same = 0;
@@ -174,7 +174,7 @@ fn splats_answer_as_a_scene_does() {
             record(context, |commands| world.update_splats(commands, &splats, AT));
             world
         };
-        let first: Vec<Caster> = packed(&scene, true).casters.read(150).expect("read");
+        let first: Vec<Caster> = packed(&scene, true).buffers().casters.read(150).expect("read");
         let all = scene.splats.len();
         let is_alike =
             |(i, g): (usize, &Splat)| first[70 + i].axis.map(f32::to_bits) == Caster::from(g).axis.map(f32::to_bits);

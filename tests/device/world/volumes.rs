@@ -100,10 +100,10 @@ fn volumes_that_are_the_same_are_not_copied() {
         let mut world = theirs(context, &scene(vec![one.clone()]));
         let mut opened = opened(context, &world, &spec("layers:size=28,path=binned"));
         build(&mut opened, &world, "layers");
-        let written: Vec<Caster> = world.casters.read(15 + one.cells().len()).expect("read");
+        let written: Vec<Caster> = world.buffers().casters.read(15 + one.cells().len()).expect("read");
         assert_eq!(&written[15..], one.cells());
         let marked = vec![Caster { position: [7.0; 3], radius: 0.25, axis: [0.0; 3], density: 3.0 }; 200];
-        world.casters.write(&marked).expect("room");
+        world.buffers().casters.write(&marked).expect("room");
         // A clone, and a field of its own that is alike.
         for same in [one.clone(), ball(9, [0.0; 3])] {
             let before = world.generations().clone();
@@ -115,7 +115,7 @@ fn volumes_that_are_the_same_are_not_copied() {
             assert_eq!(world.generations(), &before);
             assert!(build(&mut opened, &world, "layers").passes.is_empty(), "nothing has changed");
         }
-        assert_eq!(world.casters.read::<Caster>(200).expect("read"), marked);
+        assert_eq!(world.buffers().casters.read::<Caster>(200).expect("read"), marked);
         let before = world.generations().clone();
         let passes = support::opened(
             context.try_submit(|commands| world.volumes(commands, std::slice::from_ref(&other))),
@@ -126,7 +126,7 @@ fn volumes_that_are_the_same_are_not_copied() {
             (world.generations().strands, world.generations().particles),
             (before.strands + 1, before.particles)
         );
-        let all: Vec<Caster> = world.casters.read(15 + other.cells().len()).expect("read");
+        let all: Vec<Caster> = world.buffers().casters.read(15 + other.cells().len()).expect("read");
         assert!(all[..15] == marked[..15] && &all[15..] == other.cells());
     });
 }
@@ -146,10 +146,10 @@ fn what_moves_beside_volumes_is_copied_alone() {
         fewer.particles.pop();
         for (after, copied) in [(smoke, 0..10), (moved, 10..10 + cells), (fewer, 0..9 + cells), (still.clone(), 0..0)] {
             let mut world = super::world(context, &still);
-            world.casters.write(&marked).expect("room");
+            world.buffers().casters.write(&marked).expect("room");
             world.replace(&after).expect("another state");
             let casters = after.casters();
-            let found: Vec<Caster> = world.casters.read(casters.len()).expect("read");
+            let found: Vec<Caster> = world.buffers().casters.read(casters.len()).expect("read");
             for (i, (found, caster)) in found.iter().zip(&casters).enumerate() {
                 let expected = if copied.contains(&i) { caster } else { &marked[i] };
                 assert_eq!(found, expected, "caster {i} of {copied:?}");

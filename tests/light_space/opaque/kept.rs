@@ -76,7 +76,7 @@ fn only_maps_of_lights_that_moved_are_drawn() {
                 assert!(maps_of[2 + i].clone().any(|map| after[map] != before[map]), "{way:?}: it has moved");
                 before = after;
             }
-            let triangles = world.triangles.clone();
+            let triangles = world.buffers().triangles.clone();
             ran(context, |commands| commands.pass("test", |pass| pass.fill(&triangles, 0)));
             for moves in [&[1][..], &[0, 2]] {
                 for i in moves {
