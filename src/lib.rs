@@ -2,7 +2,7 @@
 //!
 //! A [`technique`] builds a representation on the GPU from a [`world`] and answers with one GLSL function,
 //! `float light_visibility(uint light, vec3 position)`. Whatever calls that function needs to know nothing else: the
-//! queries and pictures in [`consume`], or a shader of yours.
+//! queries and pictures in [`query`] and [`shading`], or a shader of yours.
 //!
 //! # In an engine
 //!
@@ -11,7 +11,7 @@
 //!
 //! ```
 //! use glam::DVec3;
-//! use gobo::consume::Query;
+//! use gobo::query::Query;
 //! use gobo::gpu::{Buffer, Commands, Context, ReadBack};
 //! use gobo::scene::{Light, LightKind};
 //! use gobo::technique::{Avsm, Technique, avsm};
@@ -64,7 +64,7 @@
 //! ```
 //! use glam::DVec3;
 //! use gobo::scene::{Camera, Light, LightKind, Motion, Particle, Scene};
-//! use gobo::{consume::Query, gpu::Context, technique, world::World};
+//! use gobo::{query::Query, gpu::Context, technique, world::World};
 //!
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
 //! # example::on_a_device(|_| {
@@ -141,8 +141,9 @@
 #[cfg(feature = "program")]
 mod advice;
 #[cfg(feature = "program")]
+pub mod bench;
+#[cfg(feature = "program")]
 pub mod cli;
-pub mod consume;
 mod error;
 pub mod glsl;
 #[allow(unsafe_code)]
@@ -150,17 +151,15 @@ pub mod gpu;
 pub mod grid;
 pub mod lights;
 pub mod maps;
-#[cfg(feature = "program")]
-pub mod measure;
+pub mod query;
 #[cfg(feature = "program")]
 pub mod reference;
 #[cfg(feature = "program")]
 pub mod report;
 pub mod scene;
 pub mod shaders;
+pub mod shading;
 pub mod simulate;
-#[cfg(feature = "program")]
-pub mod stress;
 pub mod technique;
 #[cfg(feature = "view")]
 mod view;

@@ -27,8 +27,8 @@ mod prepare;
 mod sixty;
 
 use glam::DVec3;
+use gobo::bench::{PointError, point_error};
 use gobo::gpu::Context;
-use gobo::measure::{PointError, point_error};
 use gobo::reference::truth::{Casters, MapTruth, map_truths};
 use gobo::scene::{Scene, View};
 use support::{ask, built, gpu_test, runs, scenes, shared_data, some};

@@ -7,11 +7,12 @@ mod support;
 
 use glam::{DVec2, DVec3};
 use gobo::Error;
-use gobo::consume::{Lighting, PointBatch, Query, Renderer, Shading, parse};
 use gobo::gpu::{Context, Requirement};
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::{Casters, picture, space_points};
 use gobo::reference::twin::colors::color_left;
 use gobo::scene::{Camera, Particle, Picture, SKY, Scene, Splat, Strand, View};
+use gobo::shading::{Lighting, Renderer, Shading, parse};
 use gobo::technique::Technique;
 use gobo::world::World;
 use support::{all, built, every_path, gpu_test, rows, scenes, some, those_that_run};
@@ -371,7 +372,7 @@ fn rows_have_an_error_of_each_color() {
             }
         }
         // What answers 1 everywhere is off by what the smoke takes.
-        let of = |row: &gobo::measure::Row| row.error.as_ref().and_then(|e| e.space).expect("points").mean_abs;
+        let of = |row: &gobo::bench::Row| row.error.as_ref().and_then(|e| e.space).expect("points").mean_abs;
         let green = colored[0].colors[1].space.expect("points").mean_abs;
         assert!((green - of(&thin[0])).abs() < 1e-9, "{green}, and {} of half the extinction", of(&thin[0]));
         let all = [0, 1, 2].map(|i| colored[1].colors[i].space.expect("points").mean_abs);

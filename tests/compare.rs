@@ -44,7 +44,7 @@ mod submit;
 #[path = "program/trace.rs"]
 mod trace;
 
-use gobo::measure::{Results, Status};
+use gobo::bench::{Results, Status};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::LazyLock;
@@ -208,7 +208,7 @@ fn compare_writes_everything() {
     }
     // Exact lists are nearer to the truth than four nodes, and report every segment of the reference's map.
     let (compressed, exact) = (&results.rows[0], &results.rows[2]);
-    let mean = |r: &gobo::measure::Row| r.error.as_ref().and_then(|e| e.map).expect("measured").mean_abs;
+    let mean = |r: &gobo::bench::Row| r.error.as_ref().and_then(|e| e.map).expect("measured").mean_abs;
     assert!(mean(exact) < mean(compressed), "{} and {}", mean(exact), mean(compressed));
     let (counted, expected) = (exact.counters["fragments"], exact.counters["reference_fragments"]);
     assert!(counted.abs_diff(expected) <= expected / 1000, "{counted} fragments, the reference has {expected}");

@@ -10,7 +10,7 @@ mod support;
 mod twin;
 
 use gobo::Error;
-use gobo::measure::point_error;
+use gobo::bench::point_error;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::deep_shadow_map::{Removal, nodes, transmittance};
 use gobo::reference::twin::segment::Segment;
@@ -196,7 +196,7 @@ fn nodes_are_the_twins() {
                     continue;
                 }
                 let technique = built(context, &scene, &text);
-                let views: Vec<View> = technique.maps().iter().map(|map| map.volume).collect();
+                let views: Vec<View> = technique.maps().iter().map(|map| map.caster_view).collect();
                 let (mut all, mut alike, mut covered, mut counted) = (0u64, 0u64, 0u64, 0u64);
                 for (map, view) in views.iter().enumerate() {
                     let twins = Twins::new(&scene, *view);

@@ -9,8 +9,8 @@ mod engine;
 mod support;
 
 use engine::{Choice, Engine, How, MOST_POINTS, Optional, Options, PARTICLES, Particle, Sun, TO_SUN, TURN_PER_S};
-use gobo::consume::Query;
 use gobo::gpu::{Buffer, Commands, Context, Features};
+use gobo::query::Query;
 use gobo::scene::{Camera, Light, LightKind, Motion, Scene};
 use gobo::technique::{Avsm, BeerShadowMap, Opened, Psm, Technique, avsm, beer_shadow_map, psm};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};

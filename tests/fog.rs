@@ -7,10 +7,11 @@ mod support;
 
 use glam::{DVec2, DVec3};
 use gobo::Error;
-use gobo::consume::{Lighting, Query, Renderer, Shading};
 use gobo::gpu::Context;
+use gobo::query::Query;
 use gobo::reference::truth::{Casters, fog};
 use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Resolution, Scene, View};
+use gobo::shading::{Lighting, Renderer, Shading};
 use gobo::technique::{Entry, Name, Path, REGISTRY, Spec, Technique, open};
 use gobo::world::World;
 use std::collections::HashMap;

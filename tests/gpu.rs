@@ -82,7 +82,7 @@ fn the_layer_reports_what_shaders_write_beyond_a_buffer() {
             let buffer = |bytes| Buffer::new(context, "canary", bytes, Memory::Device).expect("a few bytes");
             let resources = bytes.map(|bytes| Resource::Buffer(buffer(bytes)));
             let bindings = Bindings::new(context, "copy", &resources).expect("two buffers");
-            let copy = &shaders::measure::COPY;
+            let copy = &shaders::bench::COPY;
             let kernel: Kernel = Kernel::compute(context, copy, &[&bindings], &Constants::new()).expect("compiled");
             context.submit(|c| c.pass("copy", |pass| pass.dispatch(&kernel, &(), [1, 1, 1]))).expect("submitted");
         })
@@ -383,7 +383,7 @@ fn sets_are_changed_while_recording() {
         let resources = [&from, &first].map(|buffer| Resource::Buffer(buffer.clone()));
         let set = Bindings::new(context, "copy", &resources).expect("two buffers");
         let kernel: Kernel =
-            Kernel::compute(context, &shaders::measure::COPY, &[&set], &Constants::new()).expect("compiled");
+            Kernel::compute(context, &shaders::bench::COPY, &[&set], &Constants::new()).expect("compiled");
         drop(resources);
         let copy = |commands: &mut gobo::gpu::Commands| {
             commands.pass("copy", |pass| pass.dispatch(&kernel, &(), [1, 1, 1]));

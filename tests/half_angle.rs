@@ -5,12 +5,12 @@
 mod support;
 
 use glam::{DVec2, DVec3};
-use gobo::consume::{Lighting, PainterKind, Renderer, Shading};
+use gobo::bench::picture_error;
 use gobo::gpu::Context;
-use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture as truth};
 use gobo::reference::twin::{half_angle, opaque};
 use gobo::scene::{Camera, Mesh, Particle, Picture, Scene, Strand, View};
+use gobo::shading::{Lighting, PainterKind, Renderer, Shading};
 use gobo::technique::{answers_in_space, open};
 use gobo::world::World;
 use support::scenes::Random;
@@ -32,7 +32,7 @@ fn painted(context: &Context, scene: &Scene, text: &str, painter: PainterKind) -
     let first = renderer.picture_of(technique, Shading::Forward, Lighting::Fragment).expect(text);
     let again = renderer.picture_of(technique, Shading::Forward, Lighting::Fragment).expect(text);
     assert!(first == again, "{text}: the second picture differs");
-    (first, camera, technique.maps().first().map(|map| map.volume))
+    (first, camera, technique.maps().first().map(|map| map.caster_view))
 }
 
 /// Seen along the light, against it and across.
@@ -186,7 +186,7 @@ fn the_light_on_walls_equals_its_twin() {
         let triangles: Vec<_> =
             scene.meshes.iter().flat_map(|m| m.triangles.iter().map(|t| t.map(|i| corner(m, i)))).collect();
         let depths = opaque::draw(&map.opaque, &triangles);
-        let (casters, view) = (scene.casters(), &map.volume);
+        let (casters, view) = (scene.casters(), &map.caster_view);
         let (mut points, mut expected, mut cut) = (Vec::new(), Vec::new(), 0);
         for i in 0..48 * 48 {
             let texel = [i % 48, i / 48];

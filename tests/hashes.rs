@@ -20,9 +20,9 @@
 mod support;
 
 use gobo::Error;
-use gobo::consume::Query;
 use gobo::gpu::{Context, Messages, Options};
 use gobo::maps::SegmentData;
+use gobo::query::Query;
 use gobo::reference::truth::space_points;
 use gobo::scene::{LightKind, Scene};
 use gobo::technique::{self, Avsm, Name, Opened, Psm, Spec, Technique, Uncompressed, avsm, psm};

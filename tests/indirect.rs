@@ -11,9 +11,9 @@ mod support;
 mod viewed;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
+use gobo::bench::Status;
 use gobo::gpu::{Context, Requirement};
 use gobo::lights::indirect::{VPLS, Vpls, VplsBy, VplsSeen, lit_by_vpls};
-use gobo::measure::Status;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::indirect::{Facet, Patch, light, luminance, patch, place, unit};
 use gobo::scene::{Light, LightKind, Mesh, Motion, Scene, Side, sides};
@@ -326,7 +326,7 @@ fn techniques_answer_for_the_same_lights() {
             // thick, whose other side is then lit.
             assert_eq!(row.status, Status::Ok, "{}", row.reason);
             let error = row.error.expect("a truth");
-            let beyond = |points: gobo::measure::PointError| points.beyond()?.mean_abs;
+            let beyond = |points: gobo::bench::PointError| points.beyond()?.mean_abs;
             let [space, surface] = [error.space, error.surface].map(|points| points.and_then(beyond));
             println!("{spec}: {space:?} in space, {surface:?} on surfaces");
             assert!(space.is_some_and(|e| e < 3e-3) && surface.is_some_and(|e| e < 0.15), "{error:?}");

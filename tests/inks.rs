@@ -12,10 +12,10 @@ mod truth;
 
 use glam::DVec3;
 use gobo::Error;
-use gobo::consume::{Lighting, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, space_points};
 use gobo::scene::{ExtinctionGroup, Field, Light, LightKind, Placed, Scene, Splat, Volume};
+use gobo::shading::{Lighting, Shading};
 use gobo::technique::{self, Name, Spec};
 use gobo::world::World;
 use pictures::renderer;
@@ -379,7 +379,7 @@ fn what_keeps_one_number_refuses() {
         }
         let technique = built(context, &scene, "layers:size=28");
         let renderer = renderer(context, &scene);
-        let tiled = Shading::of(&gobo::consume::parse("layers:shading=tiled").expect("a spec")[0].settings());
+        let tiled = Shading::of(&gobo::shading::parse("layers:shading=tiled").expect("a spec")[0].settings());
         let refused = renderer.picture(&technique.answer(), tiled, Lighting::Fragment).err();
         assert!(matches!(&refused, Some(Error::Refused(needs)) if needs.to_string().contains("tiled")), "{refused:?}");
     });

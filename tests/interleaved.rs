@@ -13,15 +13,15 @@ mod lamps;
 mod reservoir;
 
 use glam::DVec3;
-use gobo::consume::many_lights::FrameData;
-use gobo::consume::{Lighting, PainterKind, PartReadback, Renderer, Shading, Tiled, VERTEX_SPACING};
+use gobo::bench::{Effort, Extent, Frames, Traced, picture_error, with_case};
 use gobo::gpu::{Context, Requirement};
-use gobo::measure::{Effort, Extent, Frames, Traced, picture_error, with_case};
 use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::interleaved::{gather, part_count, place};
 use gobo::reference::twin::many_lights::frame::Frame;
 use gobo::reference::twin::packed_normal::pack_normal;
 use gobo::scene::{Camera, Light, LightKind, Picture, SKY, Scene, View};
+use gobo::shading::many_lights::FrameData;
+use gobo::shading::{Lighting, PainterKind, PartReadback, Renderer, Shading, Tiled, VERTEX_SPACING};
 use gobo::technique::Opened;
 use gobo::world::World;
 use support::scenes::{directional, level, quad};
@@ -62,7 +62,7 @@ fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartReadb
     assert!(
         names.is_empty()
             || names
-                == ["consume.visible", "consume.gbuffer", "interleaved.ask", "interleaved.gather", "consume.caster"]
+                == ["shading.visible", "shading.gbuffer", "interleaved.ask", "interleaved.gather", "shading.caster"]
     );
     (renderer.read().expect("read"), renderer.read_parts(&kernels).expect("read").expect("parts"))
 }

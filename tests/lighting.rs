@@ -5,12 +5,13 @@
 mod support;
 
 use glam::DVec3;
-use gobo::consume::{Lighting, PainterKind, PointBatch, Query, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
+use gobo::bench::picture_error;
 use gobo::gpu::{Context, Requirement};
-use gobo::measure::picture_error;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::vertex_lit;
 use gobo::scene::{Camera, Light, LightKind, Particle, Picture, SKY, Scene, Strand, View};
+use gobo::shading::{Lighting, PainterKind, Renderer, Shading, ShadingSettings, VERTEX_SPACING};
 use gobo::technique::{Name, REGISTRY};
 use gobo::world::World;
 use gobo::{Error, Need};

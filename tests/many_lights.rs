@@ -15,10 +15,10 @@ mod queue;
 mod twins;
 
 use gobo::Error;
-use gobo::consume::many_lights::TileReadback;
-use gobo::consume::{Lighting, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::scene::{Picture, SKY, Scene, View};
+use gobo::shading::many_lights::TileReadback;
+use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique::Opened;
 use gobo::world::World;
 use support::{gpu_test, opened, some, those_that_run};
@@ -120,7 +120,7 @@ fn dithered_bits_have_the_mean_of_soft_answers() {
             off / drawn.pixels.len() as f32
         };
         let dithered = far(Tiled::default());
-        let none = far(Tiled { dither: gobo::consume::DitherKind::None, ..Tiled::default() });
+        let none = far(Tiled { dither: gobo::shading::DitherKind::None, ..Tiled::default() });
         println!("mean |difference|: dithered {dithered:.4}, not {none:.4}");
         assert!(dithered < 0.012 && none > 2.0 * dithered, "dithered {dithered}, not {none}");
     });

@@ -70,8 +70,8 @@ fn vertices(scene: &Scene) -> Vec<[f32; 3]> {
 fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
     let (casters, vertices) = (scene.casters(), vertices(scene));
     let twin = |map: Map| {
-        let bounds = fit::bounds([&map.volume, &map.opaque], &casters, &vertices);
-        fit::fit([map.volume, map.opaque], bounds, casters.is_empty())
+        let bounds = fit::bounds([&map.caster_view, &map.opaque], &casters, &vertices);
+        fit::fit([map.caster_view, map.opaque], bounds, casters.is_empty())
     };
     Map::aimed(&scene.aim(), size, OPAQUE_SIZE, 1).into_iter().map(twin).collect()
 }
@@ -132,7 +132,7 @@ fn fit_equals_its_twin() {
             for (map, ((device, twin), (volume, opaque))) in
                 fitted(context, &scene, 24).iter().zip(twins(&scene, 24)).zip(f64s).enumerate()
             {
-                for (device, twin, truth) in [(device.volume, twin[0], volume), (device.opaque, twin[1], opaque)] {
+                for (device, twin, truth) in [(device.caster_view, twin[0], volume), (device.opaque, twin[1], opaque)] {
                     let (by_twin, by_truth) = (apart(&device, &twin), apart(&device, &truth));
                     assert!(by_twin <= ROUNDINGS, "{}, map {map}: {by_twin}\n{device:?}\n{twin:?}", scene.name);
                     assert!(by_truth <= ROUNDINGS, "{}, map {map}: {by_truth}\n{device:?}\n{truth:?}", scene.name);
@@ -163,11 +163,12 @@ fn outside(view: &View, centre: DVec3, radius: f64) -> f64 {
 fn the_fit_holds_all_casters() {
     gpu_test("the_fit_holds_all_casters", |context| {
         for scene in cases() {
-            for map in fitted(context, &scene, 64).iter().filter(|m| m.volume.projection() == Projection::Parallel) {
+            for map in fitted(context, &scene, 64).iter().filter(|m| m.caster_view.projection() == Projection::Parallel)
+            {
                 for caster in scene.casters() {
                     for end in [caster.start(), caster.end()] {
-                        let out = outside(&map.volume, end, caster.radius.into());
-                        assert!(out <= 1e-6, "{}: {out} outside {:?}", scene.name, map.volume);
+                        let out = outside(&map.caster_view, end, caster.radius.into());
+                        assert!(out <= 1e-6, "{}: {out} outside {:?}", scene.name, map.caster_view);
                     }
                 }
             }
@@ -238,7 +239,7 @@ fn casters_are_drawn_near_to_far() {
                 let (casters, room) = (state.casters(), world.caster_capacity() as usize);
                 let all: Vec<u32> = near_to_far.order.sorted.read(room * maps.count() as usize).expect("read");
                 for (map, sorted) in maps.all().iter().zip(all.chunks_exact(room)) {
-                    are_near_to_far(&state.name, &map.volume, &casters, &sorted[..casters.len()]);
+                    are_near_to_far(&state.name, &map.caster_view, &casters, &sorted[..casters.len()]);
                 }
             }
         }

@@ -5,10 +5,10 @@
 mod support;
 
 use glam::{DVec2, DVec3};
-use gobo::consume::{Lighting, PainterKind, Pictures, Renderer, Shading, Tiled};
 use gobo::gpu::Context;
 use gobo::reference::twin::painter::{lists, parts};
 use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show, Splat, View};
+use gobo::shading::{Lighting, PainterKind, Pictures, Renderer, Shading, Tiled};
 use gobo::technique::{Entry, REGISTRY, Technique, open};
 use gobo::world::World;
 use gobo::{Error, Result};

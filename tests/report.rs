@@ -2,7 +2,7 @@
 
 #![cfg(feature = "program")]
 
-use gobo::measure::{
+use gobo::bench::{
     DeviceFacts, FramesError, ImageError, PartError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status,
     Timing,
 };
@@ -47,7 +47,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
             raster: None,
         }],
         draw_passes: vec![PassTiming {
-            name: "consume.gbuffer".into(),
+            name: "shading.gbuffer".into(),
             median_ns: 7.0,
             p05_ns: 6.0,
             p95_ns: 8.0,
@@ -153,7 +153,7 @@ fn results_come_back_as_they_were() {
     let at = |line: usize, name: &str| &records[line][names.iter().position(|n| n == name).expect(name)];
     assert_eq!(at(0, "draw_p95_ns").parse::<f64>().ok(), written.rows[0].draw_ns.map(|timing| timing.p95));
     assert_eq!(at(0, "draw_samples"), "12");
-    assert_eq!(at(0, "draw_pass_median_ns"), "consume.gbuffer=7");
+    assert_eq!(at(0, "draw_pass_median_ns"), "shading.gbuffer=7");
     assert_eq!(at(0, "build_median_ns").parse::<f64>().ok(), written.rows[0].build_ns.map(|timing| timing.median));
     assert_eq!(at(0, "host_median_ns").parse::<f64>().ok(), written.rows[0].host_ns.map(|timing| timing.median));
     assert_eq!([at(0, "samples"), at(0, "map_bias"), at(0, "space_max")], ["30", "-0.05", "0.8"]);

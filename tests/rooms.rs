@@ -18,27 +18,24 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ("lights", &["gpu", "maps", "scene", "shaders", "world"]),
     ("technique", &["gpu", "grid", "maps", "scene", "shaders", "world"]),
     ("glsl", &["gpu", "shaders", "technique"]),
-    ("consume", &["gpu", "maps", "scene", "shaders", "technique", "world"]),
-    ("measure", &["consume", "gpu", "maps", "reference", "scene", "shaders", "simulate", "technique", "world"]),
-    ("stress", &["consume", "gpu", "measure", "reference", "scene", "technique", "world"]),
-    ("report", &["consume", "gpu", "measure", "stress", "technique"]),
-    (
-        "view",
-        &["consume", "gpu", "measure", "reference", "report", "scene", "shaders", "simulate", "technique", "world"],
-    ),
+    ("query", &["gpu", "scene", "shaders", "technique"]),
+    ("shading", &["gpu", "maps", "query", "scene", "shaders", "technique", "world"]),
+    ("bench", &["gpu", "maps", "query", "reference", "scene", "shaders", "shading", "simulate", "technique", "world"]),
+    ("report", &["bench", "gpu", "shading", "technique"]),
+    ("view", &["bench", "gpu", "reference", "report", "scene", "shaders", "shading", "simulate", "technique", "world"]),
     (
         "cli",
         &[
-            "consume",
+            "bench",
             "glsl",
             "gpu",
             "lights",
-            "measure",
+            "query",
             "reference",
             "report",
             "scene",
+            "shading",
             "simulate",
-            "stress",
             "technique",
             "view",
             "world",
@@ -133,8 +130,20 @@ fn says_what_to_type(text: &str) -> bool {
 /// What the core says is of no program: an engine shows it too.
 #[test]
 fn the_core_says_no_word_of_the_program() {
-    let core =
-        ["consume", "glsl", "gpu", "grid", "lights", "maps", "scene", "shaders", "simulate", "technique", "world"];
+    let core = [
+        "glsl",
+        "gpu",
+        "grid",
+        "lights",
+        "maps",
+        "query",
+        "scene",
+        "shaders",
+        "shading",
+        "simulate",
+        "technique",
+        "world",
+    ];
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let (mut folders, mut found, mut wrong) = (core.map(|room| src.join(room)).to_vec(), 0, Vec::new());
     let mut files = core.map(|room| src.join(format!("{room}.rs"))).to_vec();

@@ -5,9 +5,9 @@
 mod support;
 
 use gobo::Error;
-use gobo::consume::Query;
 use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
+use gobo::query::Query;
 use gobo::scene::Scene;
 use gobo::technique::{
     self, Avsm, BeerShadowMap, DeepShadowMap, DensityGrid, Fourier, GridQuery, Layers, Marched, Moments, Opened,

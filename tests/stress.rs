@@ -4,9 +4,9 @@
 
 mod support;
 
+use gobo::bench::stress::{Outcome, Results, Soaked, Subject, Sweep, ask, cases, round, verdicts};
 use gobo::gpu::{Buffer, Memory};
 use gobo::scene::Particle;
-use gobo::stress::{Outcome, Results, Soaked, Subject, Sweep, ask, cases, round, verdicts};
 use std::io::{Read, Write};
 use std::process::{Command, Output, Stdio};
 use support::{all, gpu_test, spec, those_that_run};
@@ -105,8 +105,8 @@ fn who_has_no_depth_does_not_hold() {
     });
 }
 
-fn cases_named(name: &str) -> &'static gobo::stress::StressCase {
-    gobo::stress::StressCase::named(name).expect("a case")
+fn cases_named(name: &str) -> &'static gobo::bench::stress::StressCase {
+    gobo::bench::stress::StressCase::named(name).expect("a case")
 }
 
 fn run(arguments: &[&str]) -> Output {

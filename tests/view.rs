@@ -3,7 +3,7 @@
 #![cfg(feature = "view")]
 
 use glam::{DVec2, DVec3};
-use gobo::measure::Results;
+use gobo::bench::Results;
 use gobo::reference::truth::Casters;
 use gobo::scene::{Scene, View};
 use image::AnimationDecoder;

@@ -30,8 +30,8 @@ mod time;
 #[path = "world/volumes.rs"]
 mod volumes;
 
-use gobo::consume::{Query, QueryKernel};
 use gobo::gpu::{Context, PassTime};
+use gobo::query::{Query, QueryKernel};
 use gobo::scene::{Light, LightKind, Particle, Scene};
 use gobo::technique::{self, Avsm, Built, Lifetime, Name, Opened, Spec, Technique};
 use gobo::world::World;

@@ -49,7 +49,7 @@ void main() {
     for (uint first = light.first_map; first < map_count; first += cascade_maps) {
         for (uint face = 0u; face < light.map_count; ++face) {
             Map map = maps[first + face];
-            aim(map.volume, light);
+            aim(map.caster_view, light);
             aim(map.opaque, light);
             maps[first + face] = map;
         }

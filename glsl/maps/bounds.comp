@@ -57,7 +57,7 @@ void main() {
         high[gl_LocalInvocationIndex] = 0u;
     }
     barrier();
-    View view = maps[map].volume, opaque = maps[map].opaque;
+    View view = maps[map].caster_view, opaque = maps[map].opaque;
     bool all = view.projection == VIEW_PARALLEL || see_all == 1u;
     Seen casters_seen = Seen(uvec3(0xFFFFFFFFu), uvec3(0u)), meshes_seen = casters_seen;
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {

@@ -12,7 +12,7 @@ layout(location = 1) flat out vec4 rest;
 layout(location = 2) flat out uint number;  // of the caster
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     number = order[order_first + gl_VertexIndex / 6];
     Caster caster = casters[map_casters(map) + number];
     gl_Position = caster_corner(view, caster, gl_VertexIndex % 6);

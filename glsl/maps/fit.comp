@@ -104,10 +104,10 @@ void main() {
     Range casters = range_of(map, 0u), meshes = range_of(map, 3u);
     Map m = maps[map];
     if (only_meshes == 1u) {
-        m.volume.origin = m.opaque.origin;
-        fit(m.volume, meshes);
+        m.caster_view.origin = m.opaque.origin;
+        fit(m.caster_view, meshes);
     } else {
-        fit(m.volume, casters);
+        fit(m.caster_view, casters);
     }
     fit(m.opaque, meshes);
     if (map >= cascade_maps) {

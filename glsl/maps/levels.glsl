@@ -22,7 +22,7 @@ uint texel_place(LookUp l, ivec2 texel) {
 
 // The same among those of coarser levels alone.
 uint coarser_place(LookUp l, ivec2 texel) {
-    return texel_place(l, texel) - look_up_maps[0].volume.width * look_up_maps[0].volume.height * look_up_maps.length();
+    return texel_place(l, texel) - look_up_maps[0].caster_view.width * look_up_maps[0].caster_view.height * look_up_maps.length();
 }
 
 // The level whose texels are as wide as the footprint, where the point is.

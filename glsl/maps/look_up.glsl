@@ -22,7 +22,7 @@ struct LookUp {
 LookUp look_up(uint light, vec3 position, vec3 normal) {
     LookUp l;
     l.map = light_map(look_up_lights[light], position);
-    l.view = look_up_maps[l.map].volume;
+    l.view = look_up_maps[l.map].caster_view;
     l.opaque = opaque_leaves(light, l.map, position, normal);
     vec3 at = view_project(l.view, position);
     l.at = at.xy;

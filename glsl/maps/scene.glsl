@@ -15,5 +15,5 @@ layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triang
 layout(set = 0, binding = 3) uniform sampler2D opaque_map;
 
 // Texels across and down a volume map: all have the same.
-uvec2 map_size() { return uvec2(maps[0].volume.width, maps[0].volume.height); }
+uvec2 map_size() { return uvec2(maps[0].caster_view.width, maps[0].caster_view.height); }
 #endif

@@ -1,5 +1,5 @@
 // Where the casters of a color of light stand. Where casters take colors in different ratios, lights and their maps stand once per color,
-// and casters once per color too, each time with the extinctions of that color. Bound by maps::Maps::colored and consume::colored.
+// and casters once per color too, each time with the extinctions of that color. Bound by maps::Maps::colored and query::colored.
 #ifndef WORLD_CASTER_ROOM_GLSL
 #define WORLD_CASTER_ROOM_GLSL
 

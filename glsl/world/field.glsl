@@ -57,7 +57,7 @@ bool field_clipped(Ray ray, vec3 size, inout vec2 z) {
     return z.y > z.x;
 }
 
-// Where the first slot for a block is looked for. Twin: consume::volumes.
+// Where the first slot for a block is looked for. Twin: shading::volumes.
 uint field_hash(uvec3 block) { return block.x * 73856093u ^ block.y * 19349663u ^ block.z * 83492791u; }
 
 // Cubes of side 1 along a ray.

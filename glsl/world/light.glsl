@@ -23,7 +23,7 @@ struct Light {
 };
 
 struct Map {
-    View volume;  // of the translucent casters: fitted to them
+    View caster_view;  // of the translucent casters: fitted to them
     View opaque;  // of the meshes and all that they may shadow
 };
 

@@ -1,7 +1,7 @@
 //! `compare --baseline`: what has changed since an earlier run, and whether the changes make this run fail.
 
-use super::{complain, say, say_json};
-use crate::measure::{Change, Margins, Results, Row, change_of, changes, together};
+use crate::bench::{Change, Margins, Results, Row, change_of, changes, together};
+use crate::cli::{complain, say, say_json};
 use crate::report::{Fails, bencher, changes_json, changes_table, junit, write_whole};
 use crate::technique::Spec;
 use crate::{Error, Result};

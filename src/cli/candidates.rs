@@ -1,12 +1,12 @@
 //! What `gobo recommend` looks at: all that may be the answer, and after a first look what is left of it.
 
-use super::default_specs::{has_many_lights, sees_all};
-use super::test_reduction;
 use crate::Result;
-use crate::consume::{KEYS, parse, runs};
-use crate::measure::Row;
+use crate::bench::Row;
+use crate::cli::default_specs::{has_many_lights, sees_all};
+use crate::cli::test_reduction;
 use crate::report::{Limits, best_and_extremes, is_hopeless, to_be_sized};
 use crate::scene::Scene;
+use crate::shading::{KEYS, parse, runs};
 use crate::technique::{Lifetime, Name, REGISTRY, Spec};
 use std::collections::BTreeSet;
 
@@ -166,7 +166,7 @@ fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::{RowError, SeenError};
+    use crate::bench::{RowError, SeenError};
     use crate::technique::Casts;
 
     /// Every technique that sees all of a scene is a candidate for it, and no technique that does not.

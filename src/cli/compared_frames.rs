@@ -2,7 +2,7 @@
 //! one that is shown and the next are in memory, and no others.
 
 use crate::Result;
-use crate::measure::States;
+use crate::bench::States;
 use crate::scene::{Camera, Scene};
 
 /// See the module.

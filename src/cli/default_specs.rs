@@ -1,10 +1,10 @@
 //! The specs that are compared where no technique is named.
 
-use super::candidates::without_alike;
 use crate::Result;
-use crate::consume::runs;
+use crate::cli::candidates::without_alike;
 use crate::gpu::Features;
 use crate::scene::Scene;
+use crate::shading::runs;
 use crate::technique::runs::List;
 use crate::technique::{Casts, Name, Spec};
 use std::collections::BTreeSet;

@@ -1,8 +1,8 @@
 //! The scene in each frame, made when it is asked for: of a sequence of files the frame that is drawn is in memory and the next, which a thread
 //! reads, and no others.
 
-use super::{MovingArgument, VplArgument};
 use crate::Result;
+use crate::cli::{MovingArgument, VplArgument};
 use crate::gpu::Context;
 use crate::scene::{Scene, SceneChange};
 

@@ -1,10 +1,10 @@
 //! The text behind the options in `--help`, and the text of `gobo help TECHNIQUE`. Both are made from the entries of
 //! techniques alone.
 
-use super::hooks::OPTION;
-use crate::consume::{KEYS, parse};
+use crate::cli::hooks::OPTION;
 use crate::error::did_you_mean;
 use crate::scene::known;
+use crate::shading::{KEYS, parse};
 use crate::technique::keys::EVERY;
 use crate::technique::{Entry, Key, Lifetime, REGISTRY, Values};
 use crate::{Error, Result};
@@ -178,7 +178,7 @@ mod tests {
             }
             entry.paths.iter().for_each(|path| assert!(page.contains(path.name)));
             let spec = page.rsplit(' ').next().expect("an example");
-            assert!(crate::consume::parse(spec).is_ok_and(|specs| specs.len() == 1), "{spec}");
+            assert!(crate::shading::parse(spec).is_ok_and(|specs| specs.len() == 1), "{spec}");
         }
     }
 }

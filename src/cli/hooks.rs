@@ -1,7 +1,7 @@
 //! For tests: environment variables that lower what devices can do, make calls fail and make commands do little. The
 //! program reads them where it is started with `--test-hooks`, which `--help` does not list.
 
-use super::test_reduction;
+use crate::cli::test_reduction;
 use crate::gpu::{Fault, Testing};
 
 /// The option with which tests start the program.

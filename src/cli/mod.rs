@@ -1,51 +1,33 @@
 //! The command line: one file per subcommand.
 
-mod bake;
+mod commands;
+mod output;
+
 mod baseline;
 mod candidates;
-mod compare;
 mod compared_frames;
-mod curve;
 mod default_specs;
-mod devices;
 mod frame_source;
-mod glsl;
 mod help;
 mod hooks;
-mod join;
-mod map;
-mod output_path;
-mod particles;
 mod picture;
-mod progress;
-mod recommend;
-mod render;
-mod render_frames;
-mod report;
 mod resume;
 mod scene_overrides;
-mod sequence;
-mod shell;
-mod silhouette;
-mod slice;
-mod soak;
-mod steps;
-mod stress;
-mod submit;
 mod test_reduction;
-mod view;
-mod voxels;
-mod writer;
 
 #[doc(hidden)]
 pub use hooks::test_hooks;
 
+use self::commands::{
+    bake, compare, curve, devices, glsl, join, map, recommend, render, report, shell, slice, stress, submit, view,
+    voxels,
+};
 use self::scene_overrides::ChangeArguments;
 use crate::advice::advised;
-use crate::consume::parse;
 use crate::gpu::{Context, Messages, Options, fault};
 use crate::lights::indirect::{VplsBy, check_count, check_meshes, lit_by_vpls};
 use crate::scene::{FACES, Motion, Scene, check_time};
+use crate::shading::parse;
 use crate::technique::Spec;
 use crate::{Error, Result};
 use clap::{Args, CommandFactory, Parser, Subcommand};

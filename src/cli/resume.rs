@@ -1,7 +1,7 @@
 //! `compare --resume`, `recommend --resume`: rows that an earlier run has measured are kept.
 
+use crate::bench::{Results, Row, Status};
 use crate::gpu::Mapped;
-use crate::measure::{Results, Row, Status};
 use crate::report::remove_unfinished;
 use crate::technique::Spec;
 use crate::{Error, Result};

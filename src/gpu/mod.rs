@@ -3,73 +3,48 @@
 //! Every handle lives in an owner that destroys it, owners are cheap to clone, and a recorded command keeps what it
 //! uses alive until the device is done with it, so the functions here are safe to call in any order.
 
-mod acceleration;
-mod bindings;
-mod buffer;
-mod calibration;
-mod commands;
-mod constants;
-mod context;
-mod counts;
 mod device;
-mod draw;
-mod enabled;
-mod executables;
-pub(crate) mod fault;
-mod features;
-mod frames;
-mod image;
-pub(crate) mod instance;
-mod kernel;
-mod limits;
-mod lowest;
-mod mapped;
-mod ordered_attachments;
-mod pending;
-mod pipelines;
-mod push;
-mod read_back;
-mod recorder;
-mod render;
-mod spirv;
-mod submit;
+mod profile;
+mod record;
+mod resource;
 mod testing;
-mod times;
-mod tools;
-mod validation;
 
-pub use acceleration::{AccelerationStructure, BOX_BYTES};
-pub use bindings::{Bindings, Border, Resource};
-pub use buffer::{Buffer, Memory};
-pub use calibration::Calibration;
-pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, Staged, groups};
-pub use constants::{Constant, ConstantValue, Constants};
-pub use context::{Adopt, Context, Options, devices};
-pub use counts::PassCounts;
-pub use draw::Draw;
-pub use enabled::{Enabled, EnabledStructures};
-pub use executables::Executable;
-#[doc(hidden)]
-pub use fault::Fault;
-pub use features::{DeviceKind, Features, Requirement};
-pub use image::{Image, ImageUse};
-pub use kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
-pub use limits::Limit;
-pub use mapped::Mapped;
-pub use ordered_attachments::OrderedAttachments;
-pub use push::{Push, PushMember, push_struct};
-pub use read_back::ReadBack;
-pub use render::Target;
-pub use spirv::{Shader, Spirv};
+pub use device::context::{Adopt, Context, Options, devices};
+pub use device::enabled::{Enabled, EnabledStructures};
+pub use device::features::{DeviceKind, Features, Requirement};
+#[cfg(feature = "view")]
+pub(crate) use device::instance;
+pub use device::limits::Limit;
+pub use profile::calibration::Calibration;
+pub use profile::counts::PassCounts;
+pub use profile::executables::Executable;
+pub use profile::times::PassTime;
+pub(crate) use profile::times::follow;
+pub use profile::tools::Tool;
+pub use record::commands::{Commands, MAX_UPDATE_BYTES, Pass, Staged, groups};
+pub use record::draw::Draw;
+pub use record::ordered_attachments::OrderedAttachments;
+pub use record::render::Target;
+pub use resource::acceleration::{AccelerationStructure, BOX_BYTES};
+pub use resource::bindings::{Bindings, Border, Resource};
+pub use resource::buffer::{Buffer, Memory};
+pub use resource::constants::{Constant, ConstantValue, Constants};
+pub use resource::image::{Image, ImageUse};
+pub use resource::kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
+pub use resource::mapped::Mapped;
+pub use resource::push::{Push, PushMember, push_struct};
+pub use resource::read_back::ReadBack;
+pub use resource::spirv::{Shader, Spirv};
 #[doc(hidden)]
 pub use testing::Testing;
 pub(crate) use testing::burden;
+#[cfg(feature = "program")]
+pub(crate) use testing::fault;
+#[doc(hidden)]
+pub use testing::fault::Fault;
 #[cfg(feature = "view")]
 pub(crate) use testing::slow_truth;
-pub use times::PassTime;
-pub(crate) use times::follow;
-pub use tools::Tool;
-pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
+pub use testing::validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
 
 /// Image formats, as Vulkan names them.
 pub use ash::vk::Format;

@@ -54,7 +54,7 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Map {
     /// The view of the translucent casters.
-    pub volume: View,
+    pub caster_view: View,
     /// The view of the meshes.
     pub opaque: View,
 }
@@ -78,7 +78,7 @@ impl Map {
         let opaque_size = if aim.has_triangles { opaque_size } else { 1 };
         let volumes = View::aimed(aim, size, Casting::Volume).into_iter();
         let opaques = View::aimed(aim, opaque_size, Casting::Opaque);
-        let all: Vec<_> = volumes.zip(opaques).map(|(volume, opaque)| Self { volume, opaque }).collect();
+        let all: Vec<_> = volumes.zip(opaques).map(|(caster_view, opaque)| Self { caster_view, opaque }).collect();
         all.repeat(cascades as usize)
     }
 }

@@ -208,7 +208,7 @@ impl SeenTriangles {
     pub fn new(context: &Context, casters: &Buffer, triangles: &Buffer, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
         let pixels = Buffer::new(context, "picture.seen", 8 * camera.texels() as u64, Memory::Device)?;
-        let view = Buffer::with_data(context, "picture.view", &[Map { volume: *camera, opaque: *camera }])?;
+        let view = Buffer::with_data(context, "picture.view", &[Map { caster_view: *camera, opaque: *camera }])?;
         // No opaque map is drawn; the passes take one all the same.
         let none = Image::new(context, "picture.no_map", Format::R32_UINT, [1, 1], ImageUse::FloatBits)?;
         let scene = set::MapsScene { maps: &view, casters, triangles, opaque_map: &Resource::Gathered(none.clone()) };
@@ -232,7 +232,7 @@ impl SeenTriangles {
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn look(&self, camera: &View) -> Result<()> {
-        self.view.write(&[Map { volume: *camera, opaque: *camera }])
+        self.view.write(&[Map { caster_view: *camera, opaque: *camera }])
     }
 
     /// Finds the nearest of the first `triangle_count` triangles at each pixel.

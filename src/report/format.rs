@@ -1,7 +1,7 @@
 //! Numbers, units and specs, formatted for readers.
 
-use crate::consume::keys;
-use crate::measure::{Row, Status, Timing};
+use crate::bench::{Row, Status, Timing};
+use crate::shading::keys;
 use crate::technique::REGISTRY;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -266,7 +266,7 @@ mod tests {
     }
 
     fn row(spec: &str) -> Row {
-        let spec = crate::consume::parse(spec).expect(spec).remove(0);
+        let spec = crate::shading::parse(spec).expect(spec).remove(0);
         Row { technique: spec.entry.name.into(), variant: spec.variant(), ..Row::default() }
     }
 

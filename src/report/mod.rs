@@ -1,4 +1,4 @@
-//! [`Results`](crate::measure::Results) as tables, plots and pages for people, and as files.
+//! [`Results`](crate::bench::Results) as tables, plots and pages for people, and as files.
 //!
 //! | what | where it goes |
 //! |---|---|
@@ -20,57 +20,35 @@
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the page
 //! share are listed once, in `columns.rs`, and the axes of plots in `axes.rs`. Same results, same bytes out.
 
-mod atomic_write;
-mod axes;
-mod casters;
-mod colors;
-mod columns;
-mod counts;
-mod curve;
-mod devices;
-mod footprint_plot;
-mod footprints;
-mod format;
+mod answer;
+mod file;
 mod page;
-mod panels;
-mod pareto;
-mod passes;
 mod plot;
-mod recommend;
-mod regression;
-mod scatter;
-mod screening;
-mod selection;
-mod series;
-mod soak;
-mod steps;
-mod store;
-mod stress;
-mod submission;
-mod summary;
 mod table;
-mod trace;
+
+mod devices;
+mod format;
 mod warnings;
 
-pub use atomic_write::{remove_unfinished, write_png, write_whole};
-pub use casters::casters;
-pub use counts::counts;
-pub use curve::curve;
+pub use answer::pareto::pareto_front;
+pub use answer::recommend::{Limits, Recommendation, answers, recommend};
+pub use answer::screening::{best_and_extremes, is_far, is_hopeless, to_be_sized};
 pub use devices::{devices_answer, devices_csv, devices_json, devices_markdown, devices_page};
-pub use footprints::footprints;
+pub use file::atomic_write::{remove_unfinished, write_png, write_whole};
+pub use file::store::Store;
+pub use file::trace::trace;
 pub(crate) use format::one_line;
 pub use page::page;
-pub use panels::{Panel, Paper, captioned, panels, with_scale};
-pub use pareto::pareto_front;
-pub use passes::passes;
+pub use page::soak::soak_page;
+pub use page::stress::{stress_csv, stress_device, stress_page, stress_table};
+pub use plot::curve::curve;
+pub use plot::panels::{Panel, Paper, captioned, panels, with_scale};
 pub use plot::plots;
-pub use recommend::{Limits, Recommendation, answers, recommend};
-pub use regression::{Fails, bencher, changes_json, changes_table, junit};
-pub use screening::{best_and_extremes, is_far, is_hopeless, to_be_sized};
-pub use soak::soak_page;
-pub use steps::{StepRange, step_color};
-pub use store::Store;
-pub use stress::{stress_csv, stress_device, stress_page, stress_table};
-pub use submission::submission_table;
+pub use plot::steps::{StepRange, step_color};
+pub use table::casters::casters;
+pub use table::counts::counts;
+pub use table::footprints::footprints;
+pub use table::passes::passes;
+pub use table::regression::{Fails, bencher, changes_json, changes_table, junit};
+pub use table::submission::submission_table;
 pub use table::table;
-pub use trace::trace;

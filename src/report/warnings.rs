@@ -1,7 +1,7 @@
 //! Notes that a reader needs besides the figures.
 
-use super::format::grouped;
-use crate::measure::{PartError, PointError, Results, Row, Stability, StageRates, Status, spearman};
+use crate::bench::{PartError, PointError, Results, Row, Stability, StageRates, Status, spearman};
+use crate::report::format::grouped;
 
 /// With fewer rows of a scene, the orders of two figures say nothing.
 const ENOUGH_ROWS: usize = 5;
@@ -100,6 +100,6 @@ pub(super) fn agreement(results: &Results) -> Option<String> {
         let rank = spearman(&pairs).filter(|_| pairs.len() >= ENOUGH_ROWS)?;
         Some(format!("{scene} {rank:.2} ({} rows)", pairs.len()))
     };
-    let scenes: Vec<_> = super::pareto::scenes(results).iter().filter_map(of_scene).collect();
+    let scenes: Vec<_> = crate::report::answer::pareto::scenes(results).iter().filter_map(of_scene).collect();
     (!scenes.is_empty()).then(|| format!("rank correlation (Spearman) of seen error and FLIP: {}", scenes.join(", ")))
 }

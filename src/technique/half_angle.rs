@@ -2,14 +2,14 @@
 //! light's buffer. Sources: Kniss, Premože, Hansen, Shirley and McPherson 2003, A Model for Volume Lighting and Modeling; Green 2008,
 //! Volumetric Particle Shadows.
 //!
-//! The technique paints the picture itself: [`crate::consume::Renderer::kernels_of`] draws with it. A look-up only knows how much light is
+//! The technique paints the picture itself: [`crate::shading::Renderer::kernels_of`] draws with it. A look-up only knows how much light is
 //! left behind all casters, or on the first mesh: surfaces in the picture are lit by that.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
 //! # use example::{on_a_device, smoke};
 //! # on_a_device(|context| {
-//! use gobo::consume::{Lighting, Renderer, Shading};
+//! use gobo::shading::{Lighting, Renderer, Shading};
 //! use gobo::scene::View;
 //! use gobo::technique::{open, parse};
 //! use gobo::world::World;
@@ -193,7 +193,7 @@ impl Technique for HalfAngle {
             self.written.forget();
         }
         if let Some(map) = self.maps.all().first() {
-            self.painter.forward.set(map.volume.forward);
+            self.painter.forward.set(map.caster_view.forward);
         }
         Ok(BuildStatus::of(grew))
     }

@@ -38,7 +38,7 @@ pub struct Painter {
     pub(super) forward: Cell<[f32; 3]>,
     /// Bindings with which a look-up reads the light's buffer.
     pub look_up: Bindings,
-    /// The casters' order: glsl/consume/sliced.vert.
+    /// The casters' order: glsl/shading/sliced.vert.
     pub sorted: Bindings,
 }
 

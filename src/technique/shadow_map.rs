@@ -7,7 +7,7 @@
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
 //! # use example::{on_a_device, solid};
 //! # on_a_device(|context| {
-//! use gobo::consume::Query;
+//! use gobo::query::Query;
 //! use gobo::technique::{open, parse};
 //! use gobo::world::World;
 //!
@@ -148,7 +148,7 @@ impl ShadowMap {
 /// cascades have finer texels.
 fn seen(maps: &Maps, cascades: u32) -> Vec<Map> {
     let all = maps.all();
-    all[..all.len() / cascades as usize].iter().map(|map| Map { volume: map.opaque, opaque: map.opaque }).collect()
+    all[..all.len() / cascades as usize].iter().map(|map| Map { caster_view: map.opaque, opaque: map.opaque }).collect()
 }
 
 /// Checks that the filter fits: at the edge of a point light's face it reads texels from the face's margin.

@@ -1,7 +1,7 @@
 //! The curve under the pointer, as the panel plots it.
 
 use super::rays::PickedRay;
-use crate::measure::RayPoints;
+use crate::bench::RayPoints;
 use egui::{Color32, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
 /// Colors of A and B: Okabe and Ito 2008, as in plots of files.

@@ -1,8 +1,8 @@
 //! An open technique in the window, and the picture that it lights.
 
-use crate::consume::{Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel, Tonemapped};
 use crate::gpu::{Commands, Context, Image};
 use crate::scene::{Backdrop, Show, View};
+use crate::shading::{Kernels, Lighting, Pictures, Renderer, Shading, StepsKernel, Tonemapped};
 use crate::technique::{BuildStatus, Spec, Technique, open};
 use crate::world::{Generations, World};
 use crate::{Error, Result};
@@ -82,7 +82,7 @@ impl Lit {
 
     /// Its picture, in linear light.
     pub fn image(&self) -> &Image {
-        self.pictures.developed().map_or_else(|| self.renderer().image(), Tonemapped::image)
+        self.pictures.tonemapped().map_or_else(|| self.renderer().image(), Tonemapped::image)
     }
 
     /// Reads the counts of frame `over`, which is over. Where buffers were too small and have grown, the build is made
@@ -171,8 +171,8 @@ impl Lit {
         if drawn {
             let kernels = self.outlined.as_ref().filter(|_| lines).unwrap_or(&self.kernels);
             self.renderer().record(commands, kernels)?;
-            if let Some(developed) = self.pictures.developed() {
-                developed.record(commands);
+            if let Some(tonemapped) = self.pictures.tonemapped() {
+                tonemapped.record(commands);
             }
             self.has_lines = lines;
             self.left -= 1;

@@ -1,7 +1,7 @@
 //! The window's state: everything that a control, a key or a line of a script sets. It knows of no device.
 
-use crate::consume::parse;
 use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look, number_of, with_number};
+use crate::shading::parse;
 use crate::technique::Spec;
 use crate::technique::keys::check;
 use crate::{Error, Result};

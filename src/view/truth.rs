@@ -3,7 +3,7 @@
 //! time.
 
 use crate::gpu::slow_truth;
-use crate::reference::truth::{Casters, developed, picture_rows, shown_rows};
+use crate::reference::truth::{Casters, picture_rows, shown_rows, tonemapped};
 use crate::scene::{Picture, Scene, Show, View};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -262,7 +262,7 @@ fn rows_of(casters: &Casters, scene: &Scene, camera: &View, show: Option<Show>, 
     let sampled = View { width, height, ..*camera };
     let rows = rows.start * show.grid[1]..rows.end * show.grid[1];
     let pixels = shown_rows(casters, scene, &sampled, rows.clone());
-    developed(&Picture { width, height: rows.end - rows.start, pixels }, &show).pixels
+    tonemapped(&Picture { width, height: rows.end - rows.start, pixels }, &show).pixels
 }
 
 /// A coarse picture, enlarged to the camera's size.

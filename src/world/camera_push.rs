@@ -4,7 +4,7 @@ use crate::gpu::push_struct;
 use crate::scene::View;
 
 push_struct! {
-    /// Twin: CameraPush in glsl/consume/camera_push.glsl.
+    /// Twin: CameraPush in glsl/shading/camera_push.glsl.
     pub(crate) struct CameraPush {
         origin: [f32; 3],
         scale_x: f32,

@@ -3,11 +3,11 @@
 use crate::support::scenes::{self, Random};
 use crate::support::{all, built, gpu_test, ran, some};
 use glam::{DVec2, DVec3, Vec3};
-use gobo::consume::{FarToNear, Lighting, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::far_to_near::{far_to_near as keys, order};
 use gobo::scene::{Camera, Particle, Picture, Scene, Splat, Strand, View, far_to_near};
+use gobo::shading::{FarToNear, Lighting, Renderer, Shading};
 use gobo::world::World;
 use std::time::Instant;
 
@@ -203,7 +203,7 @@ fn a_moving_camera_sees_them_in_order() {
             renderer.look(world, &view(state)).expect("the next frame");
             for sorts in [sorts, false] {
                 let passes = renderer.draw(&kernels).expect("drawn");
-                let is_sorted = passes.iter().any(|pass| pass.name == "consume.far_to_near");
+                let is_sorted = passes.iter().any(|pass| pass.name == "shading.far_to_near");
                 assert!(passes.is_empty() || is_sorted == sorts, "{passes:?}");
             }
             renderer.read().expect("read")

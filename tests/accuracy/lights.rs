@@ -2,8 +2,8 @@
 
 use crate::support::{ask, built, every_path, gpu_test, gpu_test_needing, scenes, some, spec};
 use glam::DVec3;
-use gobo::consume::{PointBatch, Query};
 use gobo::gpu::Requirement;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::Casters;
 use gobo::scene::{Particle, Scene, gutter_texels};
 use gobo::technique::{self, Name};
@@ -80,7 +80,7 @@ fn a_sphere_around_a_point_light_has_a_closed_form() {
         const SIZE: u32 = 32;
         let technique = built(context, &scene, &format!("uncompressed:size={SIZE}"));
         let (mut points, mut expected) = (Vec::new(), Vec::new());
-        for (face, view) in technique.maps().iter().map(|m| m.volume).enumerate() {
+        for (face, view) in technique.maps().iter().map(|m| m.caster_view).enumerate() {
             for (x, y, share) in
                 (4..28).flat_map(|x| (4..28).map(move |y| (x, y, 0.05 + 0.03 * f64::from((x + y) % 29))))
             {

@@ -1,10 +1,10 @@
 //! `none`: all light everywhere, and what that costs.
 
 use crate::support::{gpu_test, scenes, spec};
-use gobo::consume::{Lighting, Renderer, Shading, Tiled};
-use gobo::measure::{Effort, Extent, Frames, Status, with_case};
+use gobo::bench::{Effort, Extent, Frames, Status, with_case};
 use gobo::reference::truth::{Casters, picture};
 use gobo::scene::View;
+use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique;
 use gobo::world::World;
 
@@ -32,7 +32,7 @@ fn leaving_shadows_out_costs_what_shadows_take() {
         let row = with_case(context, Frames::from(&scene[..]), effort, |case| {
             let (none, _) = case.measure(&spec("none"));
             let (exact, _) = case.measure(&spec("beer-shadow-map:size=16"));
-            let points = |row: &gobo::measure::Row| row.error.clone().and_then(|e| e.surface).expect("asked").points;
+            let points = |row: &gobo::bench::Row| row.error.clone().and_then(|e| e.surface).expect("asked").points;
             assert_eq!(points(&none), points(&exact), "the same points");
             Ok(none)
         })

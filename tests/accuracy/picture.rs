@@ -2,11 +2,11 @@
 
 use crate::support::{built, gpu_test, is_left_out, scenes, some};
 use glam::DVec3;
-use gobo::consume::{Lighting, Renderer, Shading};
+use gobo::bench::picture_error;
 use gobo::gpu::{Context, PassTime};
-use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};
 use gobo::scene::{Camera, Picture, SKY, Scene, Strand, View};
+use gobo::shading::{Lighting, Renderer, Shading};
 use gobo::world::World;
 
 const SIZE: [u32; 2] = [96, 54];
@@ -128,7 +128,7 @@ fn the_picture_is_near_the_reference() {
     });
 }
 
-/// Both shade the very point in which a pixel's ray meets the triangle, precisely computed (glsl/consume/surface.glsl),
+/// Both shade the very point in which a pixel's ray meets the triangle, precisely computed (glsl/shading/surface.glsl),
 /// of the same pixels: the pictures agree everywhere, silhouettes and edges of shadows included, but for the rounding
 /// of sums.
 #[test]
@@ -190,7 +190,7 @@ fn a_picture_in_parts_is_the_same() {
                     let times = renderer.draw_in_parts(&kernels, count).expect("drawn");
                     assert!(renderer.read().expect("read") == picture, "{spec}, {shading:?}, {count} at first");
                     assert!(times.windows(2).all(|pair| pair[0].end_ns <= pair[1].start_ns), "one after the other");
-                    let passes = |times: &[PassTime]| times.iter().filter(|pass| pass.name == "consume.caster").count();
+                    let passes = |times: &[PassTime]| times.iter().filter(|pass| pass.name == "shading.caster").count();
                     let is_part = passes(&whole) > 0 && count < 100_000 && !scene.particles.is_empty();
                     assert_eq!(passes(&times) > passes(&whole), is_part, "{spec}, {count}");
                 }

@@ -1,7 +1,7 @@
 //! Pipelines that are made before rows are measured, on all processors.
 
 use crate::support::{gpu_test, scenes, spec};
-use gobo::measure::{Effort, Extent, Row, Status, with_case};
+use gobo::bench::{Effort, Extent, Row, Status, with_case};
 
 /// So many at most, of some fifty, only a build or a picture without shadows asks for.
 const LATER: usize = 6;

@@ -27,7 +27,7 @@ struct Built {
 impl Built {
     fn new(context: &Context, scene: &Scene, text: &str) -> Self {
         let avsm = built_avsm(context, scene, text);
-        let views: Vec<View> = avsm.maps().iter().map(|map| map.volume).collect();
+        let views: Vec<View> = avsm.maps().iter().map(|map| map.caster_view).collect();
         let tiles = views.iter().map(|v| (v.width.div_ceil(8) * v.height.div_ceil(8)) as usize).sum::<usize>();
         let detail = avsm.bins().and_then(|bins| bins.detail()).expect("detail");
         let known: Vec<Survey> = detail.surveys().read(tiles).expect("the surveys");
@@ -360,7 +360,7 @@ fn alone_it_has_less_error() {
             let casters = Casters::new(&scene);
             let of = |text: &str| {
                 let avsm = built_avsm(context, &scene, text);
-                let points = points(&avsm.maps()[0].volume);
+                let points = points(&avsm.maps()[0].caster_view);
                 let answers = ask(context, &*avsm, 0, &points);
                 let off = points.iter().zip(answers).map(|(point, answer)| {
                     (f64::from(answer) - casters.visibility(0, glam::DVec3::from(point.map(f64::from)))).abs()

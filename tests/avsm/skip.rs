@@ -152,7 +152,7 @@ fn the_horizon_equals_its_twin() {
                 let mut ends = 0;
                 for (place, found) in (0u32..).zip(&all) {
                     let tile = [place % tiles, place / tiles];
-                    let twin = horizon(&map.volume, &map.opaque, &opaque, tile, reach);
+                    let twin = horizon(&map.caster_view, &map.opaque, &opaque, tile, reach);
                     let close = (twin - found).abs() <= 1e-5 * (map.opaque.far - map.opaque.near);
                     assert!(twin == *found || close, "{} {text} {tile:?}: {found}, the twin has {twin}", scene.name);
                     ends += u32::from(twin < 1e30);

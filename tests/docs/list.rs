@@ -1,7 +1,7 @@
 //! results/commands.txt, the list of which command makes which CSV: none is left out, and each names what there is.
 
-use gobo::consume::parse;
 use gobo::scene::Scene;
+use gobo::shading::parse;
 use std::path::Path;
 
 /// Folders of results, and the kind of device that measured them.

@@ -1,6 +1,6 @@
 //! Whether seen error and surface error say what an eye sees: the tables of ranks in docs/notebook/truth.md, from the rows they speak of.
 
-use gobo::measure::spearman;
+use gobo::bench::spearman;
 use std::collections::BTreeMap;
 use std::path::Path;
 

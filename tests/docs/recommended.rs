@@ -1,6 +1,6 @@
 //! The tables of docs/reference/recommend.md are what results/recommend.sh printed: results/*/recommend.txt, with specs as short as they may be.
 
-use gobo::consume::parse;
+use gobo::shading::parse;
 use std::path::Path;
 
 /// The table's lines, the answer's cell without what is the default.

@@ -1,7 +1,7 @@
 //! Rows of results/*.csv, and what the tables of docs ask of them: columns of the file by their names, and a few that
 //! follow from these.
 
-use gobo::consume::parse;
+use gobo::shading::parse;
 use gobo::technique::settings::AUTO;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

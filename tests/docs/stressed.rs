@@ -1,8 +1,8 @@
 //! What docs/notebook/stress.md says of stress.csv: how many rows ended how, and what holds up to where, by the promises of
 //! today. `GOBO_WRITE_TABLES=1` writes both anew, between `<!-- stress FOLDER -->` and `<!-- /stress -->`.
 
-use gobo::measure::{PartError, PointError};
-use gobo::stress::{CaseResult, ErrorSummary, Figures, Outcome, verdicts};
+use gobo::bench::stress::{CaseResult, ErrorSummary, Figures, Outcome, verdicts};
+use gobo::bench::{PartError, PointError};
 use std::collections::BTreeMap;
 use std::path::Path;
 

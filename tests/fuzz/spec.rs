@@ -2,7 +2,7 @@
 
 use super::assert_one_line;
 use super::memory::bounded;
-use gobo::consume::parse;
+use gobo::shading::parse;
 use gobo::technique::Spec;
 
 /// How many of a sweep are printed.

@@ -5,11 +5,11 @@ use super::engine::{Stage, compile_for};
 use super::shapes;
 use super::support::{self, gpu_test, scenes, some, spec};
 use ash::vk::DescriptorType;
-use gobo::consume::Query;
 use gobo::gpu::{
     Bindings, Border, Buffer, Constant, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader,
     Spirv, groups,
 };
+use gobo::query::Query;
 use gobo::reference::truth::space_points;
 use gobo::scene::Scene;
 use gobo::technique::{Answer, Opened, open};

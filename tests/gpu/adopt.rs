@@ -2,8 +2,8 @@
 
 use crate::support::foreign::{Foreign, Wanted};
 use crate::support::{ask, built, gpu_test, log, scenes, spec};
-use gobo::consume::Query;
 use gobo::gpu::{Buffer, Commands, Context, Enabled, Features, Memory, Messages, ReadBack};
+use gobo::query::Query;
 use gobo::reference::truth::space_points;
 use gobo::scene::Scene;
 use gobo::technique::{self, BuildStatus};

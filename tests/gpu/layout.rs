@@ -7,8 +7,6 @@
 //! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
 
 use super::support::spirv::without_constant_choices;
-use gobo::consume::many_lights::{FrameData, QueueData};
-use gobo::consume::{FieldData, PaintTotals, PartData, PatchData, ReservoirData, SlotData};
 use gobo::gpu::Shader;
 use gobo::grid::{GridData, ListTotals};
 use gobo::lights::indirect::ViewPointData;
@@ -17,6 +15,8 @@ use gobo::maps::{
 };
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
+use gobo::shading::{FieldData, PaintTotals, PartData, PatchData, ReservoirData, SlotData};
+use gobo::shading::{many_lights::FrameData, many_lights::QueueData};
 use gobo::technique::{ClusterData, DeepState, LevelCounts, NodeData, PointData, PointsData, TreeData};
 use gobo::world::{GatherTotals, LightData, TriangleData};
 use spirq::ReflectConfig;
@@ -68,7 +68,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Reservoir", twin!(ReservoirData, light, weight, frames, z, normal)),
         ("FieldPlace", twin!(FieldData, origin, extinction, rows, size, first_slot, color, last_slot, first_block)),
         ("FieldSlot", twin!(SlotData, block, number)),
-        ("Map", twin!(Map, volume, opaque)),
+        ("Map", twin!(Map, caster_view, opaque)),
         ("IsmPoint", twin!(PointData, position, normal)),
         ("IsmCluster", twin!(ClusterData, middle, reach, normal, spread, sides, thick, closed)),
         ("IsmPoints", twin!(PointsData, scale, total, radius, area)),
@@ -183,7 +183,7 @@ fn place(shader: &str) -> (&str, Option<&str>) {
         Some((file, _)) if is_file(file) => file,
         _ => shader,
     };
-    // avsm/consume/query.comp is consume/query.comp, built with technique/avsm/visibility.glsl.
+    // avsm/query/points.comp is query/points.comp, built with technique/avsm/visibility.glsl.
     match file.split_once('/') {
         Some((technique, rest)) if !is_file(file) => (rest, Some(technique)),
         _ => (file, None),

@@ -21,13 +21,13 @@ fn passes_count_what_they_were_asked_for() {
         let two = [Resource::Buffer(buffer("from")), Resource::Buffer(buffer("to"))];
         let bindings = Bindings::new(context, "copy", &two).expect("two buffers");
         let copy: Kernel =
-            Kernel::compute(context, &shaders::measure::COPY, &[&bindings], &Constants::new()).expect("compiled");
+            Kernel::compute(context, &shaders::bench::COPY, &[&bindings], &Constants::new()).expect("compiled");
         const SIZE: [u32; 2] = [48, 32];
         let image = |name, format| Image::new(context, name, format, SIZE, ImageUse::Color).expect("a few texels");
         let (from, to) = (image("from", Format::R32G32B32A32_SFLOAT), image("to", Format::R8G8B8A8_UNORM));
         let bindings = Bindings::new(context, "counted", &[Resource::Texture(from)]).expect("an image");
         let colors = [(Format::R8G8B8A8_UNORM, Blend::None)];
-        let (vertex, fragment) = (&shaders::consume::FULLSCREEN_VERT, &shaders::consume::DENSITY_FRAG);
+        let (vertex, fragment) = (&shaders::shading::FULLSCREEN_VERT, &shaders::shading::DENSITY_FRAG);
         let state = Graphics { vertex, fragment, colors: &colors, depth: None };
         let over: Kernel<DensityPush> =
             Kernel::graphics(context, &state, &[&bindings], &Constants::new()).expect("compiled");

@@ -1,7 +1,7 @@
 //! What a rasterizer is worth: each way of the same work makes the same picture.
 
 use super::support::{gpu_test, skipped};
-use gobo::measure::{LAYERS, LayerWay, LayeredPictures, OPACITY, raster_worth};
+use gobo::bench::{LAYERS, LayerWay, LayeredPictures, OPACITY, raster_worth};
 
 const SIDE: u32 = 64;
 

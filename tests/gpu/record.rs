@@ -5,11 +5,12 @@ use crate::adopt::{adopted, everything};
 use crate::support::alike::assert_alike;
 use crate::support::foreign::{Foreign, Wanted};
 use crate::support::{all_paths, ask, every_third, gpu_test, is_usual, scenes, skipped, spec};
-use gobo::consume::{Lighting, Query, Renderer, Shading, Slice, Tiled, slice};
 use gobo::gpu::{Buffer, Commands, Context, Image, Memory, ReadBack};
 use gobo::lights::indirect::{Vpls, light_of};
+use gobo::query::{Query, Slice, slice};
 use gobo::reference::truth::space_points;
 use gobo::scene::{Caster, Fog, Light, LightKind, Scene, View};
+use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::simulate::Simulation;
 use gobo::technique::{self, BuildStatus, Name, Spec};
 use gobo::world::{LightData, World};
@@ -154,7 +155,7 @@ fn submitted(context: &Context) -> Consumed {
     }
     renderer.fog(&answer, &FOG).expect("drawn");
     all.pictures.push(picture(context, renderer.image()));
-    let view = avsm.technique.maps()[0].volume;
+    let view = avsm.technique.maps()[0].caster_view;
     all.slice = slice(context, 0, &view, &answer, 0.5, SIZE).expect("asked");
     let mut vpls = Vpls::new(context, &world, 64).expect("room");
     vpls.make(&world).expect("made");
@@ -221,7 +222,7 @@ fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
     });
     all.pictures.push(read.read(last, words).expect("read").expect("copied"));
 
-    let slice = Slice::new(context, 0, &avsm.maps()[0].volume, &answer, 0.5, SIZE).expect("room");
+    let slice = Slice::new(context, 0, &avsm.maps()[0].caster_view, &answer, 0.5, SIZE).expect("room");
     let pixels = (SIZE[0] * SIZE[1]) as usize;
     let read = ReadBack::new(context, "slice", 4 * pixels as u64).expect("room");
     let last = frame(foreign, context, |commands| {

@@ -2,8 +2,8 @@
 //! driver is lopsided.
 
 use super::support::{gpu_test, skipped};
+use gobo::bench::{StageArithmetic, stage_rates};
 use gobo::gpu::{Buffer, Context, Format, Image, ImageUse, Memory, Target};
-use gobo::measure::{StageArithmetic, stage_rates};
 use gobo::reference::twin::arithmetic::arithmetic;
 use proptest::prelude::*;
 

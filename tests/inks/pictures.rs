@@ -4,10 +4,10 @@ use super::truth::two_balls;
 use super::{Both, all_kinds};
 use crate::support::{built, gpu_test, those_that_run};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Lighting, Renderer, Shading};
 use gobo::gpu::{Context, Requirement};
 use gobo::reference::truth::{Casters, fog as true_fog, picture};
 use gobo::scene::{Camera, Fog, Picture, SKY, Scene, View};
+use gobo::shading::{Lighting, Renderer, Shading};
 use gobo::technique::Technique;
 use gobo::world::World;
 

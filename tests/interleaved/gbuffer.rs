@@ -4,10 +4,10 @@
 use super::{build, camera, drawn, lamps, seen};
 use crate::support::{gpu_test, some};
 use glam::{DVec2, Vec3};
-use gobo::consume::{Lighting, Shading};
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::gbuffer::gbuffer;
 use gobo::scene::{Mesh, Scene, sides};
+use gobo::shading::{Lighting, Shading};
 
 /// Corners, albedo and side of each triangle, in the order of the world's.
 fn triangles(scene: &Scene) -> Vec<([Vec3; 3], Vec3, i32)> {

@@ -4,14 +4,15 @@
 use super::{AMBIENT, Built, build, camera, lamps};
 use crate::support::{all, gpu_test, scenes, some};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Kernels, Lighting, PartReadback, PointBatch, Query, Renderer, Shading};
 use gobo::gpu::Context;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::SurfacePoint;
 use gobo::reference::twin::interleaved::gather;
 use gobo::reference::twin::many_lights::frame::Frame;
 use gobo::reference::twin::packed_normal::pack_normal;
 use gobo::reference::twin::reservoir::{Reservoir, ask, pixel_seed};
 use gobo::scene::{Camera, Light, LightKind, SKY, Scene, Strand, View};
+use gobo::shading::{Kernels, Lighting, PartReadback, Renderer, Shading};
 
 const CLOSED: u32 = 1 << 31;
 
@@ -99,7 +100,7 @@ fn reservoirs_equal_their_twin() {
                     let apart = (DVec3::from(seen.estimates[i].map(f64::from)) - found).abs().max_element();
                     assert!(apart <= 1e-3 * found.max_element(), "{what}: {:?}, not {found}", seen.estimates[i]);
                 }
-                let kept = |r: &gobo::consume::ReservoirData| Reservoir {
+                let kept = |r: &gobo::shading::ReservoirData| Reservoir {
                     light: r.light,
                     weight: r.weight,
                     frames: r.frames & !CLOSED,
@@ -192,8 +193,8 @@ fn what_is_gathered_is_a_mean() {
         let renderer = renderer(context, &built, size);
         let kernels = kernels(&renderer, &built);
         let seen = parts(&renderer, &kernels);
-        let gobo::consume::many_lights::FrameData { camera, corner, across, down, edge } =
-            gobo::consume::many_lights::FrameData::of(&camera(&scene, size));
+        let gobo::shading::many_lights::FrameData { camera, corner, across, down, edge } =
+            gobo::shading::many_lights::FrameData::of(&camera(&scene, size));
         let geometry = |i: usize| {
             let [x, y, z, _] = seen.normal[i];
             if seen.albedo[i][3] == 0.0 { [0; 2] } else { [seen.z[i].to_bits(), pack_normal([x, y, z])] }
@@ -305,7 +306,7 @@ fn what_is_kept_makes_it_steady() {
         };
         let kernels = kernels(&renderer, &built);
         let first = parts(&renderer, &kernels);
-        let is_new = |kept: &gobo::consume::ReservoirData| kept.frames & !CLOSED == u32::from(kept.z != 0.0);
+        let is_new = |kept: &gobo::shading::ReservoirData| kept.frames & !CLOSED == u32::from(kept.z != 0.0);
         assert!(first.reservoirs.iter().all(is_new), "there is no frame before");
         for _ in 2..Shading::Reservoir.frames_to_settle() {
             renderer.draw(&kernels).expect("drawn");

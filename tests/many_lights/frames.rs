@@ -3,11 +3,11 @@
 use super::{build, camera, lamps, largest_difference, rounding};
 use crate::support::{gpu_test, is_left_out, some};
 use glam::DVec3;
-use gobo::consume::DitherKind;
-use gobo::consume::{Lighting, Renderer, Shading, Tiled};
-use gobo::measure::{picture_error, picture_flicker};
+use gobo::bench::{picture_error, picture_flicker};
 use gobo::reference::truth::{Casters, picture};
 use gobo::scene::{Picture, Scene, View};
+use gobo::shading::DitherKind;
+use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 
 const SIZE: [u32; 2] = [96, 54];
 

@@ -2,8 +2,8 @@
 
 use super::{build, lamps, seen};
 use crate::support::{gpu_test, is_left_out, some};
-use gobo::consume::Tiled;
-use gobo::consume::{DitherKind, ShadowsKind};
+use gobo::shading::Tiled;
+use gobo::shading::{DitherKind, ShadowsKind};
 
 /// The same bits, of scenes of which the list holds all, and of one of which it does not: sixty lights without an end at each
 /// pixel, and room for half of them.
@@ -37,7 +37,7 @@ fn a_list_is_emptied() {
         return;
     }
     gpu_test(name, |context| {
-        use gobo::consume::{Lighting, Renderer, Shading};
+        use gobo::shading::{Lighting, Renderer, Shading};
         let scene = lamps::lamps(40);
         let built = build(context, &scene, "voxel-grid:size=64");
         let renderer = Renderer::new(context, &built.world, &super::camera(&scene, [96, 54])).expect("a renderer");

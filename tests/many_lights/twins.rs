@@ -3,9 +3,6 @@
 use super::{Built, build, camera, lamps, picture, seen};
 use crate::support::{gpu_test, scenes::Random, some};
 use glam::DVec3;
-use gobo::consume::DitherKind;
-use gobo::consume::many_lights::{FrameData, TileReadback, words};
-use gobo::consume::{Shading, Tiled};
 use gobo::grid::{GridData, Voxelizer};
 use gobo::reference::twin::grid::{Bits, Place};
 use gobo::reference::twin::many_lights::cull::{Reach, TILE, cull};
@@ -14,6 +11,9 @@ use gobo::reference::twin::many_lights::shade::{Found, visibility};
 use gobo::reference::twin::many_lights::{dither, reproject};
 use gobo::reference::twin::packed_normal::{pack_normal, unpack_normal};
 use gobo::scene::{Scene, View};
+use gobo::shading::DitherKind;
+use gobo::shading::{Shading, Tiled};
+use gobo::shading::{many_lights::FrameData, many_lights::TileReadback, many_lights::words};
 use gobo::technique::Opened;
 use gobo::technique::voxel_grid::{self, VoxelGrid};
 use gobo::world::{LightData, World};
@@ -155,7 +155,7 @@ fn grid(context: &gobo::gpu::Context, scene: &Scene, settings: voxel_grid::Plan)
 #[test]
 fn dithered_bits_equal_their_twin() {
     gpu_test("dithered_bits_equal_their_twin", |context| {
-        use gobo::consume::{Lighting, Renderer};
+        use gobo::shading::{Lighting, Renderer};
         let scene = lamps::lamps(40);
         let size = [64, 40];
         let settings = voxel_grid::Plan {
@@ -217,7 +217,7 @@ fn dithered_bits_equal_their_twin() {
 #[test]
 fn the_blur_equals_its_twin() {
     gpu_test("the_blur_equals_its_twin", |context| {
-        use gobo::consume::{Lighting, Renderer};
+        use gobo::shading::{Lighting, Renderer};
         let size = [72, 40];
         let mut scene = lamps::lamps(40);
         // So bright that no weight is lost in rounding.

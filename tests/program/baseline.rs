@@ -3,7 +3,7 @@
 use crate::errors::fails;
 use crate::support::{is_long, log, skipped};
 use crate::{folder, gobo, ok, results, run, runs, small_scene, text};
-use gobo::measure::{Results, Status};
+use gobo::bench::{Results, Status};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -56,7 +56,7 @@ fn a_run_is_held_against_its_baseline() {
     let document = roxmltree::Document::parse(&document).expect("XML");
     let cases: Vec<_> = document.descendants().filter(|node| node.has_tag_name("testcase")).collect();
     let named: Vec<_> = cases.iter().map(|case| case.attribute("name").expect("a name").to_owned()).collect();
-    assert_eq!(named, now.rows.iter().map(gobo::measure::Row::spec).collect::<Vec<_>>());
+    assert_eq!(named, now.rows.iter().map(gobo::bench::Row::spec).collect::<Vec<_>>());
     for (case, row) in cases.iter().zip(&now.rows) {
         let refused = row.status == Status::Refused;
         assert_eq!(case.children().any(|node| node.has_tag_name("skipped")), refused, "{}", row.spec());

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 fn row(nodes: &str, path: &str, build: f64, draw: f64, half: f64, error: f64) -> Value {
     let timing =
         |ms: f64| json!({ "median": ms * 1e6, "p05": (ms - half) * 1e6, "p95": (ms + half) * 1e6, "samples": 30 });
-    let space = gobo::measure::PointError { mean_abs: error, ..Default::default() };
+    let space = gobo::bench::PointError { mean_abs: error, ..Default::default() };
     json!({
         "scene": "s", "technique": "avsm", "variant": { "nodes": nodes, "path": path }, "path": path, "status": "ok", "reason": "",
         "build_ns": timing(build), "draw_ns": timing(draw), "frame_ns": (build + draw) * 1e6, "passes": [], "counters": {},

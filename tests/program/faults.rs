@@ -4,7 +4,7 @@
 use crate::resume::{rows_and_times_apart, unfinished};
 use crate::support::{all, log};
 use crate::{folder, gobo, results, runs, small_scene, text};
-use gobo::measure::{Results, Status};
+use gobo::bench::{Results, Status};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Output, Stdio};

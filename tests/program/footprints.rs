@@ -2,7 +2,7 @@
 
 use crate::support::log;
 use crate::{folder, ok, results, runs, text};
-use gobo::measure::{FOOTPRINTS, Status};
+use gobo::bench::{FOOTPRINTS, Status};
 
 #[test]
 fn footprints_are_beside_errors_of_points() {

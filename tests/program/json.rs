@@ -3,9 +3,9 @@
 use crate::recommend::{line, made_up};
 use crate::support::log;
 use crate::{folder, gobo, ok, results, runs, small_scene, text};
-use gobo::measure::{Change, Margins, Results, changes};
+use gobo::bench::stress::Soaked;
+use gobo::bench::{Change, Margins, Results, changes};
 use gobo::report::{casters, changes_table, footprints, passes, stress_table};
-use gobo::stress::Soaked;
 use serde_json::Value;
 
 /// JSON of a comparison, of changes since another, and of a join. Rows that are kept are printed twice, as tables and as JSON.
@@ -112,7 +112,7 @@ fn stressed_and_soaked() {
     let arguments = ["extinction", "--technique", "beer-shadow-map:path=binned,size=8"];
     let json = run(&[&arguments[..], &["--json"]].concat());
     assert_eq!(json, read("stress.json"));
-    let printed: gobo::stress::Results = serde_json::from_str(&json).expect("JSON alone");
+    let printed: gobo::bench::stress::Results = serde_json::from_str(&json).expect("JSON alone");
     let tables = run(&arguments);
     let table = stress_table(&printed, &printed.verdicts[0].case);
     assert!(!printed.verdicts.is_empty() && tables.contains(&table), "{table}\nis not in\n{tables}");

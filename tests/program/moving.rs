@@ -2,7 +2,7 @@
 
 use crate::support::{is_long, log, skipped, some_usual};
 use crate::{decodes, folder, ok, results, run, runs, small_scene, text, write_scene};
-use gobo::measure::Status;
+use gobo::bench::Status;
 
 /// From a hundred particles to some hundred: a build that begins with too little room loses nothing, since lists of all
 /// segments have next to no error at map points at any of the times.
@@ -101,7 +101,7 @@ fn compare_simulates() {
             let drawn: Vec<_> = row.draw_passes.iter().map(|p| p.name.as_str()).collect();
             assert_eq!(
                 drawn,
-                ["consume.forward", "consume.points"],
+                ["shading.forward", "shading.points"],
                 "a frame blends nothing in an order of the host's"
             );
             assert!(passes.iter().chain(&drawn).all(|name| printed.contains(name)), "{printed}");

@@ -3,7 +3,7 @@
 use crate::errors::fails;
 use crate::support::{log, some};
 use crate::{device, folder, ok, results, run, runs, small_scene, text};
-use gobo::measure::{Row, Status};
+use gobo::bench::{Row, Status};
 use std::path::Path;
 
 /// Spec, ms added to a frame, seen error, FLIP, KiB.
@@ -38,7 +38,7 @@ pub(crate) fn made_up(folder: &Path, scenes: &[&str]) -> String {
 }
 
 fn seen(mean: f64) -> serde_json::Value {
-    serde_json::to_value(gobo::measure::SeenError { mean, ..Default::default() }).expect("JSON")
+    serde_json::to_value(gobo::bench::SeenError { mean, ..Default::default() }).expect("JSON")
 }
 
 /// The words of each line of an answer's table, by its first.
@@ -270,10 +270,10 @@ fn no_answer_looks_wrong() {
         let floor = measured.clone().map(noise_ns).fold(0.0, f64::max);
         let figures = |row: &Row| Some((row.cost_ns?.max(floor), row.error.as_ref()?.image?.flip_mean));
         let all: Vec<_> = measured.filter_map(|row| Some((row, figures(row)?))).collect();
-        let paste = gobo::consume::parse(best).expect("a spec").remove(0).to_string();
+        let paste = gobo::shading::parse(best).expect("a spec").remove(0).to_string();
         let is_it = |row: &Row| {
             let keys: Vec<String> = row.variant.iter().map(|(key, value)| format!("{key}={value}")).collect();
-            let spec = gobo::consume::parse(&format!("{}:{}", row.technique, keys.join(",")));
+            let spec = gobo::shading::parse(&format!("{}:{}", row.technique, keys.join(",")));
             spec.is_ok_and(|specs| specs[0].to_string() == paste)
         };
         let (row, (cost, flip)) = all.iter().find(|(row, _)| is_it(row)).expect(best);

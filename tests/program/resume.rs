@@ -4,7 +4,7 @@ use crate::errors::fails;
 use crate::support::scenes::Random;
 use crate::support::{all, is_long, log};
 use crate::{folder, gobo, ok, results, run, runs, small_scene, text};
-use gobo::measure::{Results, Row, Status};
+use gobo::bench::{Results, Row, Status};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};

@@ -3,7 +3,7 @@
 use crate::errors::fails;
 use crate::support::{all, gpu_test, log};
 use crate::{folder, gobo, ok, run, runs, text};
-use gobo::measure::{Results, Row, Status, Submission, answers_hash, standard};
+use gobo::bench::{Results, Row, Status, Submission, answers_hash, standard};
 use gobo::report::submission_table;
 use std::path::{Path, PathBuf};
 use std::process::Output;

@@ -115,7 +115,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
         // The look-ups are behind the builds, each a slice with its one pass within, and what a million of them takes is the row's.
         let of_lookups = |event: &&Value| event["args"]["asked"] == row.spec().as_str();
         let lookups: Vec<&Value> = slices(1).filter(of_lookups).collect();
-        let passes: Vec<&Value> = slices(1).filter(|e| e["name"] == "consume.query").collect();
+        let passes: Vec<&Value> = slices(1).filter(|e| e["name"] == "query.points").collect();
         let million = lookups.iter().map(|asked| {
             let passes: Vec<&&Value> = passes.iter().filter(|pass| within(asked, pass)).collect();
             assert_eq!(passes.len(), 1, "{asked}");

@@ -4,8 +4,8 @@ use super::{built, kept, rays};
 use crate::support::scenes::{self, Random};
 use crate::support::{all, ask, gpu_test, gpu_test_needing, runs, some, spec, those_that_run};
 use glam::{DVec2, DVec3, Vec2};
+use gobo::bench::{PointError, point_error};
 use gobo::gpu::{Context, Requirement};
-use gobo::measure::{PointError, point_error};
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::filter::Filter;
 use gobo::reference::twin::psm;
@@ -92,7 +92,7 @@ fn look_up_equals_its_twin() {
             let psm = built(context, &scene, &text);
             let spec = spec(&text);
             let rays = rays(&psm, &spec, scene.map_count());
-            let view = psm.maps()[light].volume;
+            let view = psm.maps()[light].caster_view;
             let mut points = Vec::new();
             let mut expected = Vec::new();
             for _ in 0..4000 {
@@ -156,7 +156,7 @@ fn thin(opacity: f64) -> Scene {
 
 fn map_error(context: &Context, scene: &Scene, text: &str) -> PointError {
     let psm = built(context, scene, text);
-    let views: Vec<_> = psm.maps().iter().map(|m| m.volume).collect();
+    let views: Vec<_> = psm.maps().iter().map(|m| m.caster_view).collect();
     let truth = map_truths(&Casters::new(scene), scene, &views).remove(0);
     let answers = ask(context, psm.as_ref(), 0, &truth.points);
     point_error(&answers, &truth.visibility).expect("numbers").expect("points")

@@ -1,7 +1,7 @@
 //! Tables and the page of made-up results.
 
 use crate::{opaque, records, refused, results, row};
-use gobo::measure::{PassTiming, Results, StageRates, Submission};
+use gobo::bench::{PassTiming, Results, StageRates, Submission};
 use gobo::report::{Store, page, passes, plots, submission_table, table};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -212,7 +212,7 @@ fn passes_stand_in_columns_with_the_whole_build() {
     rows[0].passes = vec![pass("maps.opaque", 0.125), pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
     rows[1].passes = vec![pass("psm.fused", 1.5)];
     rows[0].draw_passes.clear();
-    rows[1].draw_passes = vec![pass("consume.gbuffer", 0.5), pass("many_lights.shade", 0.125)];
+    rows[1].draw_passes = vec![pass("shading.gbuffer", 0.5), pass("many_lights.shade", 0.125)];
     let text = passes(&results(rows));
     let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
     assert_eq!(lines.len(), 5, "a heading and the measured rows, and another where drawing has passes: {text}");
@@ -220,6 +220,6 @@ fn passes_stand_in_columns_with_the_whole_build() {
     assert_eq!(lines[0][4..], ["maps.opaque", "psm.clear", "psm.propagate", "psm.fused", "shared", "own", "total"]);
     assert_eq!(lines[1][2..], ["0.125", "0.250", "1.75", "–", "0.125", "2.00", "3.50"]);
     assert_eq!(lines[2][2..], ["–", "–", "–", "1.50", "0", "1.50", "2.00"]);
-    assert_eq!(lines[3], ["a:", "drawing,", "ms", "path", "consume.gbuffer", "many_lights.shade", "total"]);
+    assert_eq!(lines[3], ["a:", "drawing,", "ms", "path", "shading.gbuffer", "many_lights.shade", "total"]);
     assert_eq!(lines[4][2..], ["0.500", "0.125", "5.00"]);
 }

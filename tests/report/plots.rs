@@ -1,7 +1,7 @@
 //! Plots of made-up results.
 
 use crate::{refused, results, row};
-use gobo::measure::{Results, Row, SeenError, Timing, Unshadowed};
+use gobo::bench::{Results, Row, SeenError, Timing, Unshadowed};
 use gobo::report::{page, plots};
 
 fn build_plot(results: &Results) -> Option<String> {

@@ -3,9 +3,9 @@
 
 use crate::support::{ask, built, gpu_test, runs, scenes, scenes::Random};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Colors, Lighting, Renderer, Shading};
 use gobo::gpu::{Buffer, Context};
 use gobo::scene::{Body, Mesh, Picture, Scene, View};
+use gobo::shading::{Colors, Lighting, Renderer, Shading};
 use gobo::technique::Technique;
 use gobo::world::World;
 

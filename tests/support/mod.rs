@@ -11,13 +11,13 @@ pub mod spirv;
 pub mod within;
 
 use gobo::Error;
-use gobo::consume::parse;
-use gobo::consume::{PointBatch, Query};
+use gobo::bench::{Effort, Extent, Row, Status, with_case};
 use gobo::gpu::{Commands, Context, Messages, Options, Requirement};
-use gobo::measure::{Effort, Extent, Row, Status, with_case};
+use gobo::query::{PointBatch, Query};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
+use gobo::shading::parse;
 use gobo::technique::{self, Avsm, Casts, Entry, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
 use gobo::world::World;
 use std::io::Write;
@@ -333,7 +333,7 @@ pub fn built(context: &Context, scene: &Scene, text: &str) -> Box<dyn Technique>
 /// The volume views that the device fits to `scene`, those of the first light first: twins that are compared text by text
 /// start from the same numbers.
 pub fn views(context: &Context, scene: &Scene, size: u32) -> Vec<View> {
-    built(context, scene, &format!("beer-shadow-map:size={size}")).maps().iter().map(|map| map.volume).collect()
+    built(context, scene, &format!("beer-shadow-map:size={size}")).maps().iter().map(|map| map.caster_view).collect()
 }
 
 /// What the technique answers at `points` of one of the scene's lights.

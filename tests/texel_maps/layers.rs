@@ -3,11 +3,11 @@
 
 use super::{ARITHMETIC, cases, each_texel};
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
-use gobo::consume::Query;
+use gobo::bench::point_error;
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::TexelWay::{self, Binned, Raster};
 use gobo::maps::level_size;
-use gobo::measure::point_error;
+use gobo::query::Query;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::layers::Texel;
 use gobo::reference::twin::sums::DARK;
@@ -38,7 +38,7 @@ fn words(context: &Context, scene: &Scene, settings: &Settings) -> (Vec<u32>, Ve
     let all = read();
     opened.rebuild(&world).expect(text);
     assert!(all == read(), "{} {text}: the second build differs", world.name());
-    let views = opened.technique.maps().iter().map(|m| m.volume).collect();
+    let views = opened.technique.maps().iter().map(|m| m.caster_view).collect();
     (all, views)
 }
 

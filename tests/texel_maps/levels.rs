@@ -4,9 +4,9 @@
 use super::cases;
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
 use glam::{DVec2, DVec3};
-use gobo::consume::{PointBatch, Query};
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::level_size;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::beer_shadow_map::{self as beer, Texel};
 use gobo::reference::twin::translucency_map as translucency;
@@ -44,7 +44,7 @@ fn kept<S>(context: &Context, scene: &Scene, open: impl Fn(&World) -> gobo::Resu
         }
     };
     let coarser = texels.coarser.read(texels.coarser.bytes() as usize / 4).expect("read");
-    let view = opened.technique.maps()[0].volume;
+    let view = opened.technique.maps()[0].caster_view;
     Kept { image, coarser, size: [view.width, view.height], maps: height / view.height }
 }
 
@@ -229,7 +229,7 @@ fn levels_do_not_drift() {
             let text = format!("{name}{}path=binned,size={SIZE},levels=6", if name.contains(':') { ',' } else { ':' });
             let mut opened = support::opened(open(context, &world, &spec(&text)), &text);
             opened.build(&world).expect(&text);
-            let view = opened.technique.maps()[0].volume;
+            let view = opened.technique.maps()[0].caster_view;
             let point = |x: f64, y: f64, k: u32| {
                 view.ray(DVec2::new(x, y)).at(view.z((f64::from(k) + 0.5) / f64::from(DEPTHS)))
             };

@@ -4,10 +4,10 @@
 use super::{cases, each_texel};
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
 use glam::DVec2;
-use gobo::consume::Query;
+use gobo::bench::point_error;
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::{Sums, level_size};
-use gobo::measure::point_error;
+use gobo::query::Query;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::moments::{Basis, bias};
 use gobo::reference::twin::texel_sums::{Below, Curve, Range, binned, drawn, place};
@@ -55,7 +55,7 @@ fn built(context: &Context, scene: &Scene, text: &str) -> Built {
         let words = read();
         opened.rebuild(world).expect(text);
         assert!(words == read(), "{} {text}: the second build differs", world.name());
-        let views = opened.technique.maps().iter().map(|m| m.volume).collect();
+        let views = opened.technique.maps().iter().map(|m| m.caster_view).collect();
         Built { technique: opened.technique, words, views }
     }
     let (spec, world) = (spec(text), World::new(context, scene).expect("room for the scene"));

@@ -14,7 +14,7 @@ fn volumes_over_a_ground_are_wrong_at_it_alone() {
         let scene = Scene::load("cloud:samples=24", 0.0).expect("built in");
         let casters = Casters::new(&scene);
         let technique = built(context, &scene, "uncompressed:size=128");
-        let views: Vec<View> = technique.maps().iter().map(|map| map.volume).collect();
+        let views: Vec<View> = technique.maps().iter().map(|map| map.caster_view).collect();
         let truth = sample_maps(&casters, &scene, &views, 1500).0.remove(0);
         let answers = ask(context, technique.as_ref(), 0, &truth.points);
         let opaque = technique.maps()[0].opaque;

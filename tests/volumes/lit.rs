@@ -3,9 +3,9 @@
 use crate::scene;
 use crate::support::{built, gpu_test, gpu_test_needing, opened};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Lighting, Renderer, Shading, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
 use gobo::scene::{Camera, Field, LightKind, Particle, Picture, Placed, SKY, Scene, View, Volume};
+use gobo::shading::{Lighting, Renderer, Shading, VERTEX_SPACING};
 use gobo::world::World;
 use std::sync::Arc;
 

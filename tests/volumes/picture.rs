@@ -3,10 +3,10 @@
 use crate::support::{built, gpu_test, opened, scenes};
 use crate::{ball, scene};
 use glam::DVec3;
-use gobo::consume::{Lighting, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, picture};
 use gobo::scene::{Camera, Field, Particle, Picture, Placed, SKY, Scene, View, Volume};
+use gobo::shading::{Lighting, Renderer, Shading};
 use gobo::world::World;
 use std::sync::Arc;
 
@@ -147,7 +147,7 @@ fn volumes_stay_among_casters_that_are_sorted() {
             all.camera.position = DVec3::new(5.0 * angle.cos(), 5.0 * angle.sin(), 0.7);
             renderer.look(&world, &camera(&all)).expect("the next frame");
             let passes = renderer.draw(&kernels).expect("drawn");
-            assert!(passes.is_empty() || passes.iter().any(|pass| pass.name == "consume.far_to_near"), "{passes:?}");
+            assert!(passes.is_empty() || passes.iter().any(|pass| pass.name == "shading.far_to_near"), "{passes:?}");
             let found = renderer.read().expect("read");
             assert!(found == drawn(context, &all, "none"), "turn {turn}: another picture than that of a new renderer");
             let (most, mean) = apart(&found, &picture(&Casters::new(&all), &all, &camera(&all)));

@@ -3,11 +3,11 @@
 use crate::support::{self, ask, gpu_test, some, spec};
 use crate::{left_by_cells, mean_apart};
 use glam::DVec3;
-use gobo::consume::{Lighting, Renderer, Shading};
+use gobo::bench::{Effort, Extent, Frames, Row, States, Status, with_case};
 use gobo::gpu::Context;
-use gobo::measure::{Effort, Extent, Frames, Row, States, Status, with_case};
 use gobo::reference::truth::{Casters, picture, space_points};
 use gobo::scene::{Field, Picture, Placed, Scene, View, Volume};
+use gobo::shading::{Lighting, Renderer, Shading};
 use gobo::technique::Opened;
 use gobo::world::World;
 use std::cell::{Cell, RefCell};

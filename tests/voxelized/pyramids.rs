@@ -6,7 +6,7 @@ use super::{
     twin_columns, voxel,
 };
 use glam::{DVec2, DVec3};
-use gobo::consume::{PointBatch, Query};
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::{Meshes, bounds};
 use gobo::scene::{Light, LightKind, Projection, Scene};
 use gobo::technique::Technique;

@@ -2,8 +2,8 @@
 
 use crate::support::{gpu_test, is_usual, scenes::Random, some};
 use crate::{PLAIN, Settings, baked, shapes};
-use gobo::consume::{PointBatch, Query};
 use gobo::gpu::Context;
+use gobo::query::{PointBatch, Query};
 use gobo::reference::truth::{Casters, SurfacePoint, surface_points};
 use gobo::scene::{Scene, View};
 use gobo::technique::{Coverage, Opened, Technique, Voxelized};

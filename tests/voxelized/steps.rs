@@ -3,9 +3,9 @@
 use super::support::gpu_test;
 use super::{Cube, PLAIN, Structure, as_baked, baked, cube, shapes, voxel};
 use glam::{DVec2, DVec3};
-use gobo::consume::Renderer;
 use gobo::reference::truth::{Casters, Hit};
 use gobo::scene::{Camera, Ray, Scene, View};
+use gobo::shading::Renderer;
 use gobo::technique::Technique;
 use gobo::world::World;
 

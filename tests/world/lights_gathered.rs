@@ -65,7 +65,7 @@ fn views_are_aimed_as_the_host_aims() {
         for (i, light) in data.iter().enumerate() {
             for map in light.first_map..light.first_map + light.map_count {
                 let (host, device) = (&host[map as usize], &device[map as usize]);
-                for (host, is) in [(host.volume, device.volume), (host.opaque, device.opaque)] {
+                for (host, is) in [(host.caster_view, device.caster_view), (host.opaque, device.opaque)] {
                     let what = format!("{:?}: {is:?}, not {host:?}", scene.lights[i]);
                     let twin = aim(is, &aiming(light));
                     for (view, which) in [(host, "host"), (twin, "twin")] {

@@ -6,12 +6,12 @@ use crate::support::alike::assert_alike;
 use crate::support::scenes::Random;
 use crate::support::{gpu_test, runs, some, spec};
 use glam::DVec3;
-use gobo::consume::{Lighting, Renderer, Shading, Tiled};
 use gobo::gpu::{Commands, Context};
 use gobo::lights::indirect::Vpls;
 use gobo::maps::Map;
 use gobo::reference::twin::fit::{Aiming, aim};
 use gobo::scene::{Light, LightKind, Scene, View};
+use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique::{self, Spec};
 use gobo::world::{Capacity, Count, LightAt, LightData, LightType, Number, Source, World};
 
@@ -123,7 +123,7 @@ fn spot(position: [f64; 3], direction: [f64; 3]) -> Light {
     let (position, direction) = (DVec3::from(position), DVec3::from(direction).normalize());
     let at = |cone_degrees: f64| light_of(LightKind::Spot { position, direction, cone_degrees });
     let is_exact = |light: &Light| {
-        let host = Map::aimed(&aim_of(&[*light]), 16, 16, 1)[0].volume;
+        let host = Map::aimed(&aim_of(&[*light]), 16, 16, 1)[0].caster_view;
         aim(host, &aiming(&LightData::of(&[*light], false)[0])) == host
     };
     (0..100).map(|i| at(70.0 + 0.1 * f64::from(i))).find(is_exact).expect("a cone")

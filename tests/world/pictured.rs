@@ -4,9 +4,9 @@ use super::buffers::{fill, scene, theirs};
 use super::{build, opened};
 use crate::support::{gpu_test, spec};
 use gobo::Error;
-use gobo::consume::{Lighting, PainterKind, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::scene::{Picture, Scene, View};
+use gobo::shading::{Lighting, PainterKind, Renderer, Shading};
 use gobo::world::{Capacity, World};
 
 fn pictured(context: &Context, world: &World, scene: &Scene, text: &str) -> Picture {

@@ -1,9 +1,9 @@
 //! The picture of the smoke by Gobo's compute passes, in place of the renderer's own drawing: for devices whose rasterizer is slow.
 
 use super::{Result, camera};
-use gobo::consume::{Kernels, Lighting, PainterKind, Renderer, Shading};
 use gobo::gpu::{Commands, Context, Image};
 use gobo::scene::View;
+use gobo::shading::{Kernels, Lighting, PainterKind, Renderer, Shading};
 use gobo::technique::Technique;
 use gobo::world::World;
 

@@ -1,8 +1,8 @@
 #version 460
 // Draws the meshes as the camera sees them, for the points that virtual lights are to light. Inputs: camera, triangles. Outputs: position,
 // the triangle.
-#include "consume/camera_push.glsl"
-#include "consume/surface.glsl"
+#include "shading/camera_push.glsl"
+#include "shading/surface.glsl"
 #include "maps/scene.glsl"
 
 layout(location = 0) flat out uint triangle;

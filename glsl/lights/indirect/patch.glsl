@@ -4,7 +4,7 @@
 #define LIGHTS_INDIRECT_PATCH_GLSL
 #include "maps/scene.glsl"
 #include "maps/opaque.glsl"
-#include "consume/surface.glsl"
+#include "shading/surface.glsl"
 #include "lights/indirect/luminance.glsl"
 #include "lights/indirect/texels.glsl"
 

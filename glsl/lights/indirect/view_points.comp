@@ -1,8 +1,8 @@
 #version 460
 // The points that the camera sees, from the numbers of their triangles. Inputs: camera, triangles, their sides, numbers. Output: points.
 // Twin: reference::twin::indirect::view_point.
-#include "consume/camera_push.glsl"
-#include "consume/surface.glsl"
+#include "shading/camera_push.glsl"
+#include "shading/surface.glsl"
 #include "lights/indirect/luminance.glsl"
 #include "lights/indirect/view.glsl"
 #include "maps/scene.glsl"

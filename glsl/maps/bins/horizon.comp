@@ -19,13 +19,13 @@ shared uint farthest;
 
 // Where a texel of the volume view is in the opaque view: at every z the same, since both views have the same rays.
 vec2 in_opaque(uint map, vec2 texel) {
-    Ray ray = view_ray(maps[map].volume, texel);
+    Ray ray = view_ray(maps[map].caster_view, texel);
     return view_project(maps[map].opaque, ray.origin + ray.direction).xy;
 }
 
 void main() {
     uint map = gl_WorkGroupID.z;
-    View view = maps[map].volume, opaque = maps[map].opaque;
+    View view = maps[map].caster_view, opaque = maps[map].opaque;
     if (gl_LocalInvocationIndex == 0u) {
         farthest = 0u;
     }

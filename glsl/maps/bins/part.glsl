@@ -42,7 +42,7 @@ uint part_slot(TilePart part, out uvec2 tiles) {
 // The view of the part's map; with DETAIL, as fine as the part's tile.
 View part_view(TilePart part) {
     uvec2 tiles;
-    View view = maps[part_map(part)].volume;
+    View view = maps[part_map(part)].caster_view;
     return DETAIL ? finer(view, slot_side(part_slot(part, tiles))) : view;
 }
 

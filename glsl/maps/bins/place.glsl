@@ -18,7 +18,7 @@ BINS_SLOTS(readonly buffer)
 
 // Tiles of a map, or with DETAIL the blocks that they may have.
 uint bins_per_map() {
-    uvec2 tiles = tile_counts(maps[0].volume);
+    uvec2 tiles = tile_counts(maps[0].caster_view);
     return tiles.x * tiles.y * (DETAIL ? SLOTS : 1u);
 }
 

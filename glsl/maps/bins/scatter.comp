@@ -28,7 +28,7 @@ const uint ROUNDS = 1u;
 
 void main() {
     uint map = gl_WorkGroupID.z, lane = tally_lane();
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     uvec2 tiles = tile_counts(view);
     uint first_tile = map * tiles.x * tiles.y;
     tally_clear(tiles);

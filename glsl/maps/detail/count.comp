@@ -17,10 +17,10 @@ BINS_SLOTS(readonly buffer)
 void main() {
     uint map = gl_WorkGroupID.z, index = map_thread() / TILE_LANES, lane = map_thread() % TILE_LANES;
     uvec2 low, high;
-    if (index >= caster_count || !caster_touches(maps[map].volume, casters[index], low, high)) {
+    if (index >= caster_count || !caster_touches(maps[map].caster_view, casters[index], low, high)) {
         return;
     }
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     Caster caster = casters[index];
     uvec2 tiles = tile_counts(view), size = high - low + 1u;
     bool any = false;

@@ -33,10 +33,10 @@ uint next_entry(uint bin) {
 void main() {
     uint map = gl_WorkGroupID.z, index = map_thread() / TILE_LANES, lane = map_thread() % TILE_LANES;
     uvec2 low, high;
-    if (index >= caster_count || !caster_touches(maps[map].volume, casters[index], low, high)) {
+    if (index >= caster_count || !caster_touches(maps[map].caster_view, casters[index], low, high)) {
         return;
     }
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     uint seen = map_casters(map) + index;
     Caster caster = casters[seen];
     uvec2 tiles = tile_counts(view), size = high - low + 1u;

@@ -78,10 +78,10 @@ CONSTANT(uint, SHARING, 1u)
 // Surveys a thread's share of a caster's tiles.
 void survey(uint map, uint index, uint lane) {
     uvec2 low, high, first, last;
-    if (!caster_touches(maps[map].volume, casters[index], low, high)) {
+    if (!caster_touches(maps[map].caster_view, casters[index], low, high)) {
         return;
     }
-    View view = maps[map].volume, fine = finer(view, SURVEY_CELLS);
+    View view = maps[map].caster_view, fine = finer(view, SURVEY_CELLS);
     Caster caster = casters[map_casters(map) + index];
     caster_touches(fine, caster, first, last);
     vec3 share = share_of_tile(view, caster);
@@ -113,7 +113,7 @@ void main() {
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     uint step = gl_NumWorkGroups.x * gl_NumWorkGroups.y * (THREADS / SHARING);
 #if TALLY == 1
-    uvec2 tiles = tile_counts(maps[map].volume);
+    uvec2 tiles = tile_counts(maps[map].caster_view);
     uint tile_count = tiles.x * tiles.y;
     for (uint i = thread; i < tile_count; i += THREADS) {
         own[i] = Survey(0u, 0u, 0u);

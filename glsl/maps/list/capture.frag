@@ -13,7 +13,7 @@ layout(set = 2, binding = 1, std430) writeonly buffer Segments { uvec4 segments[
 layout(set = 2, binding = 2, scalar) buffer Counters { uint counters[]; };
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     vec2 depth;
     float optical_depth;
     if (!quad_segment(view, depth, optical_depth)) {

@@ -24,7 +24,7 @@ void main() {
     if (i >= count) {
         return;
     }
-    View view = maps[gl_WorkGroupID.z].volume;
+    View view = maps[gl_WorkGroupID.z].caster_view;
     Caster caster = casters[i];
     float start = dot(caster.position - view.origin, view.forward);
     float nearest = caster_is_strand(caster) ? min(start, start + dot(caster.axis, view.forward)) : start - caster.radius;

@@ -36,7 +36,7 @@ void main() {
     if (!listed_part(part)) {
         return;
     }
-    View view = maps[part_map(part)].volume;
+    View view = maps[part_map(part)].caster_view;
     uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
     Ray ray = view_texel_ray(view, texel);
     float ray_length = length(ray.direction), scale = tile_scale(part);

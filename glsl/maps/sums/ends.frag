@@ -10,7 +10,7 @@
 layout(set = 2, binding = 0, scalar) buffer Ends { uint ends[]; };
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     vec2 depth;
     float optical_depth;
     if (quad_part(view, DARK, depth, optical_depth) && optical_depth > 0.0) {

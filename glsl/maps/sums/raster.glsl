@@ -13,7 +13,7 @@ layout(set = 2, binding = 0, scalar) readonly buffer Ends { uint ends[]; };
 layout(location = 0) out vec4 targets[TARGETS];
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     vec2 depth;
     float optical_depth;
     if (!quad_part(view, DARK, depth, optical_depth) || optical_depth <= 0.0) {

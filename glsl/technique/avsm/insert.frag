@@ -14,7 +14,7 @@ layout(pixel_interlock_ordered) in;
 layout(set = 2, binding = 0, std430) coherent buffer Nodes { vec4 pairs[]; };
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     uvec2 texel = quad_texel(view);
     vec2 depth;
     float optical_depth;

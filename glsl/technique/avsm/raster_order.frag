@@ -27,7 +27,7 @@ vec4 pair(int i) {
 void main() {
     vec2 depth;
     float optical_depth;
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     if (!quad_segment(view, depth, optical_depth)) {
         discard;  // the attachments keep what they have
     }

@@ -9,7 +9,7 @@
 layout(location = 0) out vec4 texel;
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     vec2 depth;
     float optical_depth;
     if (!quad_segment(view, depth, optical_depth) || optical_depth <= 0.0) {

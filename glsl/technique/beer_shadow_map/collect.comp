@@ -30,7 +30,7 @@ void main() {
         return;
     }
     uint map = part_map(part), sum = 0u;
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
     Ray ray = view_texel_ray(view, texel);
     float ray_length = length(ray.direction), scale = tile_scale(part);

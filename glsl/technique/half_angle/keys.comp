@@ -22,7 +22,7 @@ layout(push_constant, scalar) uniform HalfPush {
 void main() {
     uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     if (i < count) {
-        vec3 middle = casters[i].position + 0.5 * caster_axis(casters[i]) - maps[0].volume.origin;
+        vec3 middle = casters[i].position + 0.5 * caster_axis(casters[i]) - maps[0].caster_view.origin;
         items[i] = Item(float_order(dot(middle, half_vector)), i);
     }
 }

@@ -25,7 +25,7 @@ float mesh_depth(View view) {
 }
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     vec2 depth;
     float optical_depth;
     if (!quad_segment(view, depth, optical_depth)) {

@@ -121,7 +121,7 @@ void main() {
     curve_clear();
     last_value = 0.0;
     if (within) {
-        march_ray(maps[map].volume, texel);
+        march_ray(maps[map].caster_view, texel);
     }
     if (node_count > 0) {
         atomicAdd(rays, 1u);

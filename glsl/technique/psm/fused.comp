@@ -273,7 +273,7 @@ void main() {
     bool listed = room == 0u, built = listed ? listed_part(part) : unlisted_part(part);
     // Read before it is known whether there is anything to build, to save a wait.
     uint map = !listed ? gl_WorkGroupID.z : built ? part_map(part) : 0u;
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     if (!built) {
         return;
     }

@@ -19,7 +19,7 @@ void main() {
         color = vec4(ADDITIVE ? 1.0 : 0.0);
         return;
     }
-    View view = maps[drawn_map(instance)].volume;
+    View view = maps[drawn_map(instance)].caster_view;
     Caster caster = Caster(ball.xyz, ball.w, STRANDS || GAUSSIANS ? rest.xyz : vec3(0.0), rest.w);
     Ray ray = view_texel_ray(view, uvec2(gl_FragCoord.xy));
     vec2 z;

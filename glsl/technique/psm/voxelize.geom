@@ -21,7 +21,7 @@ const uint STRIP[4] = uint[](0u, 1u, 5u, 2u);
 
 void main() {
     uint map = drawn_map(point_instance[0]);
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     Caster caster = casters[map_casters(map) + point_caster[0]], in_axes = view_caster(view, caster);
     for (uint index = 0u; index < quad_count(); ++index) {
         Quad quad;

@@ -16,7 +16,7 @@ void main() {
     instance = gl_InstanceIndex;
     uint map = drawn_map(instance);
     uint index = gl_VertexIndex / 6u;
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     Caster caster = casters[map_casters(map) + index / quad_count()];
     Quad quad;
     bool drawn = caster_quad(view, map, caster, index % quad_count(), quad);

@@ -11,7 +11,7 @@ layout(location = 2) flat in uint number;
 void keep_sample(uint place, uint bits) { atomicMin(samples[place], bits); }
 
 void main() {
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     vec2 depth;
     float optical_depth;
     if (quad_segment(view, depth, optical_depth)) {

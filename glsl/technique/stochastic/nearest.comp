@@ -16,7 +16,7 @@ void main() {
         return;
     }
     uint map = part_map(part);
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
     bool inside = all(lessThan(texel, uvec2(view.width, view.height)));
     uint first = first_sample(view, map, texel);

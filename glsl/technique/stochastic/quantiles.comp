@@ -29,7 +29,7 @@ void main() {
         return;
     }
     uint map = part_map(part), all_units = 0u;
-    View view = maps[map].volume;
+    View view = maps[map].caster_view;
     uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
     bool inside = all(lessThan(texel, uvec2(view.width, view.height)));
     Ray ray = view_texel_ray(view, texel);

@@ -1,4 +1,4 @@
-//! The sky behind a picture for people, and how the ground fades into it, in f64. Twin: glsl/consume/backdrop.glsl.
+//! The sky behind a picture for people, and how the ground fades into it, in f64. Twin: glsl/shading/backdrop.glsl.
 
 use crate::scene::Backdrop;
 use glam::DVec3;

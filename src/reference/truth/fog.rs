@@ -1,4 +1,4 @@
-//! Fog laid over a picture, marched in f64. Twin: glsl/consume/fog.glsl.
+//! Fog laid over a picture, marched in f64. Twin: glsl/shading/fog.glsl.
 
 use super::casters::Casters;
 use crate::scene::{Fog, Picture, View};

@@ -121,7 +121,7 @@ impl Meshes {
     }
 
     /// The normal at a point of a triangle, interpolated from the normals of its corners, on the side of [`Hit::normal`]. Where the
-    /// corners' normals cancel out, it is [`Hit::normal`]. Twin: glsl/consume/smooth.comp.
+    /// corners' normals cancel out, it is [`Hit::normal`]. Twin: glsl/shading/smooth.comp.
     pub fn smooth_normal(&self, position: DVec3, hit: &Hit, corners: &[[f32; 3]; 3]) -> DVec3 {
         let to = self.triangles[hit.triangle].corners.map(|corner| corner - position);
         let across = (to[1] - to[0]).cross(to[2] - to[0]);

@@ -30,6 +30,6 @@ pub(super) use picture::{camera_rays, lift, light, lit_surface};
 pub use picture::{picture, picture_rows, picture_tries, shown_picture, shown_rows};
 pub use points::{MAP_DEPTHS, MapTruth, bounds, map_truths, points_outside, points_within, sample_maps, space_points};
 pub use seen_points::{SeenPoint, SeenQuery, seen_points, seen_queries};
-pub use shown::{developed, filmic};
+pub use shown::{filmic, tonemapped};
 pub use surface::{SurfacePoint, surface_points};
 pub use true_curve::TrueCurve;

@@ -1,4 +1,4 @@
-//! The shaded picture, lit by the truth. Twin: glsl/consume/ with glsl/consume/shading.glsl.
+//! The shaded picture, lit by the truth. Twin: glsl/shading/ with glsl/shading/shading.glsl.
 
 use super::backdrop::{ground_faded, sky_color};
 use super::casters::{Casters, optical_depth, overlap};
@@ -43,7 +43,7 @@ pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range
 }
 
 /// As [`picture`], with the additions of pictures for people: smooth normals, and a sky into which the ground fades. Twin:
-/// consume::Renderer::show.
+/// shading::Renderer::show.
 pub fn shown_picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     let pixels = shown_rows(casters, scene, camera, 0..camera.height);
     Picture { width: camera.width, height: camera.height, pixels }
@@ -202,7 +202,7 @@ fn pixel(
     volumes.fold(color, |color, (_, volume)| through(*volume, color))
 }
 
-/// A volume blended over the color behind it, lit at the middle of each step. Twin: glsl/consume/volume.glsl.
+/// A volume blended over the color behind it, lit at the middle of each step. Twin: glsl/shading/volume.glsl.
 fn through(
     volume: &Volume,
     ratio: DVec3,

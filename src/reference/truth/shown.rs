@@ -1,5 +1,5 @@
 //! The finished picture for people, made from a picture with many samples per pixel. Samples are averaged in linear light; then the tone
-//! curve [`filmic`] is applied to the mean. Twin: glsl/consume/develop.comp.
+//! curve [`filmic`] is applied to the mean. Twin: glsl/shading/tonemap.comp.
 
 use crate::scene::{Picture, Show};
 use glam::DVec3;
@@ -11,7 +11,7 @@ pub fn filmic(light: f64) -> f64 {
 }
 
 /// Makes the finished picture from one that has a pixel per sample.
-pub fn developed(samples: &Picture, show: &Show) -> Picture {
+pub fn tonemapped(samples: &Picture, show: &Show) -> Picture {
     let [columns, rows] = show.grid;
     let (width, height) = (samples.width / columns, samples.height / rows);
     let exposure = f64::from(show.stops).exp2();
@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn samples_are_averaged_in_linear_light() {
         let pixels = vec![[0.0; 3], [1.0; 3], [1.0; 3], [0.0; 3]];
-        let shown = developed(&Picture { width: 2, height: 2, pixels }, &Show::new(4, 1.0).expect("four"));
+        let shown = tonemapped(&Picture { width: 2, height: 2, pixels }, &Show::new(4, 1.0).expect("four"));
         assert_eq!((shown.width, shown.height), (1, 1));
         assert_eq!(shown.pixels[0], [filmic(1.0) as f32; 3]);
     }

@@ -26,7 +26,7 @@ impl SurfacePoint {
 
     /// Whether the point must lie in its own mesh's shadow. It must where the surface is closed and its outside faces away from a
     /// directional light. A light with a place proves nothing, since it may be inside the mesh. Twin: looks_away in
-    /// glsl/consume/receiver.glsl.
+    /// glsl/query/receiver.glsl.
     pub fn looks_away(&self, light: &Light) -> bool {
         let LightKind::Directional { direction } = light.kind else { return false };
         self.closed && self.normal.dot(direction) > 0.0

@@ -146,7 +146,7 @@ pub(super) fn curve(volume: &Volume, ray: &Ray, from: f64, depth: impl Fn(f64) -
     cubics
 }
 
-/// Steps per cell in a picture. Twin: STEPS in glsl/consume/volume.glsl.
+/// Steps per cell in a picture. Twin: STEPS in glsl/shading/volume.glsl.
 const STEPS: u32 = 2;
 
 /// Visits the steps of a picture's march through a volume from z `from` to `to`, front to back: the z of each step's middle, and the step's

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/measure/arithmetic.glsl: what a thread computes, in a compute shader and in a fragment.
+//! CPU twin of glsl/bench/arithmetic.glsl: what a thread computes, in a compute shader and in a fragment.
 
 /// The value of a thread after so many rounds. Twin: arithmetic.
 pub fn arithmetic(seed: u32, thread: u32, rounds: u32) -> u32 {

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/consume/far_to_near.glsl: what a picture's casters are sorted by, in f32, and the order of those at the same distance.
+//! CPU twin of glsl/shading/far_to_near.glsl: what a picture's casters are sorted by, in f32, and the order of those at the same distance.
 
 use super::bins::caster_order;
 use super::gaussian::strand_axis;
@@ -17,7 +17,7 @@ pub fn far_to_near(camera: &View, casters: &[Caster]) -> Vec<u32> {
 const LONGEST_RUN: usize = 256;
 
 /// Indices of casters from far to near by their `keys`; equal ones by their values, but in long runs by their indices. Twin:
-/// glsl/consume/far_to_near_ties.comp.
+/// glsl/shading/far_to_near_ties.comp.
 pub fn order(keys: &[u32], casters: &[Caster]) -> Vec<u32> {
     let mut order = sort(keys);
     for run in order.chunk_by_mut(|a, b| keys[*a as usize] == keys[*b as usize]).filter(|run| run.len() <= LONGEST_RUN)

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/gbuffer.comp: albedo, normal and depth of a pixel from its triangle.
+//! Twin of glsl/shading/gbuffer.comp: albedo, normal and depth of a pixel from its triangle.
 
 use crate::scene::View;
 use glam::{Vec2, Vec3};

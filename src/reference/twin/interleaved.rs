@@ -1,4 +1,4 @@
-//! Twins of glsl/consume/interleaved/: which lights each pixel of a 4 × 4 square asks for, and the mean over such squares.
+//! Twins of glsl/shading/interleaved/: which lights each pixel of a 4 × 4 square asks for, and the mean over such squares.
 
 use super::many_lights::frame::Frame;
 use super::many_lights::shade::is_same_surface;
@@ -21,7 +21,7 @@ pub fn part(lights: u32, place: u32) -> impl Iterator<Item = u32> {
 }
 
 /// The light that each pixel reflects from its part of the lights. `light` gives the light that the pixel reflects from one light; `seen`
-/// is false where the pixel shows the sky, which reflects nothing. Twin: glsl/consume/interleaved/ask.comp.
+/// is false where the pixel shows the sky, which reflects nothing. Twin: glsl/shading/interleaved/ask.comp.
 pub fn ask(
     [width, height]: [u32; 2],
     lights: u32,
@@ -45,7 +45,7 @@ fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 const NEARNESS: [usize; 4] = [0, 2, 3, 1];
 
 /// The light that each pixel reflects from all lights, equal to the device's up to the rounding of a division; 0 in the sky. `geometry`: z,
-/// as bits, and packed normal of each pixel. Twin: glsl/consume/interleaved/gather.comp.
+/// as bits, and packed normal of each pixel. Twin: glsl/shading/interleaved/gather.comp.
 pub fn gather(frame: &Frame, geometry: &[[u32; 2]], estimates: &[[f32; 3]], lights: u32) -> Vec<[f32; 3]> {
     let [width, height] = [frame.camera.width, frame.camera.height];
     let pixel = |i: u32| {

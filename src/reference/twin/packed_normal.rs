@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/packed_normal.glsl: normals packed to decide whether two pixels see the same surface.
+//! Twin of glsl/shading/packed_normal.glsl: normals packed to decide whether two pixels see the same surface.
 
 /// `NORMAL_UNIT` stands for 1 in a packed normal. Normals of one surface have at least `SAME_NORMAL` as their dot product, in these units.
 pub const NORMAL_UNIT: i32 = 511;

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/consume/painter: the list of casters of each tile of a picture, and the parts into which it is cut.
+//! CPU twin of glsl/shading/painter: the list of casters of each tile of a picture, and the parts into which it is cut.
 
 /// Pixels per side of a tile. Twin: PAINT_TILE.
 pub const TILE: u32 = 8;

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/reservoir/: which lights a pixel draws, which one it keeps, and its weight.
+//! Twin of glsl/shading/reservoir/: which lights a pixel draws, which one it keeps, and its weight.
 
 /// Candidate lights that a pixel draws per frame. Twin: CANDIDATES.
 pub const CANDIDATES: u32 = 16;

@@ -1,5 +1,5 @@
 //! Pictures under `lighting=vertex`: light is asked for at the vertices of each caster's quad and interpolated between them.
-//! Twin: glsl/consume/vertex_lit.tesc ([`quad`]) and vertex_lit.tese ([`asked`]).
+//! Twin: glsl/shading/vertex_lit.tesc ([`quad`]) and vertex_lit.tese ([`asked`]).
 
 use crate::reference::truth::{Casters, camera_rays, lift, light, lit_surface};
 use crate::scene::{Caster, Picture, Scene, View, far_to_near};

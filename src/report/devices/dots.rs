@@ -3,10 +3,10 @@
 //! its letters have the size of all other letters.
 
 use super::Names;
-use crate::measure::Comparison;
+use crate::bench::Comparison;
 use crate::report::format::{one_line, significant};
-use crate::report::scatter::{escaped, shape};
-use crate::report::series::{range_with_air, ticks};
+use crate::report::plot::scatter::{escaped, shape};
+use crate::report::plot::series::{range_with_air, ticks};
 use std::fmt::Write;
 
 /// A mark farther along the track than this, in percent, has its number in front of it.

@@ -7,12 +7,12 @@ mod table;
 pub use selection::devices_answer;
 pub use table::{devices_csv, devices_json, devices_markdown};
 
-use crate::measure::{BUILD_PATHS, Built, Comparison, Line, ROUNDING, Row, Status, Timing, Verdict};
-use crate::report::colors::named;
+use crate::bench::{BUILD_PATHS, Built, Comparison, Line, ROUNDING, Row, Status, Timing, Verdict};
 use crate::report::format::{
     NOTHING, Specs, milliseconds, one_line, outcome, percent, significant, spread_milliseconds,
 };
-use crate::report::scatter::shape;
+use crate::report::plot::colors::named;
+use crate::report::plot::scatter::shape;
 use crate::report::warnings::{MARK, warnings};
 use crate::{Error, Result};
 use minijinja::value::{Serde, Value};
@@ -359,7 +359,7 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
     for (name, text) in [
         ("devices.html", include_str!("page.html")),
         ("devices.css", include_str!("page.css")),
-        ("page.css", include_str!("../page.css")),
+        ("page.css", include_str!("../page/page.css")),
     ] {
         environment.add_template(name, text).map_err(broken)?;
     }

@@ -1,9 +1,9 @@
 //! The head of the report: which device is fastest and by how much, which technique is best there, what interlock buys.
 
 use super::Names;
-use crate::measure::{Agreement, BUILD_PATHS, Built, Column, Comparison, Line, Row, Status, Times, Verdict};
+use crate::bench::{Agreement, BUILD_PATHS, Built, Column, Comparison, Line, Row, Status, Times, Verdict};
+use crate::report::answer::selection::{answer, measure};
 use crate::report::format::{one_line, outcome, significant, status_word};
-use crate::report::selection::{answer, measure};
 use crate::report::warnings::marked;
 
 /// The answer in one sentence.

@@ -1,7 +1,7 @@
 //! Devices side by side, as Markdown to paste and as CSV to work with.
 
 use super::{Cell, Names, cell, interlock_cell, selection};
-use crate::measure::{BUILD_PATHS, Comparison, Timing, Verdict};
+use crate::bench::{BUILD_PATHS, Comparison, Timing, Verdict};
 use crate::report::format::{NOTHING, one_line, significant, status_word};
 use crate::report::warnings::MARK;
 use crate::{Error, Result};

@@ -1,5 +1,5 @@
 //! The background of pictures for people: a sky with the scene's sun, into which the ground fades. Measured pictures do not have it. Twins:
-//! glsl/consume/backdrop.glsl, reference::truth::backdrop.
+//! glsl/shading/backdrop.glsl, reference::truth::backdrop.
 
 use crate::scene::model::view::{across, some_up, vec};
 use crate::scene::{LightKind, Mesh, Scene};

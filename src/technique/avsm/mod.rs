@@ -12,7 +12,7 @@
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
 //! # use example::{on_a_device, smoke};
 //! # on_a_device(|context| {
-//! use gobo::consume::Query;
+//! use gobo::query::Query;
 //! use gobo::technique::{open, parse};
 //! use gobo::world::World;
 //!

@@ -8,7 +8,7 @@
 //! # use example::{on_a_device, solid};
 //! # on_a_device(|context| {
 //! use glam::DVec3;
-//! use gobo::consume::Query;
+//! use gobo::query::Query;
 //! use gobo::scene::{Light, LightKind, Scene};
 //! use gobo::technique::{open, parse};
 //! use gobo::world::World;

@@ -24,7 +24,7 @@ pub fn heap_bytes() -> Option<u64> {
         fn mallinfo() -> Info;
     }
     // Its numbers have 32 bits.
-    crate::measure::host_bytes().filter(|resident| *resident < 1 << 31)?;
+    crate::bench::host_bytes().filter(|resident| *resident < 1 << 31)?;
     // SAFETY: glibc has it in all versions, and it takes the locks that it needs.
     let info = unsafe { mallinfo() };
     Some(u64::from(info.hblkhd.cast_unsigned()) + u64::from(info.uordblks.cast_unsigned()))

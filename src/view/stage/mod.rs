@@ -9,10 +9,11 @@ use super::lit::Lit;
 use super::present::{PANELS, Present, Shown, Source};
 use super::state::{Show, Side, State};
 use super::truth::{Counts, Truth};
-use crate::consume::{Slice, StepsKernel};
 use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, ReadBack};
+use crate::query::Slice;
 use crate::report::StepRange;
 use crate::scene::{Light, Scene, SceneChange, Smoke, View};
+use crate::shading::StepsKernel;
 use crate::simulate::Simulation;
 use crate::world::World;
 use crate::{Error, GpuCause, Result};
@@ -414,7 +415,8 @@ impl Stage {
         }
         let lights = self.world.all_lights();
         let first = lights.iter().take(light).map(Light::map_count).sum::<usize>();
-        let Some(view) = lit.technique.maps().get(first).filter(|_| light < lights.len()).map(|map| map.volume) else {
+        let Some(view) = lit.technique.maps().get(first).filter(|_| light < lights.len()).map(|map| map.caster_view)
+        else {
             let name = lit.spec.entry.name;
             let error = match lit.technique.maps().is_empty() {
                 true => Error::input(name, "it has no maps to slice", "choose one that has"),

@@ -3,7 +3,7 @@
 use super::input::event_of;
 use super::{Open, View};
 use crate::Result;
-use crate::measure::host_bytes;
+use crate::bench::host_bytes;
 use crate::view::host::heap_bytes;
 use crate::view::script::{Script, Step};
 use crate::view::truth::Counts;

@@ -4,9 +4,9 @@ use super::rgb8;
 use crate::support::{gpu_test_needing, log, opened, spec};
 use crate::{folder, ok, runs, small_scene, text};
 use glam::{DVec2, DVec3};
-use gobo::consume::{Lighting, Renderer, Shading, Tonemapped};
-use gobo::reference::truth::{Casters, developed, shown_picture};
+use gobo::reference::truth::{Casters, shown_picture, tonemapped};
 use gobo::scene::{Backdrop, SKY, Scene, Show, View};
+use gobo::shading::{Lighting, Renderer, Shading, Tonemapped};
 use gobo::technique::open;
 use gobo::world::World;
 
@@ -44,8 +44,8 @@ fn shown_pictures_are_their_twins() {
             let mut renderer = Renderer::new(context, &world, &camera).expect("a renderer");
             renderer.show(&world).expect("shown");
             let drawn = renderer.picture(&lit.technique.answer(), Shading::Forward, Lighting::Fragment).expect("drawn");
-            let shown = Tonemapped::new(&renderer, &show).expect("developed").picture().expect("read");
-            let twin = developed(&drawn, &show);
+            let shown = Tonemapped::new(&renderer, &show).expect("tonemapped").picture().expect("read");
+            let twin = tonemapped(&drawn, &show);
             let off = |a: &[[f32; 3]], b: &[[f32; 3]]| -> Vec<f64> {
                 let apart =
                     |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|i| f64::from((a[i] - b[i]).abs())).fold(0.0, f64::max);

@@ -4,9 +4,9 @@ use super::rgb8;
 use crate::support::{all, gpu_test_needing, opened, spec};
 use crate::{folder, ok, text};
 use glam::DVec2;
-use gobo::consume::Renderer;
 use gobo::reference::truth::Meshes;
 use gobo::scene::{Scene, View};
+use gobo::shading::Renderer;
 use gobo::technique::open;
 use gobo::world::World;
 

@@ -4,9 +4,9 @@ use super::rgb8;
 use crate::support::log;
 use crate::{folder, ok, runs, text, write_scene};
 use glam::DVec2;
-use gobo::consume::VERTEX_SPACING;
 use gobo::reference::twin::vertex_lit::quad;
 use gobo::scene::{Scene, View};
+use gobo::shading::VERTEX_SPACING;
 
 const SIZE: [u32; 2] = [480, 270];
 

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/many_lights/cull.comp: the same bits, since neither divides or fuses operations.
+//! Twin of glsl/shading/many_lights/cull.comp: the same bits, since neither divides or fuses operations.
 
 use crate::scene::View;
 

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/many_lights/dither.glsl.
+//! Twin of glsl/shading/many_lights/dither.glsl.
 
 /// The offset at which a pixel asks for light with ordered dither. The first number is a place within a step along the ray, the others are
 /// places across a voxel along two axes; each goes from 0 to 1. `phase` is that of `ManyLightsPush`.

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/many_lights/frame.glsl: places and surfaces in this frame's picture and in the last one's.
+//! Twin of glsl/shading/many_lights/frame.glsl: places and surfaces in this frame's picture and in the last one's.
 
 use crate::scene::View;
 use std::array::from_fn;

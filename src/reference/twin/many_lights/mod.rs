@@ -1,4 +1,4 @@
-//! CPU twins of glsl/consume/many_lights/: one file per pass that computes, in f32. Bits equal the device's, except where a place is
+//! CPU twins of glsl/shading/many_lights/: one file per pass that computes, in f32. Bits equal the device's, except where a place is
 //! projected by a division.
 
 pub mod cull;

@@ -1,4 +1,4 @@
-//! Twin of glsl/consume/many_lights/reproject.comp.
+//! Twin of glsl/shading/many_lights/reproject.comp.
 
 use super::frame::Frame;
 use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};

@@ -1,4 +1,4 @@
-//! Twin of the blur in glsl/consume/many_lights/shade.comp: weights are added one by one, separately for each light.
+//! Twin of the blur in glsl/shading/many_lights/shade.comp: weights are added one by one, separately for each light.
 
 use super::frame::Frame;
 use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};

@@ -1,0 +1,8 @@
+#version 460
+// A layer's color, to be blended. Inputs: the layer, push constants. Output: color.
+#include "bench/layers.glsl"
+
+layout(location = 0) flat in uint layer;
+layout(location = 0) out vec4 color;
+
+void main() { color = layer_color(layer); }

@@ -1,8 +1,0 @@
-#version 460
-// A layer's color, to be blended. Inputs: the layer, push constants. Output: color.
-#include "measure/layers.glsl"
-
-layout(location = 0) flat in uint layer;
-layout(location = 0) out vec4 color;
-
-void main() { color = layer_color(layer); }

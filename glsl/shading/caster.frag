@@ -1,0 +1,36 @@
+#version 460
+// Shades a caster by single scattering. In a sphere, light is looked up at the middle of the stretch that the camera ray has inside the
+// sphere; on a strand, at the strand's lit side. Inputs: lights, camera, casters, z of the meshes, the technique. Output: premultiplied
+// color, blended over.
+#extension GL_EXT_samplerless_texture_functions : require
+#include "shading/shading.glsl"
+#include "visibility.glsl"
+#include "query/receiver.glsl"
+#include "shading/distances_set.glsl"
+#include "shading/picture_set.glsl"
+
+PICTURE_LIGHTS
+PICTURE_CAMERA
+PICTURE_CASTERS
+PICTURE_SPLATS
+PICTURE_DISTANCES
+
+#include "shading/caster_seen.glsl"
+#include "shading/caster_light.glsl"
+
+layout(location = 0) flat in uint caster_index;
+layout(location = 0) out vec4 color;
+
+void main() {
+    Caster caster = casters[channel_casters() + caster_index];
+    Ray ray = view_ray(camera, gl_FragCoord.xy);
+    vec2 z;
+    if (!caster_seen(camera, ray, caster, texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r, z)) {
+        discard;
+    }
+    vec3 position = ray.origin + 0.5 * (z.x + z.y) * ray.direction;
+    light_footprint(pixel_side(camera, 0.5 * (z.x + z.y)));
+    // The color comes after the look-up, which so need not keep it.
+    vec3 light = caster_light(caster, position);
+    color = caster_color(ray, caster, caster_color_of(caster, caster_index), z, light);
+}

@@ -1,0 +1,19 @@
+// shadows=queued: the list of jobs; a job is a pixel and one of its lights. Source: Pestana 2015 proposes it; the
+// layout is ours. Twin: shading::many_lights::QueueData.
+#ifndef CONSUME_MANY_LIGHTS_QUEUE_GLSL
+#define CONSUME_MANY_LIGHTS_QUEUE_GLSL
+#include "shading/many_lights/frame.glsl"
+
+struct Queue {
+    uint groups_x;  // workgroups that share the jobs
+    uint groups_y;
+    uint groups_z;
+    uint jobs;
+    uint demanded;  // places asked for, those without room included
+    uint end;       // the first place that had no room, else 0xffffffff
+};
+
+// set 3: many_lights_queue
+layout(set = 3, binding = 0, scalar) buffer Queues { Queue queue; };
+layout(set = 3, binding = 1, scalar) buffer Jobs { uint jobs[]; };  // pixel · 2^light_bits + light
+#endif

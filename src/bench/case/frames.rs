@@ -1,0 +1,122 @@
+//! The state of a scene in each frame, and how simulated particles are drawn.
+
+use crate::Result;
+use crate::gpu::{Context, PassTime};
+use crate::scene::{Scene, View};
+use crate::shading::{Colors, Kernels, Lighting, Points, Renderer, Shading};
+use crate::simulate::Simulation;
+use crate::technique::{Opened, answers_in_space};
+use crate::world::World;
+use std::borrow::Cow;
+
+/// A scene in each frame.
+#[derive(Clone, Copy)]
+pub struct Frames<'a> {
+    /// Its state in each frame; one for a still scene. A simulated scene needs only one if no truth is wanted.
+    pub states: States<'a>,
+    /// The times of a scene that moves. Where the device can simulate the scene, it goes through these times, and not
+    /// through the states.
+    pub times_s: &'a [f64],
+    /// A bounce of light, with which pictures under virtual lights are also compared.
+    pub bounce: Option<Traced<'a>>,
+}
+
+/// The states of a scene, frame by frame.
+#[derive(Clone, Copy)]
+pub enum States<'a> {
+    /// All of them are in memory.
+    Held(&'a [Scene]),
+    /// They are read when they are asked for, and given back: in memory are the first, the one that is shown, the one that is read and, where
+    /// errors over areas are taken, the last.
+    Read {
+        /// The first of them.
+        first: &'a Scene,
+        /// How many there are.
+        count: usize,
+        /// Reads one.
+        read: &'a dyn Fn(usize) -> Result<Scene>,
+    },
+}
+
+impl<'a> States<'a> {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Held(states) => states.len(),
+            Self::Read { count, .. } => *count,
+        }
+    }
+
+    /// The first, if there is any.
+    pub fn first(&self) -> Option<&'a Scene> {
+        match self {
+            Self::Held(states) => states.first(),
+            Self::Read { first, .. } => Some(*first),
+        }
+    }
+
+    /// The state in a frame that there is.
+    ///
+    /// # Errors
+    /// Those of reading it.
+    pub fn at(&self, frame: usize) -> Result<Cow<'a, Scene>> {
+        match self {
+            Self::Held(states) => Ok(Cow::Borrowed(&states[frame])),
+            Self::Read { read, .. } => read(frame).map(Cow::Owned),
+        }
+    }
+}
+
+/// One bounce of light, path traced.
+#[derive(Clone, Copy)]
+pub struct Traced<'a> {
+    /// The scene in the last frame, under the lights that virtual lights represent.
+    pub scene: &'a Scene,
+    /// Directions per pixel, on each side of the surface that it sees.
+    pub samples: u32,
+}
+
+impl<'a> From<&'a [Scene]> for Frames<'a> {
+    fn from(states: &'a [Scene]) -> Self {
+        Self { states: States::Held(states), times_s: &[], bounce: None }
+    }
+}
+
+impl Frames<'_> {
+    /// How many frames there are.
+    pub(in crate::bench) fn count(&self) -> usize {
+        self.states.count().max(self.times_s.len())
+    }
+}
+
+/// Draws simulated particles in each frame as their simulation left them, so that all of a frame stays on the device.
+pub(in crate::bench) struct Drawing {
+    renderer: Renderer,
+    kernels: Kernels,
+    points: Points,
+}
+
+impl Drawing {
+    /// Frames of a simulated scene, lit by a technique.
+    pub(in crate::bench) fn new(
+        context: &Context,
+        world: &World,
+        simulation: &Simulation,
+        camera: &View,
+        lit: &Opened,
+        shading: Shading,
+    ) -> Result<Self> {
+        answers_in_space(lit.technique.as_ref())?;
+        let renderer = Renderer::new(context, world, camera)?;
+        let answer = lit.technique.answer();
+        let kernels = renderer.kernels(&answer, shading, Lighting::Fragment)?;
+        let fountain = simulation.fountain();
+        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, Colors::speed(&fountain))?;
+        Ok(Self { renderer, kernels, points })
+    }
+
+    /// Draws the present world; returns the time of each pass.
+    pub(in crate::bench) fn draw(&self) -> Result<Vec<PassTime>> {
+        self.renderer.draw_points(&self.kernels, &self.points)
+    }
+}

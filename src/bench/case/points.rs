@@ -1,0 +1,67 @@
+//! How many points are asked per case, and how many at a time.
+
+use crate::bench::case::LOOKUPS;
+use crate::bench::case::truth::Points;
+use crate::query::PointBatch;
+
+/// Up to so many lights, each gets its own full set of points. More lights share as many points as these have together.
+pub(in crate::bench) const FULLY_ASKED: usize = 8;
+
+/// The fewest points per light, however many lights there are.
+const LEAST_POINTS: usize = 32;
+
+/// Points per light, for `lights` lights, where few lights have `points` each.
+pub(in crate::bench) fn of_each_light(points: usize, lights: usize) -> usize {
+    if lights <= FULLY_ASKED { points } else { (points * FULLY_ASKED / lights).max(LEAST_POINTS.min(points)) }
+}
+
+/// All points in their order, in lists of at most [`LOOKUPS`].
+pub(in crate::bench) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -> Vec<Vec<PointBatch<'a>>> {
+    let (mut lists, mut room) = (vec![vec![]], LOOKUPS);
+    for points in all {
+        let (mut positions, mut normals) = (&points.positions[..], &points.normals[..]);
+        while !positions.is_empty() {
+            if room == 0 {
+                lists.push(vec![]);
+                room = LOOKUPS;
+            }
+            let (now, later) = positions.split_at(room.min(positions.len()));
+            let (now_normals, later_normals) = normals.split_at(now.len().min(normals.len()));
+            let part = PointBatch { light: points.light, points: now, normals: now_normals };
+            lists.last_mut().into_iter().for_each(|list| list.push(part));
+            room -= now.len();
+            (positions, normals) = (later, later_normals);
+        }
+    }
+    lists
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of three lights; one of them has enough for two full lists. No point is lost, and all keep their order.
+    #[test]
+    fn points_are_asked_at_most_a_million_at_a_time() {
+        let position = |light: usize, i: usize| [light as f32, i as f32, 0.0];
+        let of = |(light, count): (usize, usize)| {
+            Points::in_space(light, (0..count).map(|i| position(light, i)).collect(), vec![0.5; count])
+        };
+        let all: Vec<_> = [5, 2 * LOOKUPS, 0, 3].into_iter().enumerate().map(of).collect();
+        let lists = at_once(&all);
+        let sizes: Vec<usize> = lists.iter().map(|list| list.iter().map(|part| part.points.len()).sum()).collect();
+        assert_eq!(sizes, [LOOKUPS, LOOKUPS, 8]);
+        let asked = lists.iter().flatten().flat_map(|part| part.points);
+        assert!(asked.eq(all.iter().flat_map(|points| &points.positions)));
+        let lights: Vec<_> = lists.iter().map(|list| list.iter().map(|part| part.light).collect::<Vec<_>>()).collect();
+        assert_eq!(lights, [vec![0, 1], vec![1], vec![1, 3]]);
+        assert!(at_once(&Vec::<Points>::new()).concat().is_empty());
+    }
+
+    #[test]
+    fn many_lights_share_the_points_of_few() {
+        assert_eq!([1, 3, 8].map(|lights| of_each_light(65536, lights)), [65536; 3]);
+        assert_eq!([9, 32, 1024].map(|lights| of_each_light(65536, lights)), [58254, 16384, 512]);
+        assert_eq!(([1024, 100_000].map(|lights| of_each_light(2048, lights)), of_each_light(8, 64)), ([32, 32], 8));
+    }
+}

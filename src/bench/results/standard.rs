@@ -1,0 +1,200 @@
+//! The standard run: the same small rows of every technique on every machine. `gobo submit` measures them.
+
+use crate::Result;
+use crate::bench::{Effort, Extent, LOOKUPS, PointError, Row, Status, Submission, with_case};
+use crate::gpu::Context;
+use crate::scene::Scene;
+use crate::shading::{parse, runs};
+use crate::technique::{Casts, REGISTRY, Spec};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Smoke, hair, and meshes in a room and in the open.
+pub const SCENES: [&str; 4] = ["plume_8k", "hair", "cornell", "houses"];
+
+/// The time of scenes that move, seconds.
+pub const TIME_S: f64 = 20.0;
+
+/// How much is measured of each row.
+pub const EFFORT: Effort = Effort {
+    frames: 15,
+    warm_up: 2,
+    space_points: 8192,
+    seen_points: 16384,
+    lookups: LOOKUPS,
+    picture: [160, 90],
+    turning: false,
+    footprints: false,
+    counts: false,
+    truth: Extent::Sample,
+};
+
+/// The mean errors of a row on two devices differ by less than this share of the error, or by less than `ROUNDING`.
+const SHARE: f64 = 0.02;
+
+/// The mean errors of a row on two devices may differ by this, or by `SHARE` of the error where that is more. Each
+/// device rounds, and covers the edges of triangles, in its own way.
+const ROUNDING: f64 = 2e-5;
+
+/// The scenes of the standard run.
+///
+/// # Errors
+/// Those of loading a scene that is not built in; all of these are built in.
+pub fn scenes() -> Result<Vec<Scene>> {
+    SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
+}
+
+/// The specs for a scene, in the small sizes of a software device. For smoke: each technique's specs from the list of
+/// `compare`, or from that of `stress` where `compare` has none. For hair: the same, but one spec per technique. For
+/// meshes: each technique's specs from the list of `stress`. A technique in none of these lists has its usual spec; for
+/// meshes that holds only if it sees meshes alone. So a new technique in the registry gets rows here.
+///
+/// # Errors
+/// [`crate::Error::Input`] where an entry of the registry names an unknown setting.
+pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
+    let only_meshes = scene.has_only_meshes();
+    let of_meshes = runs(|runs| runs.stress_meshes, true)?;
+    let (compare, of_smoke) = (runs(|runs| runs.compare, true)?, runs(|runs| runs.stress_smoke, true)?);
+    let lists = if only_meshes { [&of_meshes, &Vec::new()] } else { [&compare, &of_smoke] };
+    let mut all = Vec::new();
+    for entry in REGISTRY {
+        let of_list = |list: &&Vec<Spec>| {
+            let specs: Vec<Spec> = list.iter().filter(|spec| spec.entry.name == entry.name).cloned().collect();
+            (!specs.is_empty()).then_some(specs)
+        };
+        // Techniques that also see smoke share the opaque maps, and one of them is enough.
+        let is_usual = if only_meshes { !entry.casts.particles && !entry.casts.strands } else { entry.casts.particles };
+        let sees = entry.casts == Casts::NONE || entry.casts.are_in(scene.kinds());
+        let mut specs = match lists.iter().find_map(of_list) {
+            Some(specs) if sees => specs,
+            None if sees && is_usual => parse(entry.name)?,
+            _ => continue,
+        };
+        if !scene.strands.is_empty() {
+            specs.truncate(1);
+        }
+        all.append(&mut specs);
+    }
+    Ok(all)
+}
+
+/// Conditions that the figures depend on, besides specs and device.
+pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
+    let [width, height] = EFFORT.picture;
+    let mut all: BTreeMap<String, String> = [
+        ("--frames", EFFORT.frames.to_string()),
+        ("errors", "over all points".into()),
+        ("points", EFFORT.space_points.to_string()),
+        ("--picture", format!("{width}x{height}")),
+        ("--truth", "sample".into()),
+        ("--time", TIME_S.to_string()),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into();
+    all.extend(scenes.iter().map(|scene| (format!("scene {}", scene.name), format!("{:08x}", scene.fingerprint()))));
+    all
+}
+
+/// The result of measuring a submission's errors again.
+#[derive(Clone, Debug, Default)]
+pub struct Again {
+    /// Rows with the same errors, to rounding.
+    pub agree: usize,
+    /// A line per row whose errors differ: the difference, or that the row no longer exists.
+    pub against: Vec<String>,
+}
+
+/// Measures the errors of submissions again, on this device. A row that either device refuses neither agrees nor
+/// differs. With `few`, only the scenes that it names are measured, and at most as many rows of each as it says.
+///
+/// # Errors
+/// Those of [`with_case`].
+pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
+    let mut found = vec![Again::default(); all.len()];
+    for scene in scenes()?.iter().filter(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str()))) {
+        let effort = Effort { frames: 1, warm_up: 0, lookups: 0, ..EFFORT };
+        with_case(context, std::slice::from_ref(scene), effort, |case| {
+            // Submissions have rows in common, each of which is measured once.
+            let mut known: BTreeMap<String, Row> = BTreeMap::new();
+            for (submission, found) in all.iter().zip(&mut found) {
+                let rows =
+                    submission.results.rows.iter().filter(|row| row.scene == scene.name && row.status == Status::Ok);
+                // With `few`, each row is of another technique. Submissions with the same techniques get the same rows.
+                let mut named = BTreeSet::new();
+                let rows: Vec<&Row> = rows.filter(|row| few.is_none() || named.insert(&row.technique)).collect();
+                let step = few.map_or(1, |(most, _)| rows.len().div_ceil(most).max(1));
+                for row in rows.into_iter().step_by(step) {
+                    let how = match spec_of(row) {
+                        Ok(spec) => {
+                            differs(row, known.entry(spec.to_string()).or_insert_with(|| case.measure(&spec).0))
+                        }
+                        Err(error) => Some(Some(format!("no row any more: {error}"))),
+                    };
+                    match how {
+                        None => {}
+                        Some(None) => found.agree += 1,
+                        Some(Some(how)) => found.against.push(format!("{} on {}: {how}", row.spec(), row.scene)),
+                    }
+                }
+            }
+            Ok(())
+        })?;
+    }
+    Ok(found)
+}
+
+/// The spec of a row. Values that the technique found by itself are no keys, and are left out.
+fn spec_of(row: &Row) -> Result<Spec> {
+    let usual = parse(&row.technique)?;
+    let is_key = |name: &str| usual[0].keys().any(|key| key.name == name);
+    let keys: Vec<String> = row
+        .variant
+        .iter()
+        .filter(|(key, value)| is_key(key) && !value.is_empty())
+        .map(|(key, value)| format!("{key}={value}"))
+        .collect();
+    Ok(parse(&format!("{}:{}", row.technique, keys.join(",")))?.remove(0))
+}
+
+/// A kind of points by its name, and a row's errors at them.
+type Kind = (&'static str, fn(&Row) -> Option<PointError>);
+
+/// How a row's errors differ from those measured now: `Some(None)` where they agree, `None` where the device refuses
+/// the row.
+fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
+    match now.status {
+        Status::Refused => return None,
+        Status::Failed => return Some(Some(now.reason.clone())),
+        Status::Ok => {}
+    }
+    let kinds: [Kind; 3] = [
+        ("map", |row| row.error.as_ref()?.map),
+        ("space", |row| row.error.as_ref()?.space),
+        ("surface", |row| row.error.as_ref()?.surface),
+    ];
+    Some(kinds.iter().find_map(|(name, of)| match (of(row), of(now)) {
+        (Some(then), Some(now)) => {
+            let (then, now) = (then.mean_abs, now.mean_abs);
+            let agree = (then - now).abs() <= (SHARE * then.max(now)).max(ROUNDING);
+            (!agree).then(|| format!("mean {name} error {then:e}, and here {now:e}"))
+        }
+        (then, now) => (then.is_some() != now.is_some()).then(|| format!("{name} error on one of two devices alone")),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No technique is left out, none is measured where it casts nothing, and no row is there twice.
+    #[test]
+    fn every_technique_has_rows() {
+        let mut named = BTreeSet::new();
+        for scene in scenes().expect("built in") {
+            let specs = specs(&scene).expect("known");
+            let distinct: BTreeSet<_> = specs.iter().map(ToString::to_string).collect();
+            assert!(distinct.len() == specs.len() && specs.len() > 5, "{}: {specs:?}", scene.name);
+            named.extend(specs.iter().map(|spec| spec.entry.name));
+        }
+        assert_eq!(named, REGISTRY.iter().map(|entry| entry.name).collect());
+    }
+}

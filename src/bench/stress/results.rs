@@ -1,0 +1,112 @@
+//! The result of a run of stress: `stress.json`.
+
+use super::verdict::Verdict;
+use crate::bench::{DeviceFacts, PointError, SeenError};
+use serde::{Deserialize, Serialize};
+
+/// Version of `stress.json`.
+pub const SCHEMA: u32 = 1;
+
+/// A whole run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// The program's version.
+    pub gobo: String,
+    /// The command line as it was given.
+    pub command: String,
+    /// The device that it ran on.
+    pub device: DeviceFacts,
+    /// Time limit per row, seconds.
+    pub limit_s: f64,
+    /// How far each technique holds in each case.
+    pub verdicts: Vec<Verdict>,
+    /// One row per case, value and technique, in the order in which they ran.
+    pub rows: Vec<CaseResult>,
+}
+
+/// How a row ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// The technique answered.
+    Answered,
+    /// The device or the scene lacks something that the technique needs.
+    Refused,
+    /// A call failed, or the process died.
+    Failed,
+    /// It took longer than the time limit.
+    NoAnswer,
+}
+
+/// A technique at one value of a case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CaseResult {
+    /// [`super::StressCase::name`].
+    pub case: String,
+    /// The value of the setting that is swept.
+    pub value: f64,
+    /// The technique's spec, without defaults.
+    pub technique: String,
+    /// The path that ran.
+    pub path: String,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// The reason, where the technique did not answer.
+    pub reason: String,
+    /// Figures, where the technique answered.
+    pub figures: Option<Figures>,
+}
+
+/// Figures of a technique's answers. Figures that do not apply to the technique or the scene are absent.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    /// Points on the rays of texels, compared with the filtered truth.
+    pub map: Option<ErrorSummary>,
+    /// Points in space, compared with the truth.
+    pub space: Option<ErrorSummary>,
+    /// Points on meshes, compared with the truth.
+    pub surface: Option<ErrorSummary>,
+    /// Points that the camera sees; absent where no light is sent to it or an answer is not finite, and in older files.
+    #[serde(default)]
+    pub seen: Option<SeenError>,
+    /// Answers that are infinite or not a number.
+    pub not_finite: u64,
+    /// Answers below 0 or above 1 by more than rounding.
+    pub outside: u64,
+    /// The greatest rise of an answer along a texel's ray.
+    pub rise: Option<f64>,
+    /// The greatest error of an answer behind all smoke.
+    pub tail: Option<f64>,
+    /// The greatest difference between answers for different orders of the same casters.
+    pub order_spread: Option<f64>,
+    /// Root mean square of how much more answers change in a tiny motion than the truth does.
+    pub step_rms: Option<f64>,
+    /// Number of messages of the validation layer during the row.
+    pub messages: u64,
+}
+
+/// The finite answers at points of one kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorSummary {
+    /// Errors of these answers.
+    pub error: Option<PointError>,
+    /// Number of these answers.
+    pub points: u64,
+}
+
+impl ErrorSummary {
+    /// Leaks and false shadows beyond the technique's own resolution of opaque shadows; none where nothing opaque casts.
+    pub fn wrong(&self) -> Option<u64> {
+        let beyond = self.error?.beyond()?;
+        Some(beyond.leaks + beyond.false_shadows)
+    }
+}
+
+impl Figures {
+    /// Leaks and false shadows in space and on surfaces together, as in [`ErrorSummary::wrong`].
+    pub fn wrong(&self) -> Option<u64> {
+        [self.space, self.surface].into_iter().flatten().filter_map(|asked| asked.wrong()).reduce(|a, b| a + b)
+    }
+}

@@ -1,0 +1,125 @@
+//! The result of a soak: `soak.json`.
+
+use super::round::{Failure, Round};
+use crate::bench::DeviceFacts;
+use serde::{Deserialize, Serialize};
+
+/// All rounds so far.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Soaked {
+    /// [`super::SCHEMA`].
+    pub schema: u32,
+    /// The program's version.
+    pub gobo: String,
+    /// The command line as it was given.
+    pub command: String,
+    /// The device that it ran on.
+    pub device: DeviceFacts,
+    /// Seed of the first round.
+    pub seed: u64,
+    /// Duration of the soak, seconds.
+    pub seconds: f64,
+    /// Number of rounds.
+    pub rounds: u64,
+    /// Number of techniques that were asked, over all rounds.
+    pub asked: u64,
+    /// Number of these that refused.
+    pub refused: u64,
+    /// All failures, in order.
+    pub failures: Vec<Failure>,
+    /// Whether the host's memory stopped growing ([`is_flat`]); absent where there are too few rounds to tell.
+    pub is_flat: Option<bool>,
+    /// Number of processes in which rounds ran: more than one where some hung or died.
+    pub processes: u32,
+    /// The periods from each opening of the device to its closing, in order.
+    pub lives: Vec<Life>,
+}
+
+/// The rounds between one opening of the device and its closing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Life {
+    /// Seed of the first round.
+    pub seed: u64,
+    /// Number of rounds.
+    pub rounds: u64,
+    /// Seconds from the soak's begin to the end of this period.
+    pub seconds: f64,
+    /// The number of the process, from 1.
+    pub process: u32,
+    /// The greatest memory of the process after a round, bytes.
+    pub most_host_bytes: Option<u64>,
+    /// The process's memory once the device was closed, bytes.
+    pub host_bytes: Option<u64>,
+    /// The greatest device memory after a round, bytes.
+    pub device_bytes: u64,
+}
+
+impl Soaked {
+    /// Adds a round.
+    pub fn add(&mut self, round: Round) {
+        self.rounds += 1;
+        self.asked += round.asked;
+        self.refused += round.refused;
+        if let Some(life) = self.lives.last_mut() {
+            life.rounds += 1;
+            life.most_host_bytes = life.most_host_bytes.max(round.host_bytes);
+            life.device_bytes = life.device_bytes.max(round.device_bytes);
+        }
+        self.failures.extend(round.failures);
+    }
+}
+
+/// How much the last quarter may exceed the second: `APART` bytes for the fragmentation of the heap, beyond a factor of `SHARE`.
+const APART: u64 = 16 << 20;
+const SHARE: f64 = 1.1;
+
+/// The least number of process lives from which a result is drawn. They take about a thousand rounds, so that the largest rounds fall into
+/// the first half.
+const LEAST: usize = 40;
+
+/// Whether memory has stopped growing: the memory that the last process holds between two devices, measured once per life. It has if the
+/// median over the last quarter of lives exceeds that over the second quarter by at most a tenth and 16 MiB. The first quarter is left out,
+/// since a driver allocates some memory once and keeps it. None where there are too few lives.
+pub fn is_flat(lives: &[Life]) -> Option<bool> {
+    let process = lives.last()?.process;
+    let of_it = lives.iter().filter(|life| life.process == process);
+    let held: Vec<u64> = of_it.filter_map(|life| life.host_bytes).collect();
+    if held.len() < LEAST {
+        return None;
+    }
+    let quarter = |from: usize| median(&held[from * held.len() / 4..(from + 1) * held.len() / 4]);
+    Some(quarter(3) as f64 <= SHARE * quarter(1) as f64 + APART as f64)
+}
+
+fn median(values: &[u64]) -> u64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable();
+    sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIB: u64 = 1 << 20;
+
+    fn lives(held: impl Fn(u64) -> u64, count: u64, process: u32) -> Vec<Life> {
+        let life = |i| Life { host_bytes: Some(held(i) * MIB), process, ..Life::default() };
+        (0..count).map(life).collect()
+    }
+
+    /// Steady growth of 4 MiB per opening is detected within 40 openings, despite fluctuation. A single early step, as drivers cause, and a
+    /// single high value are no leak.
+    #[test]
+    fn what_grows_is_not_flat() {
+        assert_eq!(is_flat(&lives(|i| 300 + 10 * (i % 3), 40, 1)), Some(true));
+        assert_eq!(is_flat(&lives(|i| 300 + 4 * i + 10 * (i % 3), 40, 1)), Some(false));
+        assert_eq!(is_flat(&lives(|i| if i < 8 { 100 } else { 400 }, 40, 1)), Some(true));
+        assert_eq!(is_flat(&lives(|i| if i == 39 { 4000 } else { 400 }, 40, 1)), Some(true));
+        assert_eq!(is_flat(&lives(|_| 300, 39, 1)), None);
+        // Each process has a memory of its own.
+        assert_eq!(is_flat(&[lives(|_| 100, 40, 1), lives(|_| 300, 40, 2)].concat()), Some(true));
+        let unknown = vec![Life::default(); 40];
+        assert_eq!(is_flat(&unknown), None);
+    }
+}

@@ -1,0 +1,103 @@
+//! What shadows add to a frame: the build, and the picture with the technique less the picture without shadows, drawn the same way.
+
+use crate::Result;
+use crate::bench::case::frames::Drawing;
+use crate::bench::picture_error;
+use crate::bench::timing::passes::frame_ns;
+use crate::bench::{Extent, Row, SceneCase, Timing};
+use crate::shading::{Lighting, Shading, parse};
+use crate::technique;
+use serde::{Deserialize, Serialize};
+
+/// The picture without shadows, drawn in the same run and the same way as a row's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Unshadowed {
+    /// Device time of drawing it; absent where the device has no timestamps.
+    pub draw_ns: Option<Timing>,
+    /// Its seen error.
+    pub seen: Option<f64>,
+    /// Its mean FLIP; absent where no picture of the truth was made.
+    pub flip_mean: Option<f64>,
+}
+
+/// Writes a row's cost and its band. `build`: none where a build is no part of a frame.
+pub(in crate::bench) fn add_cost(row: &mut Row, build: Option<Timing>, unshadowed: Unshadowed) {
+    row.unshadowed = Some(unshadowed);
+    let Some((draw, without)) = row.draw_ns.zip(unshadowed.draw_ns) else { return };
+    if row.technique == "none" {
+        row.cost_ns = Some(0.0);
+        row.cost_band_ns = Some([0.0; 2]);
+        return;
+    }
+    let median = build.map_or(0.0, |build| build.median) + draw.median - without.median;
+    // The three are measured apart: how far they are off adds up by squares.
+    let off = |to: fn(&Timing) -> f64, from: fn(&Timing) -> f64| {
+        let parts = [build.as_ref().map_or(0.0, to), to(&draw), from(&without)];
+        parts.iter().map(|part| part * part).sum::<f64>().sqrt()
+    };
+    let (below, above) = (|t: &Timing| t.median - t.p05, |t: &Timing| t.p95 - t.median);
+    row.cost_ns = Some(median);
+    row.cost_band_ns = Some([median - off(below, above), median + off(above, below)]);
+}
+
+impl SceneCase<'_> {
+    /// The picture without shadows in this shading and lighting, drawn when it is first asked for.
+    pub(in crate::bench) fn unshadowed(&mut self, shading: Shading, lighting: Lighting) -> Result<Unshadowed> {
+        let way_of = (shading, lighting, self.painter);
+        if let Some((_, known)) = self.unshadowed.iter().find(|(way, _)| *way == way_of) {
+            return Ok(*known);
+        }
+        let none = parse("none")?.remove(0);
+        let mut opened = technique::open(self.context, &self.world, &none)?;
+        opened.build(&self.world)?;
+        let camera = self.camera(self.effort.picture)?;
+        let draws_ns: Vec<f64>;
+        if let Some(simulation) = &self.simulation {
+            let drawing = Drawing::new(self.context, &self.world, simulation, &camera, &opened, shading)?;
+            let frames = (0..self.effort.frames.max(1)).map(|_| drawing.draw()).collect::<Result<Vec<_>>>()?;
+            draws_ns = frames.iter().filter_map(|passes| frame_ns(passes)).collect();
+        } else {
+            let renderer = self.renderer(&camera)?;
+            let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
+            draws_ns = self.time_draws(shading, &renderer, &kernels)?.counted_ns;
+        }
+        let draw_ns = Timing::of(&draws_ns);
+        let (mut seen, mut flip_mean) = (None, None);
+        if self.effort.truth != Extent::None {
+            let last = self.frames.states.count() - 1;
+            seen = self.with_truth(last, |truth| truth.seen().unshadowed())?.map(|error| error.mean);
+            if let Some(lit) = self.lit()? {
+                let renderer = self.renderer(&lit.camera)?;
+                let drawn = renderer.picture_of(opened.technique.as_ref(), shading, lighting)?;
+                flip_mean = Some(picture_error(&drawn, &lit.picture).flip_mean);
+            }
+        }
+        let made = Unshadowed { draw_ns, seen, flip_mean };
+        self.unshadowed.push((way_of, made));
+        Ok(made)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A build of 2 ± 0.3 and a picture of 5 ± 0.4 where the picture without shadows takes 4: the cost is 3 ± 0.5.
+    #[test]
+    fn cost_is_what_shadows_add() {
+        let timing = |median: f64, off: f64| Timing { median, p05: median - off, p95: median + off, samples: 9 };
+        let row =
+            |technique: &str| Row { technique: technique.into(), draw_ns: Some(timing(5.0, 0.4)), ..Row::default() };
+        let unshadowed = |draw_ns| Unshadowed { draw_ns, ..Unshadowed::default() };
+        let mut avsm = row("avsm");
+        add_cost(&mut avsm, Some(timing(2.0, 0.3)), unshadowed(Some(timing(4.0, 0.0))));
+        let [low, high] = avsm.cost_band_ns.expect("timed");
+        assert_eq!(avsm.cost_ns, Some(3.0));
+        assert!((low - 2.5).abs() < 1e-12 && (high - 3.5).abs() < 1e-12, "{low} to {high}");
+        // Without timestamps there is none, and no shadow costs nothing.
+        let (mut untimed, mut none) = (row("avsm"), row("none"));
+        add_cost(&mut untimed, None, unshadowed(None));
+        add_cost(&mut none, None, unshadowed(Some(timing(4.0, 1.0))));
+        assert_eq!((untimed.cost_ns, none.cost_ns), (None, Some(0.0)));
+    }
+}

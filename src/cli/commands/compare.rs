@@ -1,0 +1,487 @@
+//! `gobo compare`
+
+use crate::bench::{
+    DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, built_from,
+    copy_bytes_per_second, marks, stage_rates, with_case,
+};
+use crate::cli::baseline::BaselineArguments;
+use crate::cli::compared_frames::{Compared, name_apart};
+use crate::cli::default_specs::{all_specs, usual_specs};
+use crate::cli::output::progress::Progress;
+use crate::cli::output::writer::Writer;
+use crate::cli::resume::{SCENE, files, kept};
+use crate::cli::{
+    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, load,
+    picture, say, test_reduction,
+};
+use crate::gpu::Features;
+use crate::report::{Store, answers, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
+use crate::scene::{Motion, Scene};
+use crate::technique::{Name, Spec};
+use crate::{Error, Result};
+use clap::{Args, ValueEnum};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// How many times a row that seems slower than its baseline is measured again. A build that is slower stays slower,
+/// while a disturbance by another program passes.
+const MEASURED_AGAIN: u32 = 2;
+
+/// Timed frames, and those on a software device where the world is still: its times are for ratios, and builds take a hundred times as long.
+const FRAMES: u32 = 30;
+const SOFTWARE_FRAMES: u32 = 8;
+
+/// Size of a picture, pixels, in a quick look, and on a software device where no technique is named.
+pub(in crate::cli) const SMALL_PICTURE: [u32; 2] = [320, 180];
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene files, data files or built-in scenes [default: three-emitters]
+    #[arg(value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// Technique spec, repeatable [default: each technique once, and AVSM by each path that the device has]
+    #[arg(long = "technique", value_name = "SPEC")]
+    techniques: Vec<String>,
+    /// Compare all specs that the device can run: nodes, samples, moments and paths of each technique; under many lights, grids in all
+    /// sizes and shadings
+    #[arg(long, conflicts_with = "techniques")]
+    all: bool,
+    /// Folder for results.json, results.csv, pictures, plots and report.html
+    #[arg(long, default_value = "gobo-report", value_name = "DIR")]
+    out: PathBuf,
+    /// Go on where an earlier run of the same command ended: keep the rows in the folder, measure those that failed or are
+    /// missing
+    #[arg(long)]
+    resume: bool,
+    /// Measure the I-th of N shards of the rows, in a folder of its own: gobo join puts all together
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<[usize; 2]>,
+    /// Timed frames per row; with --moving, how many frames the world moves through [default: 30; 8 on a software device where
+    /// the world is still]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: Option<u32>,
+    /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture
+    #[arg(long)]
+    quick: bool,
+    /// Build everything, also parts that no look-up reads or that have not changed: skip=off for every technique
+    #[arg(long)]
+    no_skip: bool,
+    /// Also print the time of each pass of a build, and a build's time over that of copying as many bytes as it leaves
+    /// behind
+    #[arg(long)]
+    passes: bool,
+    /// Also print what each pass did, in one more build and picture: vertices and primitives read, fragments and threads run
+    #[arg(long)]
+    pipeline_statistics: bool,
+    /// Write all timed builds, look-ups and pictures, pass by pass, as trace events, which Perfetto and Chrome open
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Also print errors on surfaces in the shadow of meshes, by the mesh's distance from the light and from the
+    /// surface
+    #[arg(long, conflicts_with = "no_truth")]
+    casters: bool,
+    /// Also print errors against the mean of the truth over squares of 1/4 to 16 texels of a 256² map: a pixel sees such a mean of hair
+    /// that is thinner than it
+    #[arg(long, conflicts_with = "no_truth")]
+    footprints: bool,
+    /// Size of the pictures, pixels, up to 16384 per side [default: 640x360, or 320x180 of a quick look]
+    #[arg(long, value_name = picture::VALUE, value_parser = picture::size)]
+    picture: Option<[u32; 2]>,
+    /// Let the camera go round its target, by so many degrees over the frames, and compare 16 pictures, one after the
+    /// other, with the truth
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, conflicts_with = "no_truth", value_parser = degrees)]
+    turn: Option<f64>,
+    /// Map points: a fixed sample of the covered texels, whose standard error is stated, or all of them
+    #[arg(long, value_enum, default_value = "sample")]
+    truth: TruthArgument,
+    /// Measure times alone
+    #[arg(long, conflicts_with = "truth")]
+    no_truth: bool,
+    #[command(flatten)]
+    moving: MovingArgument,
+    #[command(flatten)]
+    load: LoadArguments,
+    #[command(flatten)]
+    vpls: VplArgument,
+    /// With --vpls: also compare pictures with one bounce of the scene's lights, path traced with so many directions per pixel
+    #[arg(long, value_name = "SAMPLES", requires = "vpls", conflicts_with = "no_truth", value_parser = clap::value_parser!(u32).range(2..=65536))]
+    bounce: Option<u32>,
+    #[command(flatten)]
+    baseline: BaselineArguments,
+    /// Print JSON in place of tables: the same figures, not rounded
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+impl Arguments {
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
+    pub fn little(mut self) -> Self {
+        if test_reduction::is_asked() {
+            let frames = self.frames.map_or(2, |frames| frames.min(2));
+            (self.frames, self.quick, self.picture) = (Some(frames), true, Some([32, 18]));
+            self.vpls.vpls = self.vpls.vpls.map(|count| count.min(64));
+            self.bounce = self.bounce.map(|samples| samples.min(2));
+        }
+        self
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum TruthArgument {
+    Sample,
+    Full,
+}
+
+fn shard(text: &str) -> std::result::Result<[usize; 2], String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some([i.parse().ok()?, n.parse().ok()?]));
+    numbers.filter(|[i, n]| (1..=*n).contains(i)).ok_or_else(|| "give 1/4, say: the first of four".into())
+}
+
+fn degrees(text: &str) -> std::result::Result<f64, String> {
+    text.parse().ok().filter(|d: &f64| d.abs() <= 360.0).ok_or_else(|| "give degrees, at most 360 either way".into())
+}
+
+/// How many seen points are asked: fewer in a quick look, and on a software device, whose look-ups take a thousand times as long.
+pub(in crate::cli) fn seen_points(quick: bool, software: bool) -> usize {
+    65536 / if software { 4 } else { 1 } / if quick { 4 } else { 1 }
+}
+
+fn effort(arguments: &Arguments, features: &Features) -> Effort {
+    let software = features.is_software();
+    let is_still = !arguments.moving.is_given() && arguments.turn.is_none();
+    let frames = arguments.frames.unwrap_or(if software && is_still { SOFTWARE_FRAMES } else { FRAMES }) as usize;
+    // On a GPU all look-ups are timed: an eighth of a pass would time too little. A software device takes up to seconds for so many.
+    let lookups = LOOKUPS / if software { 8 } else { 1 };
+    let truth = match (arguments.no_truth, arguments.truth) {
+        (true, _) => Extent::None,
+        (false, TruthArgument::Sample) => Extent::Sample,
+        (false, TruthArgument::Full) => Extent::Full,
+    };
+    let (turning, footprints, counts) = (arguments.turn.is_some(), arguments.footprints, arguments.pipeline_statistics);
+    if arguments.quick {
+        let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
+        return Effort {
+            frames: frames.min(8),
+            warm_up: if test_reduction::is_asked() { 0 } else { 2 },
+            space_points: 8192,
+            seen_points: if test_reduction::is_asked() { test_reduction::SEEN } else { seen_points(true, software) },
+            lookups: if test_reduction::is_asked() { test_reduction::LOOKUPS } else { lookups },
+            picture,
+            turning,
+            footprints,
+            counts,
+            truth,
+        };
+    }
+    let small = arguments.techniques.is_empty() && software;
+    let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
+    // A software device has no clock rate to reach, and the row's first build has made room for everything.
+    let warm_up = if software { 0 } else { 5 };
+    let seen_points = seen_points(false, software);
+    let space_points = if small { 16384 } else { 65536 };
+    Effort { frames, warm_up, space_points, seen_points, lookups, picture, turning, footprints, counts, truth }
+}
+
+/// The scene in each frame, and the times of these frames. Without a truth to compare with, one frame of a simulated
+/// scene is enough: the device moves it. Frames of a sequence of files are read when they are shown.
+fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
+    let scene = load(name, &arguments.load)?;
+    let frames = arguments.frames.unwrap_or(FRAMES);
+    let times_s = arguments.moving.times(&scene, frames)?;
+    if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) && !arguments.vpls.is_given() {
+        return Ok(Compared::held(vec![scene], times_s));
+    }
+    if arguments.turn.is_some() && frames < 2 {
+        return Err(Error::usage("--frames", "a camera turns from one frame to another", "give 2 or more"));
+    }
+    let step_degrees = arguments.turn.map(|degrees| degrees / f64::from(frames - 1));
+    if matches!(scene.motion, Motion::Animation(_)) && arguments.moving.is_given() && !arguments.vpls.is_given() {
+        return Compared::read(scene, times_s, step_degrees);
+    }
+    let mut states = arguments.moving.states(scene, frames)?;
+    if let Some(step_degrees) = step_degrees {
+        states.resize(frames as usize, states[0].clone());
+        for (frame, scene) in states.iter_mut().enumerate() {
+            scene.camera = scene.camera.turned(step_degrees * frame as f64);
+        }
+    }
+    Ok(Compared::held(states, times_s))
+}
+
+/// With `--bounce`, each scene in its last frame, under its own lights.
+fn bounced(arguments: &Arguments, scenes: &[Compared]) -> Result<Vec<Scene>> {
+    if arguments.bounce.is_none() {
+        return Ok(Vec::new());
+    }
+    let last = scenes.iter().filter_map(|compared| compared.states.last());
+    let with_meshes = |scene: &Scene| match scene.has_only_meshes() {
+        true => Ok(scene.clone()),
+        false => {
+            let cause = "it has smoke or hair, and --bounce traces meshes alone";
+            Err(Error::input(scene.name.clone(), cause, "leave --bounce out"))
+        }
+    };
+    last.map(with_meshes).collect()
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let scene_names =
+        if arguments.scenes.is_empty() { vec!["three-emitters".to_owned()] } else { arguments.scenes.clone() };
+    // All errors in the input are found before the first measurement.
+    let mut specs: Vec<Spec> = Vec::new();
+    for text in &arguments.techniques {
+        specs.extend(test_reduction::specs(crate::cli::specs(text)?));
+    }
+    let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
+    test_reduction::first(&mut scenes, 1);
+    arguments.vpls.check(scenes.iter().flat_map(|compared| &compared.states))?;
+    let baseline = arguments.baseline.read()?;
+    let fingerprints: Vec<u32> = scenes.iter().map(|compared| compared.first().fingerprint()).collect();
+    let bounced = bounced(arguments, &scenes)?;
+    let context = arguments.device.open()?;
+    for compared in &mut scenes {
+        arguments.vpls.light(&context, &mut compared.states)?;
+    }
+    name_apart(&mut scenes);
+    let of_scene = |compared: &Compared| {
+        let mut specs = if specs.is_empty() {
+            test_reduction::specs(match arguments.all {
+                true => all_specs(compared.first(), context.features(), false)?,
+                false => usual_specs(compared.first(), context.features())?,
+            })
+        } else {
+            specs.clone()
+        };
+        if arguments.no_skip {
+            specs.iter_mut().for_each(|spec| spec.set(Name::SKIP, "off"));
+        }
+        Ok(specs)
+    };
+    let specs = scenes.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
+    if arguments.pipeline_statistics && !context.features().pipeline_statistics_query {
+        return Err(Error::Refused("pipelineStatisticsQuery, for --pipeline-statistics".into()));
+    }
+    context.ask_of_executables(arguments.pipeline_statistics);
+    let store = Store::open(&arguments.out)?;
+    let effort = effort(arguments, context.features());
+    let (commit, changed) = built_from();
+    let mut results = Results {
+        schema: SCHEMA,
+        gobo: env!("CARGO_PKG_VERSION").into(),
+        commit,
+        changed,
+        command: command_line(),
+        conditions: conditions(arguments, &effort),
+        shard: None,
+        device: DeviceFacts::of(context.features()),
+        rows: Vec::new(),
+        executables: Vec::new(),
+    };
+    let named = scenes.iter().zip(fingerprints);
+    let prints = named.map(|(compared, print)| (format!("{SCENE}{}", compared.first().name), format!("{print:08x}")));
+    results.conditions.extend(prints);
+    results.conditions.extend(files(specs.iter().flatten()));
+    baseline.check(&results)?;
+    let asked = scenes.iter().zip(&specs).flat_map(|(compared, specs)| {
+        let name = compared.first().name.as_str();
+        specs.iter().map(move |spec| (name, spec))
+    });
+    let asked: Vec<(&str, &Spec)> = asked.collect();
+    baseline.check_rows(&asked)?;
+    if let Some([number, of]) = arguments.shard {
+        let list: Vec<_> = asked.iter().map(|(scene, spec)| (*scene, spec.to_string())).collect();
+        results.shard = Some(Shard::of_list(number, of, &list));
+    }
+    let shard = results.shard.clone();
+    let is_mine = |place: usize| shard.as_ref().is_none_or(|shard| shard.has(place));
+    let mine: Vec<usize> = (0..asked.len()).filter(|place| is_mine(*place)).collect();
+    let mut rows = vec![None; asked.len()];
+    if arguments.resume {
+        let asked: Vec<_> = mine.iter().map(|place| asked[*place]).collect();
+        let kept = kept(store.dir(), &results, &asked)?;
+        mine.iter().zip(kept).for_each(|(place, row)| rows[*place] = row);
+    }
+    let is_left = |rows: &[Option<Row>], place: usize| rows[place].is_none() && is_mine(place);
+    let left = |rows: &[Option<Row>]| mine.iter().filter(|place| rows[**place].is_none()).count();
+    if arguments.passes {
+        results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
+    }
+    results.device.stages = stage_rates(&context)?;
+    let progress = Progress::new(left(&rows));
+    let mut traced = Vec::new();
+    let mut writer = Writer { store: &store, failed: None };
+    if left(&rows) < mine.len() || mine.is_empty() {
+        results.rows = rows.iter().flatten().cloned().collect();
+        writer.write(|store| store.write(&results));
+    }
+    // Where one scene does not fit on the device, the others are still measured. A lost device ends the run.
+    let mut ended: Result<()> = Ok(());
+    let mut first = 0;
+    for (i, (compared, specs)) in scenes.iter().zip(&specs).enumerate() {
+        let of_scene = first..first + specs.len();
+        first = of_scene.end;
+        if !of_scene.clone().any(|place| is_left(&rows, place)) || context.is_lost() {
+            continue;
+        }
+        let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
+        let read = |frame| compared.at(frame);
+        let frames = Frames { states: compared.states(&read), times_s: &compared.times_s, bounce };
+        let measured = with_case(&context, frames, effort, |case| {
+            // On a software device, and where the driver is asked about its pipelines, each row makes its own pipelines. A software driver
+            // compiles a pipeline when it first draws, so making it early gains nothing; and the driver's reports must come in the order of
+            // the rows.
+            if !context.features().is_software() && !arguments.pipeline_statistics {
+                let left = specs.iter().zip(of_scene.clone()).filter(|(_, place)| is_left(&rows, *place));
+                case.prepare(&left.map(|(spec, _)| spec).collect::<Vec<_>>())?;
+            }
+            for (place, (spec, row_place)) in specs.iter().zip(of_scene).enumerate() {
+                if !is_left(&rows, row_place) || context.is_lost() {
+                    continue;
+                }
+                progress.begins(&compared.first().name, spec);
+                let (mut row, mut drawn) = case.measure(spec);
+                for _ in 0..MEASURED_AGAIN {
+                    if !baseline.is_slower(&row) {
+                        break;
+                    }
+                    let again = case.measure(spec);
+                    let is_slower = baseline.is_slower(&again.0);
+                    if baseline.is_no_slower(&again.0) || is_slower && is_quicker(&again.0, &row) {
+                        (row, drawn) = again;
+                    }
+                }
+                row.marks = marks(&row, results.device.stages.as_ref());
+                if let Some(drawn) = drawn {
+                    if arguments.trace.is_some() {
+                        traced.push((row.clone(), drawn.builds.clone()));
+                    }
+                    writer.pictures(&mut row, place + 1, &results, case, &drawn);
+                }
+                progress.ends(&row, spec);
+                rows[row_place] = Some(row);
+                results.rows = rows.iter().flatten().cloned().collect();
+                results.executables = context.executables();
+                writer.write(|store| store.write(&results));
+            }
+            Ok(())
+        });
+        ended = ended.and(measured);
+    }
+    progress.finish();
+    if results.rows.is_empty() && ended.is_err() {
+        return ended.map(|()| ExitCode::FAILURE);
+    }
+    let printed = if arguments.json { Ok(()) } else { print(arguments, &results) };
+    for (file, svg) in plots(&results) {
+        writer.write(|store| store.write_text(file, &svg));
+    }
+    writer.write(|store| store.write_text("report.html", &page(&results, store.dir())?));
+    if let Some(error) = writer.failed {
+        return Err(error);
+    }
+    if let Some(path) = &arguments.trace {
+        write_whole(path, trace(&results.device, &traced).as_bytes())?;
+    }
+    printed?;
+    let holds = baseline.finish(&results, arguments.json)?;
+    if !arguments.json {
+        for answer in answers(&results) {
+            say(format!("\n{answer}"))?;
+        }
+        say(format!("\n{}", arguments.out.join("report.html").display()))?;
+    }
+    check_messages()?;
+    let code = exit_code(&results);
+    let missing = left(&rows);
+    if context.is_lost() {
+        return Err(Error::Gpu {
+            operation: "go on with",
+            name: context.features().name.clone(),
+            cause: format!("the device is lost, and {missing} of {} rows are not measured", mine.len()).into(),
+            way_out:
+                "repeat the command with --resume; if it is lost again, leave the last row out, or update the driver"
+                    .into(),
+        });
+    }
+    ended.map(|()| if holds { code } else { ExitCode::FAILURE })
+}
+
+/// Whether a row's build is quicker than another's; other times do not count.
+fn is_quicker(row: &Row, other: &Row) -> bool {
+    row.status == Status::Ok && row.build_ns.zip(other.build_ns).is_some_and(|(a, b)| a.median < b.median)
+}
+
+/// Printed before plots and page are written, so that a full disk does not cost the output.
+fn print(arguments: &Arguments, results: &Results) -> Result<()> {
+    say(table(results))?;
+    if arguments.passes {
+        say(passes(results))?;
+    }
+    if arguments.pipeline_statistics {
+        say(counts(results))?;
+    }
+    if arguments.casters {
+        say(casters(results))?;
+    }
+    if arguments.footprints {
+        say(footprints(results))?;
+    }
+    Ok(())
+}
+
+/// Conditions that figures depend on, beside specs and device.
+fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String> {
+    let truth = effort.truth.word();
+    let given = |value: Option<String>| value.unwrap_or_else(|| "none".into());
+    let moving =
+        arguments.moving.moving.map(|Span { from, to }| format!("{from}..{}", given(to.map(|to| to.to_string()))));
+    [
+        ("--frames", effort.frames.to_string()),
+        // Files from before schema 3 lack this condition, and their errors leave points out.
+        ("errors", "over all points".into()),
+        ("--quick", arguments.quick.to_string()),
+        ("seen points", effort.seen_points.to_string()),
+        ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
+        ("--truth", truth.into()),
+        ("--turn", given(arguments.turn.map(|degrees| degrees.to_string()))),
+        ("--moving", given(moving)),
+        ("--time", arguments.load.time.to_string()),
+        ("--vpls", given(arguments.vpls.vpls.map(|count| count.to_string()))),
+        ("--bounce", given(arguments.bounce.map(|samples| samples.to_string()))),
+        ("--validation", arguments.device.validation.to_string()),
+    ]
+    .into_iter()
+    // Older files lack these conditions, so they are only there where they are on.
+    .chain(effort.footprints.then(|| ("--footprints", "true".into())))
+    .chain(arguments.vpls.follow_the_view().then(|| ("--vpls-by", "view".into())))
+    .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))
+    .map(|(name, value)| (name.to_owned(), value))
+    .collect()
+}
+
+/// Success where every row is ok or refused, and not all are refused.
+pub(in crate::cli) fn exit_code(results: &Results) -> ExitCode {
+    let failed: Vec<_> = results.rows.iter().filter(|r| r.status == Status::Failed).collect();
+    for row in &failed {
+        complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, results.device.name, row.reason));
+    }
+    let nothing = nothing_measured(results);
+    nothing.iter().for_each(|why| complain(format!("gobo: {why}")));
+    if failed.is_empty() && nothing.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Why there is nothing to compare, where every row is refused. A shard, which is a part of a run, may have refused rows alone.
+fn nothing_measured(results: &Results) -> Option<String> {
+    let first = results.rows.first().filter(|_| results.shard.is_none())?;
+    results.rows.iter().all(|row| row.status == Status::Refused).then(|| {
+        let (spec, scene, reason) = (first.spec(), &first.scene, &first.reason);
+        let which = match results.rows.len() {
+            1 => format!("{spec} on {scene} is"),
+            rows => format!("all {rows} rows ({spec} on {scene}, …) are"),
+        };
+        format!("nothing is measured: {which} {reason}; name what `gobo devices` lists with yes, or another scene")
+    })
+}

@@ -1,0 +1,376 @@
+//! `gobo recommend`: which technique for a scene, from rows that were measured before or are measured now.
+
+use crate::bench::{
+    DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, StageRates, built_from, marks, stage_rates, with_case,
+};
+use crate::cli::candidates::{
+    candidates, may_be_far, neighbours, one_of_each, one_of_each_shading, promising, shadings, with, without_alike,
+};
+use crate::cli::commands::compare::{SMALL_PICTURE, seen_points};
+use crate::cli::default_specs::{all_specs, has_many_lights, usual_specs};
+use crate::cli::output::progress::Progress;
+use crate::cli::resume::{SCENE, kept};
+use crate::cli::{DeviceArguments, LoadArguments, command_line, complain, load, say, say_json, test_reduction};
+use crate::gpu::{Context, Features};
+use crate::report::{Limits, Store, is_far, recommend};
+use crate::scene::Scene;
+use crate::technique::Spec;
+use crate::{Error, Result};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Each pair: how many frames are timed, and how many warm-up frames come before them. `COARSE_SOFTWARE`: the first
+/// look on a software device, which has no clock rate to reach and so needs no warm-up. `COARSE`: the first look on
+/// other devices. `FINE`: the second look, at the specs that are left. `THOROUGH`: with `--thorough`, the same as in
+/// `compare`.
+const COARSE_SOFTWARE: [usize; 2] = [2, 0];
+const COARSE: [usize; 2] = [3, 1];
+const FINE: [usize; 2] = [10, 3];
+const THOROUGH: [usize; 2] = [30, 5];
+
+/// Seen points of a first look, at most.
+const GLANCED: usize = 4096;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file, data file or built-in scene
+    #[arg(value_name = "SCENE", required_unless_present = "from")]
+    scene: Option<String>,
+    /// Answer from rows that gobo compare has measured, without a device
+    #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "resume", "thorough", "quick", "lights", "device"])]
+    from: Option<PathBuf>,
+    /// The most milliseconds that shadows may add to a frame: the build, and the picture less one without shadows
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    max_ms: Option<String>,
+    /// The largest seen error: the share of the picture's light that may be wrong
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    max_error: Option<String>,
+    /// The largest mean FLIP of the picture
+    #[arg(long, value_name = "F", allow_hyphen_values = true)]
+    max_flip: Option<String>,
+    /// The most bytes of the look-up: 67108864 or 64MiB
+    #[arg(long, value_name = "B", allow_hyphen_values = true)]
+    max_bytes: Option<String>,
+    /// Measure the techniques for many lights, however few lights the scene has
+    #[arg(long)]
+    many_lights: bool,
+    /// Folder for the measured rows: results.json and results.csv, and those of the first look in a folder of their own
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Go on where an earlier run of the same command ended: keep the rows in the folder
+    #[arg(long, requires = "out")]
+    resume: bool,
+    /// Measure every candidate in full, at half and twice the size too, without a first look: takes many times as long
+    #[arg(long)]
+    thorough: bool,
+    /// A quick look, for slow devices: 3 frames, a quarter of the points and of the picture; on a software device each technique once
+    #[arg(long)]
+    quick: bool,
+    /// Print JSON in place of tables: the same figures, not rounded
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    load: LoadArguments,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+impl Arguments {
+    /// With `GOBO_TEST_LITTLE`, a smaller version of the command. It is so small that no row need be left out.
+    pub fn little(mut self) -> Self {
+        if test_reduction::is_asked() && self.from.is_none() {
+            (self.max_ms, self.max_error, self.max_flip, self.max_bytes) = (None, None, None, None);
+        }
+        self
+    }
+
+    fn limits(&self) -> Result<Limits> {
+        Ok(Limits {
+            ms: limit("--max-ms", self.max_ms.as_deref(), 1.0)?,
+            error: limit("--max-error", self.max_error.as_deref(), 1.0)?,
+            flip: limit("--max-flip", self.max_flip.as_deref(), 1.0)?,
+            bytes: match self.max_bytes.as_deref() {
+                None => None,
+                Some(text) => {
+                    let units = [
+                        ("KiB", 1024.0),
+                        ("MiB", 1_048_576.0),
+                        ("GiB", 1_073_741_824.0),
+                        ("KB", 1e3),
+                        ("MB", 1e6),
+                        ("GB", 1e9),
+                    ];
+                    let found = units.iter().find_map(|(unit, size)| Some((text.strip_suffix(unit)?, *size)));
+                    let (number, size) = found.unwrap_or((text, 1.0));
+                    limit(&format!("--max-bytes {text}"), Some(number), size)?.map(|bytes| bytes as u64)
+                }
+            },
+        })
+    }
+}
+
+fn limit(option: &str, text: Option<&str>, unit: f64) -> Result<Option<f64>> {
+    let Some(text) = text else { return Ok(None) };
+    match text.trim().parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(Some(number * unit)),
+        _ => {
+            let name = if option.contains(' ') { option.to_owned() } else { format!("{option} {text}") };
+            let units = if option.contains("bytes") { ", maybe with KiB, MiB, GiB, KB, MB or GB" } else { "" };
+            Err(Error::usage(name, "not a valid limit", format!("give a number above 0{units}")))
+        }
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let limits = arguments.limits()?;
+    let (results, name) = match (&arguments.from, &arguments.scene) {
+        (Some(path), _) => (Results::read(path)?, path.display().to_string()),
+        (None, Some(scene)) => (measured(arguments, &limits, scene)?, scene.clone()),
+        (None, None) => return Err(Error::usage("recommend", "no scene", "name one, or give --from")),
+    };
+    let answers = recommend(&results, &limits);
+    if answers.is_empty() {
+        return Err(Error::input(name, "nothing is measured in it", "measure with gobo compare"));
+    }
+    if arguments.json {
+        say_json(&answers.iter().filter_map(|answer| answer.as_ref().ok()).collect::<Vec<_>>())?;
+    }
+    let mut code = ExitCode::SUCCESS;
+    for (place, answer) in answers.into_iter().enumerate() {
+        match answer {
+            Ok(_) if arguments.json => {}
+            Ok(answer) if place > 0 => say(format!("\n{}", answer.text))?,
+            Ok(answer) => say(answer.text)?,
+            Err(why) => {
+                complain(format!("gobo: {why}"));
+                code = ExitCode::FAILURE;
+            }
+        }
+    }
+    Ok(code)
+}
+
+/// Measures the candidates. A first look takes a spec of each path of each technique that runs on the device for this scene, with few
+/// repeats and few points, and then the other specs of techniques that are not far from the best. Where no technique can be far, it takes
+/// every spec in one shading, and then the best in the others. The specs that may be the answer are then measured in full.
+fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
+    let scene = load(name, &arguments.load)?;
+    let context = arguments.device.open()?;
+    let on_cpu = context.features().is_software();
+    let specs = match arguments.quick && on_cpu && !arguments.many_lights {
+        // What takes a software driver minutes is left out.
+        true => usual_specs(&scene, context.features())?,
+        false => {
+            let all = all_specs(&scene, context.features(), arguments.many_lights)?;
+            candidates(&scene, all, on_cpu, arguments.many_lights)?
+        }
+    };
+    let specs = test_reduction::specs(specs);
+    let stages = stage_rates(&context)?;
+    let sweep = Sweep { arguments, scene: &scene, context: &context, stages };
+    let work = Work::of(arguments.quick, stages.is_some_and(|stages| stages.is_lopsided()), context.features());
+    if arguments.thorough {
+        let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
+        return sweep.measure(&with(specs, near), work.effort(THOROUGH), arguments.out.as_deref(), &[]);
+    }
+    // Rows of the first look are kept too, so that a resumed run makes the same choice.
+    let first = arguments.out.as_ref().map(|out| out.join("first-look"));
+    let repeats = if context.features().is_software() { COARSE_SOFTWARE } else { COARSE };
+    let specs = without_alike(&scene, specs);
+    let coarse = work.coarse(repeats, limits);
+    let many = arguments.many_lights || has_many_lights(&scene);
+    let by_technique = may_be_far(&scene, limits, many);
+    let (mut seen, others) = match (by_technique, limits.are_none()) {
+        (true, _) => one_of_each(&specs),
+        (false, true) => one_of_each_shading(&specs),
+        // What is slow in one shading may be within the limits in another.
+        (false, false) => (specs, Vec::new()),
+    };
+    let mut rows = sweep.measure(&seen, coarse, first.as_deref(), &[])?.rows;
+    let near = |spec: &&Spec| rows.iter().filter(|row| row.technique == spec.entry.name).any(|row| !is_far(row, &rows));
+    let others: Vec<Spec> = match by_technique {
+        true => others.iter().filter(near).cloned().collect(),
+        false => shadings(&others, &seen, &rows),
+    };
+    let rest = first.map(|folder| folder.join("others"));
+    // What an earlier run left there is not of this one.
+    if let Some(rest) = rest.as_deref().filter(|rest| !arguments.resume && rest.is_dir()) {
+        std::fs::remove_dir_all(rest).map_err(|cause| Error::output(rest, cause))?;
+    }
+    if !others.is_empty() {
+        let more = sweep.measure(&others, coarse, rest.as_deref(), &rows)?.rows;
+        rows.extend(more);
+        seen.extend(others);
+    }
+    let left = promising(&seen, &rows, limits);
+    // Only the errors by which rows are chosen are measured. On processors, the truth takes as long as a row.
+    let whole = work.effort(FINE);
+    let fine = Effort { truth: Extent::Choice, ..whole };
+    sweep.measure(&left, fine, arguments.out.as_deref(), &rows)
+}
+
+/// How much is measured per row.
+#[derive(Clone, Copy)]
+struct Work {
+    picture: [u32; 2],
+    software: bool,
+    /// Whether fragments run on few of the processors: look-ups then stand for pictures.
+    lopsided: bool,
+    quick: bool,
+}
+
+impl Work {
+    fn of(quick: bool, lopsided: bool, features: &Features) -> Self {
+        let usual = if features.is_software() { SMALL_PICTURE } else { [640, 360] };
+        let parts = if quick { 2 } else { 1 };
+        let picture = if test_reduction::is_asked() { [32, 18] } else { usual.map(|side| side / parts) };
+        Self { picture, quick, software: features.is_software(), lopsided }
+    }
+
+    /// The effort with the points and the picture of `compare`.
+    fn effort(self, repeats: [usize; 2]) -> Effort {
+        let [frames, warm_up] = match (test_reduction::is_asked(), self.quick) {
+            (true, _) => [1, 0],
+            (_, true) => [repeats[0].min(3), repeats[1].min(1)],
+            _ => repeats,
+        };
+        Effort {
+            frames,
+            warm_up,
+            space_points: 0,
+            seen_points: if test_reduction::is_asked() {
+                test_reduction::SEEN
+            } else {
+                seen_points(self.quick, self.software)
+            },
+            lookups: if !self.lopsided {
+                0
+            } else if test_reduction::is_asked() {
+                test_reduction::LOOKUPS
+            } else {
+                LOOKUPS
+            },
+            picture: self.picture,
+            turning: false,
+            footprints: false,
+            counts: false,
+            truth: Extent::Sample,
+        }
+    }
+
+    /// The effort of a first look. Pictures are made only where rows are chosen by them.
+    fn coarse(self, repeats: [usize; 2], limits: &Limits) -> Effort {
+        let truth = if limits.flip.is_some() { Extent::Choice } else { Extent::Glance };
+        let whole = self.effort(repeats);
+        Effort { seen_points: whole.seen_points.min(GLANCED), truth, ..whole }
+    }
+}
+
+/// Measures specs of a scene.
+struct Sweep<'a> {
+    arguments: &'a Arguments,
+    scene: &'a Scene,
+    context: &'a Context,
+    stages: Option<StageRates>,
+}
+
+impl Sweep<'_> {
+    /// Measures a row per spec, after the rows `before`. Rows are kept in `folder` as soon as they are measured; with `--resume`, rows that are
+    /// already there are kept.
+    fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>, before: &[Row]) -> Result<Results> {
+        let mut results = self.none(&effort);
+        let store = folder.map(Store::open).transpose()?;
+        let asked: Vec<(&str, &Spec)> = specs.iter().map(|spec| (self.scene.name.as_str(), spec)).collect();
+        let mut rows = match &store {
+            Some(store) if self.arguments.resume => kept(store.dir(), &results, &asked)?,
+            _ => vec![None; specs.len()],
+        };
+        let left = rows.iter().filter(|row| row.is_none()).count();
+        if left > 0 {
+            let progress = Progress::new(left);
+            with_case(self.context, std::slice::from_ref(self.scene), effort, |case| {
+                let to_come = specs.iter().zip(&rows).filter(|(_, row)| row.is_none()).map(|(spec, _)| spec);
+                case.prepare(&to_come.collect::<Vec<_>>())?;
+                case.learn(before);
+                for (place, spec) in specs.iter().enumerate() {
+                    if rows[place].is_some() {
+                        continue;
+                    }
+                    progress.begins(case.scene_name(), spec);
+                    let (mut row, _) = case.measure(spec);
+                    row.marks = marks(&row, self.stages.as_ref());
+                    progress.ends(&row, spec);
+                    if self.context.is_lost() {
+                        return Err(lost(&row));
+                    }
+                    rows[place] = Some(row);
+                    results.rows = rows.iter().flatten().cloned().collect();
+                    store.as_ref().map_or(Ok(()), |store| store.write(&results))?;
+                }
+                Ok(())
+            })?;
+            progress.finish();
+        }
+        results.rows = rows.into_iter().flatten().collect();
+        Ok(results)
+    }
+
+    /// Results without a row.
+    fn none(&self, effort: &Effort) -> Results {
+        let conditions = [
+            ("--frames", effort.frames.to_string()),
+            ("errors", "over all points".into()),
+            ("seen points", effort.seen_points.to_string()),
+            ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
+            ("--truth", effort.truth.word().into()),
+            ("--time", self.arguments.load.time.to_string()),
+            (&format!("{SCENE}{}", self.scene.name), format!("{:08x}", self.scene.fingerprint())),
+        ];
+        let (commit, changed) = built_from();
+        Results {
+            schema: SCHEMA,
+            gobo: env!("CARGO_PKG_VERSION").into(),
+            commit,
+            changed,
+            command: command_line(),
+            conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
+            shard: None,
+            device: DeviceFacts { stages: self.stages, ..DeviceFacts::of(self.context.features()) },
+            rows: Vec::new(),
+            executables: Vec::new(),
+        }
+    }
+}
+
+fn lost(row: &Row) -> Error {
+    Error::Gpu {
+        operation: "measure",
+        name: row.spec(),
+        cause: row.reason.clone().into(),
+        way_out: "the device is lost: repeat the command with --resume, which keeps what is in --out".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nothing can be chosen by a picture that was not made.
+    #[test]
+    fn a_limit_of_flip_asks_for_pictures() {
+        let truth = |limits: Limits| {
+            Work { picture: [64, 36], software: false, lopsided: false, quick: false }.coarse(COARSE, &limits).truth
+        };
+        assert_eq!(truth(Limits { flip: Some(0.1), ..Limits::default() }), Extent::Choice);
+        assert_eq!(truth(Limits::default()), Extent::Glance);
+    }
+
+    #[test]
+    fn a_limit_is_above_zero() {
+        assert_eq!(limit("--max-ms", Some("2"), 4.0).expect("a number"), Some(8.0));
+        for wrong in ["0", "-1", "NaN", "inf", "", "two"] {
+            assert!(limit("--max-ms", Some(wrong), 1.0).is_err(), "{wrong}");
+        }
+    }
+}

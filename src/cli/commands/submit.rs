@@ -1,0 +1,147 @@
+//! `gobo submit`: the standard run as one file, and checks of such files.
+
+use crate::bench::{
+    DeviceFacts, Effort, Results, SCHEMA, SUBMISSION, Submission, answers_hash, marks, noise, stage_rates, standard,
+    with_case,
+};
+use crate::cli::output::progress::Progress;
+use crate::cli::{DeviceArguments, MESSAGES, complain, say, say_json, test_reduction};
+use crate::gpu::Context;
+use crate::report::{submission_table, write_whole};
+use crate::{Error, Result};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Environment variables by which the loader loads layers that no program asked for.
+const LAYERS: [&str; 2] = ["VK_INSTANCE_LAYERS", "VK_LOADER_LAYERS_ENABLE"];
+
+/// In tests, the most rows per scene that are measured again, and the scenes: there is no time for all.
+const FEW: (usize, &[&str]) = (2, &["plume_8k", "cornell"]);
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The file to write
+    #[arg(short, long, default_value = "gobo-submission.json", value_name = "FILE")]
+    out: PathBuf,
+    /// Measure the errors in such files again on this device, and say which files should not count, and why
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "out")]
+    check: Vec<PathBuf>,
+    /// Print the file's JSON in place of the table
+    #[arg(long, conflicts_with = "check")]
+    json: bool,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    if !arguments.check.is_empty() {
+        return check(arguments);
+    }
+    is_writable(&arguments.out)?;
+    let context = arguments.device.open()?;
+    let submission = measured(arguments, &context)?;
+    let json = serde_json::to_string(&submission).map_err(|cause| Error::output(&arguments.out, cause))?;
+    write_whole(&arguments.out, (json + "\n").as_bytes())?;
+    match arguments.json {
+        true => say_json(&submission)?,
+        false => say(submission_table(&submission))?,
+    }
+    let marks = submission.marks()?;
+    marks.iter().for_each(|mark| complain(format!("gobo: it will be listed and not counted: {mark}")));
+    if !arguments.json {
+        say(format!(
+            "{}: to share it, add the file to results/community/ of Gobo's repository in a pull request, with this table as its text. \
+             Nothing was sent.",
+            arguments.out.display()
+        ))?;
+    }
+    Ok(if submission.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Checks that the file can be written, before minutes of measuring.
+fn is_writable(out: &Path) -> Result<()> {
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(Error::output(out, "its folder is not there"));
+    }
+    if out.is_dir() { Err(Error::output(out, "it is a folder")) } else { Ok(()) }
+}
+
+fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
+    let start = Instant::now();
+    let mut scenes = standard::scenes()?;
+    let conditions = standard::conditions(&scenes);
+    test_reduction::first(&mut scenes, 1);
+    let specs =
+        scenes.iter().map(|scene| Ok(test_reduction::specs(standard::specs(scene)?))).collect::<Result<Vec<_>>>()?;
+    let progress = Progress::new(specs.iter().map(Vec::len).sum());
+    let mut rows = Vec::new();
+    let little = Effort { frames: 2, warm_up: 0, lookups: test_reduction::LOOKUPS, ..standard::EFFORT };
+    let effort = if test_reduction::is_asked() { little } else { standard::EFFORT };
+    let stages = stage_rates(context)?;
+    for (scene, specs) in scenes.iter().zip(&specs) {
+        with_case(context, std::slice::from_ref(scene), effort, |case| {
+            for spec in specs {
+                progress.begins(&scene.name, spec);
+                let (mut row, _) = case.measure(spec);
+                row.marks = marks(&row, stages.as_ref());
+                progress.ends(&row, spec);
+                rows.push(row);
+            }
+            Ok(())
+        })?;
+    }
+    progress.finish();
+    let named = LAYERS.iter().filter_map(|name| std::env::var(name).ok());
+    Ok(Submission {
+        submission: SUBMISSION,
+        commit: env!("GOBO_COMMIT").into(),
+        changed: env!("GOBO_CHANGED") != "false",
+        seconds: start.elapsed().as_secs_f64(),
+        layers: context.tools().to_vec(),
+        environment: named
+            .flat_map(|list| list.split([':', ',', ';']).map(str::to_owned).collect::<Vec<_>>())
+            .collect(),
+        validation: arguments.device.validation,
+        failed: MESSAGES.all().iter().map(|message| message.replace('\n', " ")).collect(),
+        noise: noise(&rows),
+        answers: rows.iter().map(answers_hash).collect(),
+        results: Results {
+            schema: SCHEMA,
+            gobo: env!("CARGO_PKG_VERSION").into(),
+            // The submission itself has these.
+            commit: None,
+            changed: None,
+            // The file's path does not matter.
+            command: "gobo submit".into(),
+            conditions,
+            shard: None,
+            device: DeviceFacts { stages, ..DeviceFacts::of(context.features()) },
+            rows,
+            executables: Vec::new(),
+        },
+    })
+}
+
+/// Says for each file whether it counts. Fails where one does not.
+fn check(arguments: &Arguments) -> Result<ExitCode> {
+    let files: Vec<(&Path, Submission)> =
+        arguments.check.iter().map(|path| Ok((path.as_path(), Submission::read(path)?))).collect::<Result<_>>()?;
+    let context = arguments.device.open()?;
+    let all: Vec<&Submission> = files.iter().map(|(_, submission)| submission).collect();
+    let found = standard::again(&context, &all, test_reduction::is_asked().then_some(FEW))?;
+    let mut all_count = true;
+    for ((path, submission), again) in files.iter().zip(found) {
+        let marks = [submission.marks()?, again.against].concat();
+        all_count &= marks.is_empty();
+        let device = &submission.results.device.name;
+        say(format!("{}: {device}: {} rows agree with this device", path.display(), again.agree))?;
+        match marks.is_empty() {
+            true => say("  it counts")?,
+            false => marks.iter().try_for_each(|mark| say(format!("  marked: {mark}")))?,
+        }
+    }
+    Ok(if all_count { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

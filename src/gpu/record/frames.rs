@@ -1,0 +1,172 @@
+//! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
+
+use crate::gpu::profile::times::{PassTime, Queries, TimedPasses};
+use crate::gpu::record::commands::{KeepAlive, Owner, Recorded};
+use crate::gpu::{Commands, Context, vk_error};
+use crate::{Error, Result};
+use ash::vk;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The frames of a context.
+pub(in crate::gpu) struct Frames {
+    in_flight: u64,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// Frames that may still run.
+    running: Vec<Frame>,
+    /// The newest `in_flight` frames that are over, kept so that their times can be asked for.
+    over: Vec<Frame>,
+    /// Queries that no frame uses.
+    queries: Vec<Queries>,
+}
+
+struct Frame {
+    number: u64,
+    used: Vec<KeepAlive>,
+    /// Queries of each recording, and its passes.
+    timed: Vec<(Queries, TimedPasses)>,
+}
+
+impl Frame {
+    /// The times of its passes; none where the frame is not over.
+    fn times(&self) -> Vec<PassTime> {
+        let read = |(queries, passes): &(Queries, TimedPasses)| {
+            queries.read(passes, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()
+        };
+        self.timed.iter().flat_map(read).collect()
+    }
+}
+
+impl Frames {
+    pub fn new(in_flight: u32) -> Self {
+        Self { in_flight: in_flight.into(), state: Mutex::default() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins frame `number`, or continues it. Frame `number - in_flight` is over, and so are all before it. Returns the resources that
+    /// were kept alive for these frames; the list itself may be used again.
+    fn begin(&self, number: u64) -> Result<Vec<KeepAlive>> {
+        let mut state = self.state();
+        if let Some(last) = state.running.last().filter(|last| last.number > number) {
+            return Err(Error::Gpu {
+                operation: "record",
+                name: format!("frame {number}"),
+                cause: format!("frame {} was recorded before it", last.number).into(),
+                way_out: "number frames in the order in which they are recorded".into(),
+            });
+        }
+        let mut kept = Vec::new();
+        let is_over = |frame: &&Frame| frame.number.saturating_add(self.in_flight) <= number;
+        while state.running.first().filter(is_over).is_some() {
+            let mut frame = state.running.remove(0);
+            if kept.is_empty() {
+                std::mem::swap(&mut kept, &mut frame.used);
+            }
+            kept.append(&mut frame.used);
+            state.over.push(frame);
+        }
+        while state.over.len() > self.in_flight as usize {
+            let old = state.over.remove(0);
+            state.queries.extend(old.timed.into_iter().map(|(queries, _)| queries));
+        }
+        if state.running.last().is_none_or(|last| last.number < number) {
+            state.running.push(Frame { number, used: Vec::new(), timed: Vec::new() });
+        }
+        Ok(kept)
+    }
+
+    /// Queries for a recording of the newest frame. Its passes are set by [`Frames::keep`].
+    fn time(&self, context: &Context) -> Result<vk::QueryPool> {
+        let unused = self.state().queries.pop();
+        let queries = match unused {
+            Some(queries) => queries,
+            None => Queries::new(context.device()).map_err(|r| vk_error("create", "timestamps", r))?,
+        };
+        let handle = queries.handle;
+        if let Some(frame) = self.state().running.last_mut() {
+            frame.timed.push((queries, TimedPasses::default()));
+        }
+        Ok(handle)
+    }
+
+    /// Keeps the recorded commands' resources until the frame is over.
+    pub(in crate::gpu) fn keep(&self, number: u64, queries: vk::QueryPool, recorded: Recorded) {
+        let mut state = self.state();
+        if let Some(frame) = state.running.iter_mut().find(|frame| frame.number == number) {
+            if frame.used.is_empty() {
+                frame.used = recorded.used;
+            } else {
+                frame.used.extend(recorded.used);
+            }
+            if let Some((_, passes)) = frame.timed.iter_mut().find(|(timed, _)| timed.handle == queries) {
+                *passes = recorded.timed;
+            }
+        }
+    }
+
+    /// Keeps a resource that was dropped until the newest frame, which may still use it, is over.
+    pub(in crate::gpu) fn retire(&self, thing: KeepAlive) {
+        if let Some(frame) = self.state().running.last_mut() {
+            frame.used.push(thing);
+        }
+    }
+
+    fn times(&self, number: u64) -> Vec<PassTime> {
+        let state = self.state();
+        let frame = state.running.iter().chain(&state.over).find(|frame| frame.number == number);
+        frame.map(Frame::times).unwrap_or_default()
+    }
+}
+
+impl<'a> Commands<'a> {
+    /// Records into a command buffer of the caller's, on an adopted device. Nothing is submitted and nothing is waited
+    /// for. Later commands in that command buffer, and in those submitted after it, see everything that was recorded
+    /// before these [`Commands`] are dropped.
+    ///
+    /// `frame` counts the caller's frames. It rises; a frame may be recorded in parts, one after the other. By the time that frame `f` is
+    /// recorded, frame `f - frames_in_flight` is over: resources that it alone used are freed here.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where a later frame was recorded before, or memory runs out; [`Error::Refused`] on a device that was
+    /// opened here.
+    ///
+    /// # Safety
+    /// The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a render, and is submitted
+    /// once, on a queue of the family, in the order in which frames and their parts were recorded, before frame `frame` is over. Nothing
+    /// else records into it as long as these [`Commands`] live. Frame `frame - frames_in_flight` is over.
+    pub unsafe fn on(context: &'a Context, buffer: vk::CommandBuffer, frame: u64) -> Result<Self> {
+        if context.shared().queue.is_some() {
+            return Err(Error::Refused("an adopted device: this one has a queue of its own".into()));
+        }
+        let frames = &context.shared().frames;
+        // The resources are freed here, after the lock on the frames is released.
+        let mut used = frames.begin(frame)?;
+        used.clear();
+        let mut handle = vk::QueryPool::null();
+        if context.features().timestamp_valid_bits > 0 {
+            handle = frames.time(context)?;
+            // SAFETY: the command buffer is being recorded, outside a render; no frame that runs uses the pool.
+            unsafe {
+                context.device().cmd_reset_query_pool(buffer, handle, 0, 2 * crate::gpu::profile::times::MAX_PASSES)
+            };
+        }
+        Ok(Self::new(context, buffer, (Owner::Caller, frame), handle, used))
+    }
+
+    /// Ends the recording, as dropping it does.
+    pub fn end(self) {}
+}
+
+impl Context {
+    /// The time of each pass of a frame that is over, on an adopted device. None where the device has no timestamps;
+    /// times are kept for the last `frames_in_flight` frames that are over.
+    pub fn times(&self, frame: u64) -> Vec<PassTime> {
+        self.shared().frames.times(frame)
+    }
+}

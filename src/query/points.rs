@@ -1,0 +1,163 @@
+//! Visibility of lights at lists of points.
+
+use super::colored;
+use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, PassTime, groups, push_struct};
+use crate::shaders;
+use crate::shaders::set;
+use crate::technique::Answer;
+use crate::{Error, Result};
+
+push_struct! {
+    /// Twin: QueryPush in glsl/query/points.comp.
+    struct QueryPush {
+        light: u32,
+        /// The first point that is asked about this light, counted over all points.
+        first: u32,
+        count: u32,
+        /// The number of points that have a normal: all or 0.
+        normals: u32,
+        /// The number of points that have a width: all or 0.
+        areas: u32,
+    }
+}
+
+/// Points that one light is asked about.
+#[derive(Clone, Copy, Debug)]
+pub struct PointBatch<'a> {
+    /// Among the scene's lights.
+    pub light: usize,
+    /// World positions.
+    pub points: &'a [[f32; 3]],
+    /// Empty for points in space. For points on surfaces, one unit normal per point, on the side of the surface whose light is asked for:
+    /// the light's side, or the outside of a closed surface. The normal is 0 where that side faces away from a directional light, so that
+    /// no light reaches it.
+    pub normals: &'a [[f32; 3]],
+}
+
+/// Points on the device, the lights to ask about at each, and a buffer for the answers.
+pub struct Query {
+    context: Context,
+    /// The points that each light is asked about.
+    parts: Vec<QueryPush>,
+    answers: Buffer,
+    bindings: Bindings,
+}
+
+/// Asks one technique for the points of one [`Query`].
+pub struct QueryKernel(Kernel<QueryPush>);
+
+impl Query {
+    /// Uploads world positions; `light` counts the scene's lights.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, light: usize, points: &[[f32; 3]]) -> Result<Self> {
+        Self::of_lights(context, &[PointBatch { light, points, normals: &[] }])
+    }
+
+    /// Like [`Query::new`], for several lights in one pass. All points have a normal, or none has.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where only some points have a normal, else as [`Query::new`].
+    pub fn of_lights(context: &Context, asked: &[PointBatch]) -> Result<Self> {
+        Self::of_areas(context, asked, &[])
+    }
+
+    /// Like [`Query::of_lights`], for squares instead of points. Each square is centred at its point and faces the light; its width is the
+    /// point's number in `sides`, world units. Techniques with levels of detail answer with the mean over the square.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there are sides, and not as many as points, else as [`Query::of_lights`].
+    pub fn of_areas(context: &Context, asked: &[PointBatch], sides: &[f32]) -> Result<Self> {
+        let points: Vec<_> = asked.iter().flat_map(|part| part.points).copied().collect();
+        let normals: Vec<_> = asked.iter().flat_map(|part| part.normals).copied().collect();
+        for (what, count) in [("normals", normals.len()), ("sides", sides.len())] {
+            if count != 0 && count != points.len() {
+                let cause = format!("{count} {what} for {} points", points.len());
+                return Err(Error::input("the query", cause, "give one for each point, or none"));
+            }
+        }
+        let answers = Buffer::new(context, "query.answers", points.len() as u64 * 4, Memory::Device)?;
+        let set = set::Query {
+            points: &Buffer::with_data(context, "query.points", &points)?,
+            answers: &answers,
+            all_normals: &Buffer::with_data(context, "query.normals", &normals)?,
+            sides: &Buffer::with_data(context, "query.sides", sides)?,
+        };
+        let bindings = set.bind(context, "query")?;
+        let (mut first, normals, areas) = (0, normals.len() as u32, sides.len() as u32);
+        let part = |part: &PointBatch| {
+            let push = QueryPush { light: part.light as u32, first, count: part.points.len() as u32, normals, areas };
+            first += push.count;
+            push
+        };
+        let parts = asked.iter().map(part).collect();
+        Ok(Self { context: context.clone(), parts, answers, bindings })
+    }
+
+    /// How many points there are.
+    pub fn points(&self) -> usize {
+        self.parts.iter().map(|part| part.count as usize).sum()
+    }
+
+    /// Makes the kernel that asks `answer`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the driver rejects the shader.
+    pub fn kernel(&self, answer: &Answer) -> Result<QueryKernel> {
+        let shader = shaders::query::POINTS.of(answer.folder);
+        let sets = [&self.bindings, answer.bindings];
+        Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
+    }
+
+    /// Makes the kernel that asks `answer` for light of one color. For this color, the extinction of all casters but meshes is multiplied
+    /// by `extinction` ([`crate::scene::Scene::extinction_ratio`]).
+    ///
+    /// # Errors
+    /// As [`Query::kernel`].
+    pub fn color_kernel(&self, answer: &Answer, extinction: f32) -> Result<QueryKernel> {
+        let constants = colored(answer.constants, [extinction; 3]);
+        self.kernel(&Answer { constants: &constants, ..*answer })
+    }
+
+    /// Asks about all points; the answers stay on the device. Returns the pass's time, where the device has timestamps.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device is lost.
+    pub fn query(&self, kernel: &QueryKernel) -> Result<Option<PassTime>> {
+        let times = self.context.submit(|commands| self.record(commands, kernel))?;
+        Ok(times.into_iter().next())
+    }
+
+    /// Records the pass that asks about all points.
+    pub fn record(&self, commands: &mut Commands, kernel: &QueryKernel) {
+        commands.pass("query.points", |pass| {
+            for part in self.parts.iter().filter(|part| part.count > 0) {
+                let [x, y] = groups(u64::from(part.count).div_ceil(64));
+                pass.dispatch(&kernel.0, part, [x, y, 1]);
+            }
+        });
+    }
+
+    /// The answers on the device, one float per point, in the order of the lights that were passed.
+    pub fn buffer(&self) -> &Buffer {
+        &self.answers
+    }
+
+    /// The answers, one per point, in the order of the lights that were passed.
+    ///
+    /// # Errors
+    /// As [`Query::query`].
+    pub fn answers(&self) -> Result<Vec<f32>> {
+        self.answers.read(self.points())
+    }
+
+    /// Asks `answer` about all points and reads the answers.
+    ///
+    /// # Errors
+    /// As [`Query::kernel`] and [`Query::query`].
+    pub fn ask(&self, answer: &Answer) -> Result<Vec<f32>> {
+        self.query(&self.kernel(answer)?)?;
+        self.answers()
+    }
+}

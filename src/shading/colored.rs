@@ -1,0 +1,42 @@
+//! Smoke and hair that absorb some colors of light more than others, in pictures. Each channel has an opacity of its own, but a target has
+//! only one alpha, so channels are drawn one after the other.
+
+use super::{Renderer, Shading};
+use crate::gpu::{Blend, Constants};
+use crate::query::colored;
+use crate::scene::Scene;
+use crate::shaders::constant;
+use crate::{Error, Result};
+
+impl Renderer {
+    /// Whether casters absorb all colors of light equally.
+    pub(super) fn is_grey(&self) -> bool {
+        self.extinction_ratio == Scene::GREY && self.caster_room == 0
+    }
+
+    /// Says which kinds of casters there may be, so that shaders that draw them leave out the arithmetic of the others.
+    pub(super) fn with_kinds(&self, constants: Constants) -> Constants {
+        constants.set(constant::STRANDS, self.has_strands).set(constant::GAUSSIANS, self.has_packed)
+    }
+
+    /// Blend state and constants of each kernel that draws casters: one kernel for all channels at once, or one per channel.
+    pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
+        let mut constants = self.with_kinds(colored(constants, self.extinction_ratio));
+        if self.is_grey() {
+            return vec![(Blend::Over, constants)];
+        }
+        if self.caster_room > 0 {
+            constants = constants.set(constant::CASTER_ROOM, self.caster_room);
+        }
+        (0..3).map(|channel| (Blend::OverChannel(channel), constants.clone().set(constant::CHANNEL, channel))).collect()
+    }
+
+    /// Refuses tiled shading where smoke has a color.
+    pub(super) fn check_colored(&self, shading: Shading) -> Result<()> {
+        match shading {
+            Shading::Tiled(_) if !self.is_grey() => Err(Error::Refused("shading=forward, deferred, interleaved or reservoir: tiled keeps one bit of a light, and smoke of this scene has a color"
+                    .into())),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! The mesh surface at each pixel of a picture. One pass draws the number of the nearest triangle; a second finds albedo, normal and depth
+//! from that number, once per pixel however many triangles overlap. Source: Burns and Hunt 2013, The visibility buffer. Twin:
+//! reference::twin::gbuffer.
+
+use super::display::Smooth;
+use super::{PainterKind, Renderer};
+use crate::Result;
+use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target};
+use crate::maps::SeenTriangles;
+use crate::shaders::constant::SEEN_BY_COMPUTE;
+use crate::shaders::{set, shading as shaders};
+use crate::world::CameraPush;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// Pixels per side of a workgroup.
+const BLOCK: u32 = 8;
+
+/// The number of the triangle that each pixel sees.
+enum Visible {
+    /// In an image, counted from 1; 0 where there is sky.
+    Drawn(Image, Kernel<CameraPush>),
+    Computed(Rc<RefCell<SeenTriangles>>),
+}
+
+/// Finds the surface at each pixel, in two passes.
+pub(super) struct GBuffer {
+    size: [u32; 2],
+    visible: Visible,
+    gbuffer: Kernel<CameraPush>,
+    /// Replaces flat normals by smooth ones, in pictures for people to look at only.
+    smooth: Option<Smooth>,
+}
+
+impl GBuffer {
+    pub(super) fn new(renderer: &Renderer) -> Result<Self> {
+        let (context, scene, size) = (&renderer.context, &renderer.scene, renderer.color.size());
+        let is_computed = renderer.painter_kind() == PainterKind::Compute;
+        // What is not used stays bound to something.
+        let sides = if is_computed { [1, 1] } else { size };
+        let numbers = Image::new(context, "picture.numbers", Format::R32_UINT, sides, ImageUse::Color)?;
+        let (visible, pixels) = if is_computed {
+            let seen = renderer.seen_triangles()?;
+            let pixels = seen.borrow().pixels.clone();
+            (Visible::Computed(seen), pixels)
+        } else {
+            let state = Graphics {
+                vertex: &shaders::VISIBLE_VERT,
+                fragment: &shaders::VISIBLE_FRAG,
+                colors: &[(Format::R32_UINT, Blend::None)],
+                depth: Some(Format::D32_SFLOAT),
+            };
+            let kernel = Kernel::graphics(context, &state, &[scene], &Constants::new())?;
+            (Visible::Drawn(numbers.clone(), kernel), renderer.lights.clone())
+        };
+        let seen = set::PictureSeen {
+            numbers: &numbers,
+            albedos: &renderer.albedo,
+            normals: &renderer.normal,
+            distances: &renderer.distance,
+            seen: &pixels,
+        };
+        let seen = seen.bind(context, "picture.seen")?;
+        let constants = Constants::new().set(SEEN_BY_COMPUTE, is_computed);
+        let gbuffer = Kernel::compute(context, &shaders::GBUFFER, &[scene, &seen], &constants)?;
+        let corners = renderer.shown.as_ref().and_then(|shown| shown.normals.as_ref());
+        let smooth = corners.map(|corners| Smooth::new(renderer, (&numbers, corners), &pixels, &constants));
+        Ok(Self { size, visible, gbuffer, smooth: smooth.transpose()? })
+    }
+
+    /// The number of each pixel's triangle, counted from 1, row by row; 0 where there is sky.
+    pub(super) fn numbers(&self) -> Result<Vec<u32>> {
+        match &self.visible {
+            Visible::Drawn(numbers, _) => numbers.read(),
+            Visible::Computed(seen) => seen.borrow().numbers(),
+        }
+    }
+
+    /// Records both passes.
+    pub(super) fn record(&self, commands: &mut Commands, renderer: &Renderer) {
+        let push = CameraPush::of(&renderer.camera);
+        match &self.visible {
+            Visible::Drawn(numbers, kernel) => Self::visible(commands, renderer, (numbers, kernel), &push),
+            Visible::Computed(seen) => seen.borrow().record(commands, renderer.triangle_vertices / 3),
+        }
+        self.gbuffer(commands, &push);
+        if let Some(smooth) = &self.smooth {
+            smooth.record(commands, &push);
+        }
+    }
+
+    fn visible(
+        commands: &mut Commands,
+        renderer: &Renderer,
+        (numbers, kernel): (&Image, &Kernel<CameraPush>),
+        push: &CameraPush,
+    ) {
+        commands.pass("shading.visible", |pass| {
+            let targets = [Target { image: numbers, clear: Some([0.0; 4]) }];
+            let depth = Target { image: &renderer.depth, clear: Some([1.0; 4]) };
+            pass.render(numbers.size(), &targets, Some(depth), |draw| {
+                draw.draw(kernel, push, renderer.triangle_vertices, 1);
+            });
+        });
+    }
+
+    fn gbuffer(&self, commands: &mut Commands, push: &CameraPush) {
+        let [x, y] = self.size.map(|side| side.div_ceil(BLOCK));
+        commands.pass("shading.gbuffer", |pass| pass.dispatch(&self.gbuffer, push, [x, y, 1]));
+    }
+}

@@ -1,0 +1,45 @@
+//! Pictures: casters, volumes and meshes as a technique lights them, painted by compute passes or drawn; many lights in tiles, a part of them
+//! per pixel, or one per pixel; fog. Shading knows only the [`crate::technique::Answer`], never which technique it comes from.
+
+mod blending;
+mod chunked_draw;
+mod colored;
+mod display;
+mod far_to_near;
+mod fog;
+mod gbuffer;
+mod half;
+mod half_angle_draw;
+mod interleaved;
+mod kernels;
+mod lighting;
+pub mod many_lights;
+mod mesh_shading;
+mod painter;
+mod passes;
+mod picture;
+mod pictures;
+mod points;
+mod readback;
+mod reservoir;
+mod settings;
+mod steps;
+mod volumes;
+
+pub use display::Tonemapped;
+pub use far_to_near::FarToNear;
+pub use fog::FogKernel;
+pub use interleaved::PartReadback;
+pub use kernels::Kernels;
+pub use lighting::{Lighting, VERTEX_SPACING};
+pub use mesh_shading::{Shading, Tiled};
+pub use painter::{ListReadback, PaintTotals, PartData, PatchData};
+pub use picture::Renderer;
+pub use pictures::Pictures;
+pub use points::{Colors, Points};
+pub use reservoir::ReservoirData;
+pub use settings::{
+    DitherKind, KEYS, LightingKind, PainterKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs,
+};
+pub use steps::StepsKernel;
+pub use volumes::{FieldData, SlotData};

@@ -1,0 +1,81 @@
+//! The image that compute passes paint into, in 32-bit floats. That is the picture itself, where the device can blend into it. Elsewhere
+//! the picture has half floats, so that what was drawn is copied to an image of floats, and what was painted back.
+
+use crate::Result;
+use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, ImageUse, Kernel};
+use crate::shaders::{painter as shaders, set};
+use crate::shading::Renderer;
+use std::rc::Rc;
+
+/// Pixels per side of a workgroup.
+const BLOCK: u32 = 8;
+
+/// The image, and the z of the meshes before which is painted.
+pub(in crate::shading) struct Canvas {
+    pub(in crate::shading) bindings: Bindings,
+    /// The image.
+    pub(super) colors: Image,
+    copies: Option<Copies>,
+    size: [u32; 2],
+}
+
+/// Copies between half floats and floats.
+struct Copies {
+    floats: Image,
+    widen: Kernel,
+    narrow: Kernel,
+}
+
+impl Copies {
+    fn new(context: &Context, color: &Image) -> Result<Self> {
+        let format = Format::R32G32B32A32_SFLOAT;
+        let floats = Image::new(context, "picture.floats", format, color.size(), ImageUse::Storage)?;
+        let widening = set::PainterWidened { halves: color, floats: &floats }.bind(context, "painter.widened")?;
+        let narrowing = set::PainterNarrowed { floats: &floats, halves: color }.bind(context, "painter.narrowed")?;
+        let kernel = |shader, set| Kernel::compute(context, shader, &[set], &Constants::new());
+        Ok(Self { widen: kernel(&shaders::WIDEN, &widening)?, narrow: kernel(&shaders::NARROW, &narrowing)?, floats })
+    }
+}
+
+impl Canvas {
+    fn new(renderer: &Renderer) -> Result<Self> {
+        let (context, color) = (&renderer.context, &renderer.color);
+        let has_halves = renderer.color_format != Format::R32G32B32A32_SFLOAT;
+        let copies = if has_halves { Some(Copies::new(context, color)?) } else { None };
+        let colors = copies.as_ref().map_or(color, |copies| &copies.floats);
+        let bindings =
+            set::PainterPicture { distances: &renderer.distance, colors }.bind(context, "painter.picture")?;
+        Ok(Self { bindings, colors: colors.clone(), copies, size: color.size() })
+    }
+
+    /// A dispatch with a thread per pixel, 8 × 8 to a workgroup.
+    pub(in crate::shading) fn groups(&self) -> [u32; 3] {
+        let [x, y] = self.size.map(|side| side.div_ceil(BLOCK));
+        [x, y, 1]
+    }
+
+    /// Takes over what was drawn.
+    pub(in crate::shading) fn begin(&self, commands: &mut Commands) {
+        let Some(copies) = &self.copies else { return };
+        commands.pass("painter.widen", |pass| pass.dispatch(&copies.widen, &(), self.groups()));
+    }
+
+    /// Hands over what was painted.
+    pub(in crate::shading) fn end(&self, commands: &mut Commands) {
+        let Some(copies) = &self.copies else { return };
+        commands.pass("painter.narrow", |pass| pass.dispatch(&copies.narrow, &(), self.groups()));
+    }
+}
+
+impl Renderer {
+    /// The canvas that all kernels of this renderer share.
+    pub(in crate::shading) fn canvas(&self) -> Result<Rc<Canvas>> {
+        let mut kept = self.canvas.borrow_mut();
+        if let Some(canvas) = &*kept {
+            return Ok(canvas.clone());
+        }
+        let canvas = Rc::new(Canvas::new(self)?);
+        *kept = Some(canvas.clone());
+        Ok(canvas)
+    }
+}
