@@ -1,5 +1,5 @@
 #![no_main]
-#[path = "../../tests/fuzz/bodies.rs"]
+#[path = "../../tests/host/fuzz/bodies/mod.rs"]
 mod bodies;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

@@ -172,7 +172,7 @@ fn community_files() {
         } else {
             assert!(
                 new == text,
-                "GOBO_WRITE_TABLES=1 cargo test --release --test compare community writes it anew:\n{table}"
+                "GOBO_WRITE_TABLES=1 cargo test --release --test program community writes it anew:\n{table}"
             );
         }
     });

@@ -1,6 +1,6 @@
 //! Pictures of the documentation, made again by the command that stands beside them. All of them are written anew by
 //!
-//!     GOBO_WRITE_PICTURES=1 cargo test --release --test compare figures
+//!     GOBO_WRITE_PICTURES=1 cargo test --release --test program figures
 //!
 //! With `GOBO_WRITE_PICTURES=fog,hair.png` those whose names begin so.
 

@@ -1,4 +1,4 @@
-//! `gobo render --steps`: each pixel's color is its count. That counts are the twin's stands in tests/voxelized/steps.rs.
+//! `gobo render --steps`: each pixel's color is its count. That counts are the twin's stands in tests/world_space/voxelized/steps.rs.
 
 use super::rgb8;
 use crate::support::{all, gpu_test_needing, opened, spec};

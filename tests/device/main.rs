@@ -1,0 +1,12 @@
+//! The device, the world on it, what engines take along, and all techniques against the reference.
+
+#![cfg(feature = "program")]
+
+mod accuracy;
+mod glsl;
+mod gpu;
+mod settings;
+mod simulate;
+#[path = "../support/mod.rs"]
+mod support;
+mod world;

@@ -1,0 +1,123 @@
+//! Files: whatever bytes, they are a scene whose numbers are valid, or an error of one line that names the file.
+
+use super::assert_one_line;
+use super::memory::bounded;
+use super::valid::assert_valid;
+use gobo::scene::Scene;
+
+/// What glTF files may name.
+const LEAF: &[(&str, &[u8])] = &[("leaf.bin", include_bytes!("../../../../fuzz/seeds/gltf/leaf.bin"))];
+
+/// What scene files may name.
+const BESIDE: &[(&str, &[u8])] = &[
+    ("smoke.ply", include_bytes!("../../../../fuzz/seeds/ply/ok-particles-ascii.ply")),
+    ("ground.ply", include_bytes!("../../../../fuzz/seeds/ply/ok-mesh-ascii.ply")),
+    ("lit.glb", include_bytes!("../../../../fuzz/seeds/gltf/ok-lights-and-camera.gltf")),
+    ("garden.splat", include_bytes!("../../../../fuzz/seeds/splat/ok-two.splat")),
+    ("cloud.nrrd", include_bytes!("../../../../fuzz/seeds/nrrd/ok-bytes.nrrd")),
+    ("fog.vdb", include_bytes!("../../../../fuzz/seeds/vdb/ok-plain.vdb")),
+    ("head.hair", include_bytes!("../../../../fuzz/seeds/hair/ok-defaults.hair")),
+];
+
+/// How a scene file names it in such a table.
+fn placing(table: &str, name: &str) -> String {
+    format!(
+        "[[{table}]]\nfile = \"{name}\"\nscale = 2.0\ntranslate = [0, 0, 1]\n\
+        [light]\nkind = \"directional\"\ndirection = [0, 0, -1]\n\
+        [camera]\nposition = [3, 0, 0]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\nfov_y_degrees = 40\n"
+    )
+}
+
+/// A file by itself; where it is a scene, then in a scene file too, which may refuse what is too large once it is placed.
+fn alone_and_placed(name: &str, bytes: &[u8], tables: &[&str]) -> bool {
+    let is_scene = load(name, bytes, LEAF);
+    for table in tables.iter().filter(|_| is_scene) {
+        load("scene.toml", placing(table, name).as_bytes(), &[LEAF, &[(name, bytes)]].concat());
+    }
+    is_scene
+}
+
+/// A file of that name, with what stands beside in its folder.
+fn load(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) -> bool {
+    load_and_more(name, bytes, beside, 0)
+}
+
+/// The same, with memory for so many bytes more.
+fn load_and_more(name: &str, bytes: &[u8], beside: &[(&str, &[u8])], more: usize) -> bool {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");
+    beside.iter().for_each(|(name, bytes)| write(name, bytes));
+    write(name, bytes);
+    let path = folder.path().join(name);
+    let input_bytes = more + bytes.len() + beside.iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    match bounded(input_bytes, || Scene::load(path.to_str().expect("UTF-8"), 0.0)) {
+        Ok(scene) => assert_valid(&scene),
+        Err(error) => {
+            assert_one_line(&error, &folder.path().to_string_lossy());
+            return false;
+        }
+    }
+    true
+}
+
+/// Particles, splats and meshes.
+pub fn ply(bytes: &[u8]) -> bool {
+    alone_and_placed("input.ply", bytes, &["particles", "splats", "meshes"])
+}
+
+/// HAIR files.
+pub fn hair(bytes: &[u8]) -> bool {
+    alone_and_placed("input.hair", bytes, &["hair"])
+}
+
+/// Splats of 32 bytes.
+pub fn splat(bytes: &[u8]) -> bool {
+    alone_and_placed("input.splat", bytes, &["splats"])
+}
+
+/// Splats that are packed and zipped.
+pub fn spz(bytes: &[u8]) -> bool {
+    alone_and_placed("input.spz", bytes, &["splats"])
+}
+
+/// Grids with a header.
+pub fn nrrd(bytes: &[u8]) -> bool {
+    alone_and_placed("input.nrrd", bytes, &["volumes"])
+}
+
+/// Sparse grids. Their tiles of one value stand for as much as a field has room for, however few bytes they are: as many more of input.
+pub fn vdb(bytes: &[u8]) -> bool {
+    load_and_more("input.vdb", bytes, &[], 2 << 20)
+        && load_and_more("scene.toml", placing("volumes", "input.vdb").as_bytes(), &[("input.vdb", bytes)], 2 << 20)
+}
+
+/// What names a grid beside; not what could name a file elsewhere.
+pub fn volume(bytes: &[u8]) -> bool {
+    if bytes.iter().any(|byte| matches!(byte, b'/' | b'\\')) {
+        return false;
+    }
+    load("input.volume", bytes, &[("grid.raw", &[0, 1, 2, 4, 8, 16, 32, 64, 128, 255, 0, 0])])
+}
+
+/// TressFX files.
+pub fn tressfx(bytes: &[u8]) -> bool {
+    alone_and_placed("input.tfx", bytes, &["hair"])
+}
+
+/// glTF, text or binary. Names that lead out of the folder are not tried: a string that begins with a slash, `..`, and
+/// whatever could spell them.
+pub fn gltf(bytes: &[u8]) -> bool {
+    let has = |what: &[u8]| bytes.windows(what.len()).any(|window| window == what);
+    if has(b"\"/") || has(b"..") || has(b"\\") || has(b"%") {
+        return false;
+    }
+    alone_and_placed("input.gltf", bytes, &["meshes"])
+}
+
+/// Scene files, with other files beside; not those that could name others.
+pub fn scene(bytes: &[u8]) -> bool {
+    if bytes.iter().any(|byte| matches!(byte, b'/' | b'\\')) {
+        return false;
+    }
+    load("input.toml", bytes, BESIDE)
+}

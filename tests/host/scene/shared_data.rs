@@ -1,0 +1,121 @@
+//! The project's own data, where it is there.
+
+use crate::scene::*;
+use crate::support::shared_data;
+use glam::DVec3;
+use gobo::scene::{Particle, Scene, Side, sides};
+
+#[test]
+fn shared_scenes_load() {
+    let Some(folder) = shared_data("shared_scenes_load") else { return };
+    for (file, count) in [("plume_8k", 8_192), ("plume_64k", 65_536)] {
+        let scene = load(&folder.join(file).with_extension("toml")).expect("a scene of the project");
+        assert_eq!((scene.name.as_str(), scene.particles.len()), (file, count));
+        assert!(scene.particles.iter().all(|particle| particle.position[2] < 121.0));
+    }
+}
+
+#[test]
+fn shared_meshes_load() {
+    let Some(folder) = shared_data("shared_meshes_load") else { return };
+    for (file, vertices, triangles) in [("bunny.ply", 35_947, 69_451), ("terrain.gltf", 10_404, 5_202)] {
+        let path = folder.join(file);
+        let scene = scene_file(&format!("[[meshes]]\nfile = {path:?}\n{LIGHT}{CAMERA}")).expect("a mesh");
+        assert_eq!((scene.meshes[0].positions.len(), scene.meshes[0].triangles.len()), (vertices, triangles));
+    }
+}
+
+/// Houses are closed, one by one, although they stand in each other; leaves and, unless it says so, the ground are open.
+#[test]
+fn shared_houses_are_closed() {
+    let Some(folder) = shared_data("shared_houses_are_closed") else { return };
+    let sides_of = |file: &str| sides(&load(&folder.join(file)).expect("a mesh of the project").meshes[0]);
+    let houses = sides_of("houses.ply");
+    // A box with a pitched roof: 16 triangles.
+    assert_eq!(houses, [Side::Outward; 400 * 16]);
+    for open in ["leaves.ply", "ground.ply"] {
+        let found = sides_of(open);
+        assert!(found.len() > 10_000 && found.iter().all(|side| *side == Side::Open), "{open}");
+    }
+    for file in ["houses.toml", "leaves.toml"] {
+        let scene = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(file)).expect("a scene");
+        let solid: Vec<_> = scene.meshes.iter().map(|mesh| (mesh.name.as_str(), mesh.solid)).collect();
+        assert_eq!(solid[..2], [("ground", true), ("houses", false)]);
+        assert!(sides(&scene.meshes[0]).iter().all(|side| *side == Side::Outward));
+    }
+}
+
+/// What is built in is what the data says: the smoke, the ground and the houses are its bytes, leaves are as many, the
+/// terrain has its heights, and hairs are rounded to a hundredth of a segment.
+#[test]
+fn built_in_scenes_are_those_of_the_data() {
+    let Some(folder) = shared_data("built_in_scenes_are_those_of_the_data") else { return };
+    let built_in = |name: &str| Scene::load(name, 0.0).expect("built in");
+    assert!(built_in("plume_8k") == load(&folder.join("plume_8k.toml")).expect("a scene"));
+    let own = |name: &str| load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)).expect("a scene");
+    assert!(built_in("houses") == own("houses.toml"));
+    assert!(built_in("shafts") == own("shafts.toml"));
+    let (leaves, real) = (built_in("leaves"), own("leaves.toml"));
+    assert!(leaves.meshes[..2] == real.meshes[..2] && leaves.camera == real.camera);
+    assert_eq!(leaves.meshes[2].triangles, real.meshes[2].triangles);
+    let area = |scene: &Scene| {
+        let corner = |i: u32| DVec3::from(scene.meshes[2].positions[i as usize].map(f64::from));
+        let of = |t: &[u32; 3]| (corner(t[1]) - corner(t[0])).cross(corner(t[2]) - corner(t[0])).length() * 0.5;
+        scene.meshes[2].triangles.iter().map(of).sum::<f64>()
+    };
+    assert!((area(&leaves) / area(&real) - 1.0).abs() < 0.05, "{} and {}", area(&leaves), area(&real));
+
+    // As many dark particles, in the same place.
+    let (parts, real) =
+        (built_in("plume_64k").particles, load(&folder.join("plume_64k.toml")).expect("a scene").particles);
+    assert_eq!(parts.len(), real.len());
+    let moments = |all: &[Particle]| {
+        let dark = |p: &Particle| f64::from(p.radius).powi(3) * f64::from(p.extinction);
+        let total: f64 = all.iter().map(dark).sum();
+        let moment = |power| {
+            [0, 1, 2]
+                .map(|axis| all.iter().map(|p| dark(p) * f64::from(p.position[axis]).powi(power)).sum::<f64>() / total)
+        };
+        (total, moment(1), moment(2))
+    };
+    let ((total, first, second), (real_total, real_first, real_second)) = (moments(&parts), moments(&real));
+    assert!((total / real_total - 1.0).abs() < 1e-3, "{total} and {real_total}");
+    for axis in 0..3 {
+        assert!((first[axis] / real_first[axis] - 1.0).abs() < 0.02, "{first:?} and {real_first:?}");
+        assert!((second[axis] / real_second[axis] - 1.0).abs() < 0.03, "{second:?} and {real_second:?}");
+    }
+
+    let (terrain, real) = (built_in("terrain"), load(&folder.join("terrain.gltf")).expect("a scene"));
+    let corners = |scene: &Scene| {
+        let mesh = &scene.meshes[0];
+        let place = |i: u32| mesh.positions[i as usize].map(|along| (f64::from(along) * 1e5).round() as i64);
+        let mut all: Vec<_> = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(place))
+            .map(|mut t| {
+                let least = (0..3).min_by_key(|i| t[*i]).expect("three");
+                t.rotate_left(least);
+                t
+            })
+            .collect();
+        all.sort_unstable();
+        all
+    };
+    assert_eq!(corners(&terrain).len(), 5_202);
+    let apart = corners(&terrain)
+        .iter()
+        .flatten()
+        .flatten()
+        .zip(corners(&real).iter().flatten().flatten())
+        .map(|(a, b)| (a - b).abs())
+        .max();
+    assert!(apart.is_some_and(|apart| apart <= 1), "{apart:?} of 1e-5");
+
+    let (mohawk, real) = (built_in("mohawk"), load(&folder.join("mohawk.tfx")).expect("a scene"));
+    assert_eq!(mohawk.strands.len(), real.strands.len());
+    for (a, b) in mohawk.strands.iter().zip(&real.strands) {
+        let off = (DVec3::from(a.start.map(f64::from)) - DVec3::from(b.start.map(f64::from))).length();
+        assert!(off < 1e-4 && (a.radius / b.radius - 1.0).abs() < 1e-3 && a.opacity == b.opacity, "{a:?} and {b:?}");
+    }
+}

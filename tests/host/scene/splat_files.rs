@@ -1,0 +1,227 @@
+//! Splat files: what loads, and what is refused. Files are written here as their formats say, number by number.
+
+use crate::scene::*;
+use flate2::{Compression, write::GzEncoder};
+use glam::{DQuat, DVec3};
+use gobo::scene::{Caster, Splat};
+use std::f64::consts::LN_2;
+use std::io::Write;
+
+const OPEN: [&str; 14] = [
+    "x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2",
+    "rot_3",
+];
+
+/// A splat at (1, 2, 3), 0.5, 0.25 and 0.125 wide, opaque by 3/4, a quarter turn about x, red and dark.
+const ROW: [f64; 14] = [
+    1.0,
+    2.0,
+    3.0,
+    1.772_453_85,
+    0.0,
+    -1.772_453_85,
+    1.098_612_289,
+    -LN_2,
+    -2.0 * LN_2,
+    -3.0 * LN_2,
+    3.0,
+    3.0,
+    0.0,
+    0.0,
+];
+
+fn splats(name: &str, bytes: &[u8]) -> gobo::Result<Vec<Splat>> {
+    Ok(load_caster("splats", name, bytes, "")?.splats)
+}
+
+/// Whether it is the splat of [`ROW`], up to `bits` of rounding.
+#[track_caller]
+fn is_it(found: &Splat, rounding: f32) {
+    let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= rounding);
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    assert!(near(&found.position, &[1.0, 2.0, 3.0]), "{found:?}");
+    assert!(near(&found.deviations, &[0.5, 0.25, 0.125]), "{found:?}");
+    assert!(near(&found.rotation, &[half, 0.0, 0.0, half]), "{found:?}");
+    assert!(near(&found.color, &[1.0, 0.5, 0.0]) && (found.opacity - 0.75).abs() <= rounding, "{found:?}");
+}
+
+fn splat(position: [f32; 3], deviations: [f32; 3], color: [u8; 4], turn: [u8; 4]) -> Vec<u8> {
+    let floats = position.into_iter().chain(deviations).flat_map(f32::to_le_bytes);
+    floats.chain(color).chain(turn).collect()
+}
+
+fn spz(version: u32, count: u32, arrays: &[u8]) -> Vec<u8> {
+    let mut bytes: Vec<u8> = [0x5053_474e, version, count].into_iter().flat_map(u32::to_le_bytes).collect();
+    bytes.extend([0, 12, 0, 0]);
+    bytes.extend(arrays);
+    let mut gzip = GzEncoder::new(Vec::new(), Compression::default());
+    gzip.write_all(&bytes).expect("into memory");
+    gzip.finish().expect("into memory")
+}
+
+/// The arrays of one splat with this rotation: positions in 4096ths, logarithms of scales in 16ths from −10.
+fn arrays(turn: &[u8]) -> Vec<u8> {
+    let places = [1i32, 2, 3].into_iter().flat_map(|x| (x << 12).to_le_bytes().into_iter().take(3));
+    let scales = [149, 138, 127];
+    places.chain([191]).chain([255, 128, 0]).chain(scales).chain(turn.iter().copied()).collect()
+}
+
+#[test]
+fn every_format_holds_the_same_splat() {
+    for order in [Order::Little, Order::Big] {
+        is_it(&splats("a.ply", &binary_ply(order, "float", &OPEN, &[ROW])).expect("binary")[0], 1e-6);
+    }
+    is_it(&splats("a.ply", &ascii_ply(&OPEN, &[ROW, ROW])).expect("ASCII")[1], 1e-6);
+
+    let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [219, 219, 128, 128]);
+    is_it(&splats("a.splat", &row.repeat(3)).expect("three")[2], 4e-3);
+
+    // 127.5 · (1 + 1/√2) = 217.7; w follows from the others.
+    is_it(&splats("a.spz", &spz(2, 1, &arrays(&[218, 128, 128]))).expect("version 2")[0], 1e-2);
+    // The greatest is w, 3; x is 511 of 511, y and z nothing.
+    let turn = (3u32 << 30 | 511 << 20).to_le_bytes();
+    is_it(&splats("a.spz", &spz(3, 1, &arrays(&turn))).expect("version 3")[0], 1e-2);
+    // x again, below 0, and so is the whole quaternion: w is −1/√2 then, which is the same turn the other way round.
+    let turn = (3u32 << 30 | 1023 << 20).to_le_bytes();
+    let other = splats("a.spz", &spz(3, 1, &arrays(&turn))).expect("version 3")[0];
+    assert!(other.rotation[0] < -0.7 && other.rotation[3] > 0.7, "{other:?}");
+}
+
+/// 257 splats in two chunks, each from 0 to 1, 2, 3, …; the last one is all ones.
+#[test]
+fn compressed_splats_stand_between_the_bounds_of_their_chunk() {
+    let bounds =
+        ["min", "max"].map(|end| ["x", "y", "z"].map(|axis| format!("property float {end}_{axis}\n")).concat());
+    let scales =
+        ["min", "max"].map(|end| ["x", "y", "z"].map(|axis| format!("property float {end}_scale_{axis}\n")).concat());
+    let words =
+        ["position", "rotation", "scale", "color"].map(|word| format!("property uint packed_{word}\n")).concat();
+    let file = |chunks: usize, splats: usize| {
+        let mut text = format!(
+            "ply\nformat ascii 1.0\nelement chunk {chunks}\n{}{}{}{}element vertex {splats}\n{words}end_header\n",
+            bounds[0], bounds[1], scales[0], scales[1]
+        );
+        for chunk in 0..chunks {
+            let high = chunk as f32 + 1.0;
+            text += &format!("0 0 0 {high} {} {} -2 -2 -2 -1 -1 -1\n", 2.0 * high, 3.0 * high);
+        }
+        for splat in 0..splats {
+            // The greatest of w, x, y, z is the first: 512 of 1023 is 0 for the others, but for rounding.
+            let turn = 512u32 << 20 | 512 << 10 | 512;
+            text += &if splat == 256 {
+                format!("{} {turn} {} {}\n", u32::MAX, u32::MAX, 0xFF80_00C0u32)
+            } else {
+                format!("{} {turn} 0 {}\n", 1023u32 << 11, 0x8080_8080u32)
+            };
+        }
+        text.into_bytes()
+    };
+    let found = splats("a.ply", &file(2, 257)).expect("two chunks");
+    let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+    assert!(
+        close(found[0].position, [0.0, 2.0, 0.0]) && close(found[0].deviations, [(-2f32).exp(); 3]),
+        "{:?}",
+        found[0]
+    );
+    assert!(close(found[256].position, [2.0, 4.0, 6.0]), "{:?}", found[256]);
+    assert!(close(found[256].deviations, [(-1f32).exp(); 3]) && close(found[256].color, [1.0, 128.0 / 255.0, 0.0]));
+    assert!((found[256].opacity - 192.0 / 255.0).abs() < 1e-6 && found[256].rotation[3] > 0.999, "{:?}", found[256]);
+    message(splats("a.ply", &file(1, 257)), "a.ply", "fewer than one for each 256");
+}
+
+#[test]
+fn broken_splats_are_refused_by_number() {
+    for (column, value, word) in [
+        (0, f64::NAN, "position"),
+        (1, 1e30, "position"),
+        (6, f64::NAN, "opacity"),
+        (7, f64::NAN, "deviations"),
+        (8, 200.0, "deviations"),
+        (9, -200.0, "deviations"),
+        (3, f64::INFINITY, "color"),
+        (10, f64::NAN, "quaternion"),
+    ] {
+        let mut row = ROW;
+        row[column] = value;
+        let bytes = binary_ply(Order::Little, "double", &OPEN, &[ROW, row]);
+        let said = message(splats("a.ply", &bytes), "a.ply", "splat 1 (the first is 0)");
+        assert!(said.contains(word), "{said}");
+    }
+    let mut row = ROW;
+    row[10..].fill(0.0);
+    message(splats("a.ply", &binary_ply(Order::Little, "float", &OPEN, &[row])), "a.ply", "no quaternion");
+    let mut fields = OPEN;
+    fields[13] = "turn";
+    message(splats("a.ply", &binary_ply(Order::Little, "float", &fields, &[ROW])), "a.ply", "rot_3");
+    let bytes = binary_ply(Order::Little, "float", &OPEN, &[ROW, ROW]);
+    message(splats("a.ply", &bytes[..bytes.len() - 1]), "a.ply", "truncated");
+
+    let row = splat([1.0; 3], [0.5; 3], [255; 4], [255; 4]);
+    message(splats("a.splat", &row[..31]), "a.splat", "truncated");
+    message(splats("a.splat", &splat([1.0; 3], [0.5; 3], [255; 4], [128; 4])), "a.splat", "no quaternion");
+    message(splats("a.splat", &splat([f32::NAN; 3], [0.5; 3], [255; 4], [255; 4])), "a.splat", "position");
+    message(splats("a.splat", &splat([1.0; 3], [0.5, 0.0, 0.5], [255; 4], [255; 4])), "a.splat", "deviations");
+
+    let good = arrays(&[218, 128, 128]);
+    message(splats("a.spz", &spz(4, 1, &good)), "a.spz", "version 4");
+    message(splats("a.spz", &spz(2, 2, &good)), "a.spz", "truncated: 19 of 38 bytes");
+    message(splats("a.spz", b"PK not gzip"), "a.spz", "no gzip");
+    let whole = spz(2, 1, &good);
+    message(splats("a.spz", &whole[..whole.len() / 2]), "a.spz", "gzip");
+    // All splats are there, but not the sum that proves them.
+    message(splats("a.spz", &whole[..whole.len() - 5]), "a.spz", "no whole gzip");
+    // Version 4 has no gzip about its header.
+    message(splats("a.spz", b"NGSP\x04\0\0\0\x08\0\0\0"), "a.spz", "version 4 is not read; save it as version 3");
+    message(splats("a.ksplat", &row), "a.ksplat", "unknown kind of splat file");
+}
+
+/// What a header promises is not believed, and what deflate makes of little is not taken.
+#[test]
+fn no_file_takes_more_than_it_accounts_for() {
+    message(splats("a.spz", &spz(2, u32::MAX, &arrays(&[218, 128, 128]))), "a.spz", "64 times as many bytes");
+    message(splats("a.spz", &spz(2, 1_000_000, &vec![0; 19_000_000])), "a.spz", "64 times as many bytes");
+    let text = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n{}end_header\n",
+        OPEN.map(|name| format!("property float {name}\n")).concat()
+    );
+    message(splats("a.ply", text.as_bytes()), "a.ply", "truncated");
+}
+
+/// By itself, a file of splats is a scene; placed, it is so much larger, and as dark.
+#[test]
+fn splats_are_placed() {
+    let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [219, 219, 128, 128]);
+    let scene = load_caster("splats", "a.splat", &row, "scale = 2.0\ntranslate = [0.0, 0.0, 1.0]").expect("placed");
+    let placed = scene.splats[0];
+    assert_eq!((placed.position, placed.deviations), ([2.0, 4.0, 7.0], [1.0, 0.5, 0.25]));
+    let alone = splats("a.splat", &row).expect("as it stands")[0];
+    let depth = |g: &Splat| Caster::from(g).density * g.deviations[2];
+    assert!((depth(&placed) - depth(&alone)).abs() < 1e-6);
+
+    // A turned splat has the same exponent at turned points: what is there at x is at R x.
+    let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [200, 150, 90, 140]);
+    let alone = splats("a.splat", &row).expect("as it stands")[0];
+    let turned = load_caster("splats", "a.splat", &row, "rotate = [1.0, 2.0, -1.0, 70.0]").expect("turned").splats[0];
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 70_f64.to_radians());
+    let exponent = |g: &Splat, x: DVec3| {
+        let away = x - DVec3::from_array(g.position.map(f64::from));
+        let own = DQuat::from_array(g.rotation.map(f64::from)).conjugate() * away;
+        (own / DVec3::from_array(g.deviations.map(f64::from))).length_squared()
+    };
+    for x in [DVec3::new(1.2, 2.0, 3.1), DVec3::new(0.9, 2.3, 2.8), DVec3::new(1.0, 1.8, 3.2)] {
+        let (before, after) = (exponent(&alone, x), exponent(&turned, turn * x));
+        assert!((before - after).abs() < 1e-4 * before, "{before} {after}");
+    }
+
+    let folder = TempDir::new().expect("a folder");
+    for (name, bytes) in [
+        ("a.splat", row.clone()),
+        ("a.ply", binary_ply(Order::Little, "float", &OPEN, &[ROW])),
+        ("a.spz", spz(2, 1, &arrays(&[218, 128, 128]))),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("written");
+        let scene = load(&path).expect(name);
+        assert_eq!((scene.splats.len(), scene.casters().len(), scene.lights.len()), (1, 1, 1), "{name}");
+    }
+}

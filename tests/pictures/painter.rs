@@ -1,0 +1,398 @@
+//! Pictures made by compute passes: beside the rasterizer's, their lists beside a twin and the truth, and where lists are too short.
+
+use crate::support::{all, built, gpu_test, ran, scenes, skipped, some, spec, those_that_run};
+use glam::{DVec2, DVec3};
+use gobo::gpu::Context;
+use gobo::reference::twin::painter::{lists, parts};
+use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show, Splat, View};
+use gobo::shading::{Lighting, PainterKind, Pictures, Renderer, Shading, Tiled};
+use gobo::technique::{Entry, REGISTRY, Technique, open};
+use gobo::world::World;
+use gobo::{Error, Result};
+
+const SIZE: [u32; 2] = [75, 52];
+const PAINTERS: [PainterKind; 2] = [PainterKind::Raster, PainterKind::Compute];
+
+fn camera(scene: &Scene) -> View {
+    View::camera(&scene.camera, scene, SIZE)
+}
+
+/// Pictures of a world by each painter.
+fn renderers(context: &Context, world: &World, camera: &View) -> [Renderer; 2] {
+    PAINTERS.map(|painter| {
+        let mut renderer = Renderer::new(context, world, camera).expect("a renderer");
+        renderer.paint_by(Some(painter));
+        renderer
+    })
+}
+
+/// A scene's picture by each painter.
+fn both(context: &Context, scene: &Scene, technique: &dyn Technique, shading: Shading) -> [Picture; 2] {
+    let world = World::new(context, scene).expect("room");
+    let draw = |r: Renderer| r.picture_of(technique, shading, Lighting::Fragment).expect("drawn");
+    renderers(context, &world, &camera(scene)).map(draw)
+}
+
+/// Compares two pictures: the mean difference is that of rounding, and so is each pixel's but for so many. Those may be pixels through whose
+/// middle a triangle's edge runs, which one rasterizer counts in and the other not.
+fn alike(context: &Context, [a, b]: &[Picture; 2], left_out: usize, what: &str) {
+    // Rounding of f32 over many layers, or of half floats where the device blends no others. A sphere's opacity rises at its edge as a square root.
+    let [mean, most] = if context.features().float32_blend { [1e-5, 5e-4] } else { [2e-3, 2e-2] };
+    let pixel = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max);
+    let mut all: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(pixel).collect();
+    assert!(all.iter().all(|d| d.is_finite()), "{what}");
+    all.sort_by(f32::total_cmp);
+    let all = &all[..all.len() - left_out];
+    let (worst, sum) = (all[all.len() - 1], all.iter().sum::<f32>() / all.len() as f32);
+    assert!(worst <= most && sum <= mean, "{what}: {worst} at most, {sum} on average");
+}
+
+/// Smoke, hair and splats among meshes, under a light of each kind.
+fn mixed() -> Scene {
+    let mut scene = scenes::opaque();
+    scene.particles.extend(scenes::random().particles);
+    scene.splats = scenes::splats().splats;
+    scene.strands = scenes::strands().strands;
+    let at = DVec3::new(1.5, -1.0, 3.0);
+    let far = f64::INFINITY;
+    scene.lights.push(Light { kind: LightKind::Point { position: at }, radiance: [0.4, 0.2, 0.1], radius: far });
+    scene.name = "mixed".into();
+    scene
+}
+
+/// From within the smoke.
+fn within() -> Scene {
+    let mut scene = scenes::random();
+    scene.camera = Camera { position: DVec3::new(0.05, 0.0, 0.1), ..scene.camera };
+    scene.name = "within".into();
+    scene
+}
+
+/// The spec by which a technique casts all that it can, small.
+fn small(entry: &&Entry) -> String {
+    let has_size = entry.keys.iter().any(|key| key.name == "size");
+    if has_size { format!("{}:size=64", entry.name) } else { entry.name.into() }
+}
+
+/// Whether compute passes may have too few buffers for a technique.
+fn has_few_buffers(context: &Context) -> bool {
+    context.features().max_per_stage_descriptor_storage_buffers < 24
+}
+
+/// Every technique, in smoke alone and among all that there is, from outside and from within.
+#[test]
+fn both_painters_make_one_picture() {
+    const TEST: &str = "both_painters_make_one_picture";
+    gpu_test(TEST, |context| {
+        let mut count = 0;
+        for scene in [mixed(), scenes::nested(), within()] {
+            let world = World::new(context, &scene).expect("room");
+            let specs: Vec<String> = REGISTRY.iter().filter(|entry| entry.name != "half-angle").map(small).collect();
+            for text in those_that_run(TEST, context, some(specs.iter().map(String::as_str), 6)) {
+                let mut technique = match open(context, &world, &spec(text)) {
+                    // One light at most, or smoke that it does not see.
+                    Err(Error::Refused(_)) => continue,
+                    opened => opened.expect(text),
+                };
+                technique.build(&world).expect(text);
+                let [_, renderer] = renderers(context, &world, &camera(&scene));
+                let kernels = renderer.kernels_of(technique.technique.as_ref(), Shading::Forward, Lighting::Fragment);
+                if let (true, Err(Error::Refused(needs))) = (has_few_buffers(context), kernels) {
+                    skipped(TEST, &format!("{text}: needs {needs}"));
+                    continue;
+                }
+                let pictures = both(context, &scene, technique.technique.as_ref(), Shading::Forward);
+                let edges = if scene.meshes.is_empty() { 0 } else { 8 };
+                alike(context, &pictures, edges, &format!("{text} in {}", scene.name));
+                count += 1;
+            }
+        }
+        assert!(count >= 10, "{count} pictures");
+    });
+}
+
+/// Meshes in each shading, smoke that takes colors, volumes among casters, and fog over it.
+#[test]
+fn both_painters_shade_alike() {
+    gpu_test("both_painters_shade_alike", |context| {
+        let scene = mixed();
+        let technique = built(context, &scene, "layers:size=64");
+        for shading in [Shading::Deferred, Shading::Tiled(Tiled::BARE), Shading::Interleaved] {
+            let pictures = both(context, &scene, technique.as_ref(), shading);
+            // A pixel that sees another surface has other neighbours, over whose light it is averaged.
+            alike(context, &pictures, if shading == Shading::Interleaved { 80 } else { 8 }, &format!("{shading:?}"));
+        }
+        let mut inks = mixed();
+        inks.extinction_ratio = [1.0, 0.5, 2.0];
+        let technique = built(context, &inks, "layers:size=64");
+        alike(context, &both(context, &inks, technique.as_ref(), Shading::Forward), 8, "colors");
+        let world = World::new(context, &scene).expect("room");
+        let technique = built(context, &scene, "avsm:size=64");
+        let foggy = renderers(context, &world, &camera(&scene)).map(|renderer| {
+            renderer.picture(&technique.answer(), Shading::Forward, Lighting::Fragment).expect("drawn");
+            renderer.fog(&technique.answer(), &Fog::new(0.05, 16).expect("fog")).expect("fog");
+            renderer.read().expect("read")
+        });
+        alike(context, &foggy, 8, "fog");
+    });
+}
+
+/// Pictures for people: sky, smooth normals, several samples.
+#[test]
+fn both_painters_show_alike() {
+    gpu_test("both_painters_show_alike", |context| {
+        let scene = mixed();
+        let world = World::new(context, &scene).expect("room");
+        let technique = built(context, &scene, "avsm:size=64");
+        let pictures = PAINTERS.map(|painter| {
+            let show = Show::new(4, 0.0).expect("samples");
+            let mut pictures = Pictures::new(context, &world, &scene, SIZE, Some(show)).expect("pictures");
+            pictures.renderer.paint_by(Some(painter));
+            pictures.renderer.picture_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("drawn");
+            pictures.read().expect("read")
+        });
+        alike(context, &pictures, 16, "shown");
+    });
+}
+
+/// A picture painted by compute, its lists cut into parts of at least so many casters.
+fn cut(context: &Context, scene: &Scene, technique: &dyn Technique, least: u32) -> (Renderer, Picture) {
+    let world = World::new(context, scene).expect("room");
+    let [_, mut renderer] = renderers(context, &world, &camera(scene));
+    renderer.cut_lists(least);
+    let picture = renderer.picture_of(technique, Shading::Forward, Lighting::Fragment).expect("drawn");
+    (renderer, picture)
+}
+
+/// Lists and parts equal their twin. A pixel's parts put over each other are the pixel, however long parts are.
+#[test]
+fn parts_make_the_whole() {
+    gpu_test("parts_make_the_whole", |context| {
+        for scene in [mixed(), scenes::random(), scenes::strands(), scenes::splats(), within()] {
+            let technique = built(context, &scene, "avsm:size=64");
+            let whole = cut(context, &scene, technique.as_ref(), 1 << 20);
+            for least in [1, 3, 16] {
+                let (renderer, picture) = cut(context, &scene, technique.as_ref(), least);
+                let (seen, order) = renderer.read_lists().expect("read").expect("lists");
+                let twin = lists(SIZE, &seen.boxes, &order);
+                assert!(seen.lists == twin, "{}: lists", scene.name);
+                let all = twin.iter().map(Vec::len).sum::<usize>() as u32;
+                assert_eq!((seen.totals.entries, seen.totals.wanted), (all, all));
+                for (tile, list) in (0..).zip(&twin) {
+                    let mut numbers: Vec<_> = seen.parts.iter().filter(|p| p.tile == tile).map(|p| p.number).collect();
+                    numbers.sort_unstable();
+                    let count = parts(list.len() as u32, all, [least, 8192]);
+                    assert!(numbers.into_iter().eq(0..count), "{}: parts of tile {tile}", scene.name);
+                }
+                alike(context, &[whole.1.clone(), picture], 0, &format!("{} in parts of {least}", scene.name));
+            }
+        }
+    });
+}
+
+/// A sphere's box holds each pixel whose ray meets the sphere, and has at most one pixel more on each side.
+#[test]
+fn boxes_hold_what_is_seen() {
+    gpu_test("boxes_hold_what_is_seen", |context| {
+        let scene = scenes::random();
+        let technique = built(context, &scene, "none");
+        let (renderer, _) = cut(context, &scene, technique.as_ref(), 16);
+        let (seen, _) = renderer.read_lists().expect("read").expect("lists");
+        let view = camera(&scene);
+        for (particle, found) in scene.particles.iter().zip(&seen.boxes) {
+            let centre = DVec3::from(particle.position.map(f64::from));
+            let meets = |x: u32, y: u32| {
+                let ray = view.ray(DVec2::new(f64::from(x), f64::from(y)) + 0.5);
+                let way = ray.direction.normalize();
+                let offset = centre - ray.origin;
+                (offset - offset.dot(way) * way).length() < f64::from(particle.radius)
+            };
+            let pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+            let within: Vec<_> = pixels.filter(|&(x, y)| meets(x, y)).collect();
+            let [[left, top], [right, bottom]] = found.map(|word| [word & 0xFFFF, word >> 16]);
+            assert!(within.iter().all(|&(x, y)| (left..=right).contains(&x) && (top..=bottom).contains(&y)));
+            let Some(low) = within.iter().map(|p| p.0).min() else { continue };
+            let high = within.iter().map(|p| p.0).max().unwrap_or(low);
+            assert!(low - left <= 1 && right - high <= 1, "{low} to {high}, and the box is {left} to {right}");
+        }
+    });
+}
+
+/// So many large spheres that the first lists are too short.
+fn crowded() -> Scene {
+    let sphere = |i: u16| Particle { position: [0.0, 0.0, 0.01 * f32::from(i)], radius: 3.0, extinction: 0.01 };
+    let mut scene = scenes::directional("crowded", [0.3, 0.2, -0.9], (0..300).map(sphere).collect());
+    scene.camera = Camera { position: DVec3::new(0.0, -9.0, 1.0), ..scene.camera };
+    scene
+}
+
+/// Where lists are too short, a picture that is waited for has all casters all the same. A recorded one says that it lacks some, and the
+/// next one has them.
+#[test]
+fn lists_grow() {
+    gpu_test("lists_grow", |context| {
+        let scene = crowded();
+        let technique = built(context, &scene, "none");
+        let pictures = both(context, &scene, technique.as_ref(), Shading::Forward);
+        // In half floats, blending 300 layers is all rounding.
+        if context.features().float32_blend {
+            alike(context, &pictures, 0, "waited for");
+        }
+        let world = World::new(context, &scene).expect("room");
+        let [_, renderer] = renderers(context, &world, &camera(&scene));
+        let kernels = renderer.kernels_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("kernels");
+        let record = || -> Result<bool> {
+            let frame = ran(context, |commands| renderer.record(commands, &kernels).expect("recorded"));
+            renderer.settle(&kernels, frame)
+        };
+        assert!(!record().expect("ran"), "the lists had room");
+        assert!(record().expect("ran"), "the lists have not grown");
+        alike(context, &[pictures[1].clone(), renderer.read().expect("read")], 0, "recorded");
+    });
+}
+
+/// Light at vertices by both painters: apart by which diagonal cuts a part of a quad, so with colors, fog and hair among splats too.
+#[test]
+fn vertices_are_lit_alike() {
+    gpu_test("vertices_are_lit_alike", |context| {
+        if !context.features().tessellation_shader || has_few_buffers(context) {
+            return skipped("vertices_are_lit_alike", "needs tessellation and 24 storage buffers per stage");
+        }
+        let mut inks = mixed();
+        inks.extinction_ratio = [1.0, 0.5, 2.0];
+        for scene in [mixed(), inks, within()] {
+            let world = World::new(context, &scene).expect("room");
+            let technique = built(context, &scene, "layers:size=64");
+            let draw = |renderer: Renderer| {
+                let lightings = [Lighting::Vertex { spacing: 4.0 }, Lighting::Fragment];
+                lightings.map(|l| renderer.picture(&technique.answer(), Shading::Forward, l).expect("drawn"))
+            };
+            let [[drawn, at_pixels], [painted, _]] = renderers(context, &world, &camera(&scene)).map(draw);
+            let rms = |a: &Picture, b: &Picture| {
+                let all = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+                all.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>().sqrt() / (a.pixels.len() as f64).sqrt()
+            };
+            let (apart, from_pixels) = (rms(&drawn, &painted), rms(&drawn, &at_pixels));
+            println!("{}: {apart:.1e} apart, {from_pixels:.1e} from light at pixels", scene.name);
+            assert!(apart < 0.5 * from_pixels, "{}: {apart} apart, and {from_pixels} from pixels", scene.name);
+        }
+    });
+}
+
+/// So many vertices that they have no room at first: a picture that is waited for has their light, and a recorded one says that it lacks some.
+#[test]
+fn vertices_get_room() {
+    gpu_test("vertices_get_room", |context| {
+        let scene = crowded();
+        let technique = built(context, &scene, "none");
+        let world = World::new(context, &scene).expect("room");
+        let lighting = Lighting::Vertex { spacing: 1.0 };
+        let [[_, waited], [_, recorded]] = [(), ()].map(|()| renderers(context, &world, &camera(&scene)));
+        let waited = waited.picture(&technique.answer(), Shading::Forward, lighting).expect("drawn");
+        let kernels = recorded.kernels(&technique.answer(), Shading::Forward, lighting).expect("kernels");
+        let record = || -> Result<bool> {
+            let frame = ran(context, |commands| recorded.record(commands, &kernels).expect("recorded"));
+            recorded.settle(&kernels, frame)
+        };
+        assert!(!record().expect("ran"), "vertices had room");
+        assert!((0..8).any(|_| record().expect("ran")), "there is no room after eight frames");
+        alike(context, &[waited.clone(), recorded.read().expect("read")], 0, "recorded");
+        // Without shadows, light is the same at all vertices and pixels.
+        let [_, pixels] = both(context, &scene, technique.as_ref(), Shading::Forward);
+        alike(context, &[waited, pixels], 0, "at each pixel");
+    });
+}
+
+/// Splats over all of a large picture, more entries than lists ever hold: green ones hide red ones, in however many runs they are painted.
+#[test]
+fn more_entries_than_there_is_room_for() {
+    const TEST: &str = "more_entries_than_there_is_room_for";
+    if crate::support::is_costly(TEST) {
+        return;
+    }
+    gpu_test(TEST, |context| {
+        let size = [1600, 1200];
+        let splat = |i: u16| Splat {
+            position: [0.0, 0.01 * f32::from(i), 0.0],
+            deviations: [30.0, 0.05, 30.0],
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            opacity: 0.6,
+            color: if i < 150 { [0.1, 0.8, 0.1] } else { [0.8, 0.1, 0.1] },
+        };
+        let painted = |count: u16| {
+            let mut scene = scenes::directional("splats", [0.3, 0.2, -0.9], Vec::new());
+            scene.splats = (0..count).map(splat).collect();
+            scene.camera = Camera { position: DVec3::new(0.0, -9.0, 0.0), ..scene.camera };
+            let world = World::new(context, &scene).expect("room");
+            let mut renderer =
+                Renderer::new(context, &world, &View::camera(&scene.camera, &scene, size)).expect("a renderer");
+            renderer.paint_by(Some(PainterKind::Compute));
+            let technique = built(context, &scene, "none");
+            let kernels =
+                renderer.kernels_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("kernels");
+            renderer.draw(&kernels).expect("painted");
+            let (_, order) = renderer.read_lists().expect("read").expect("lists");
+            assert_eq!(order.len(), usize::from(count));
+            (renderer.read().expect("read"), renderer.lists_bytes(&kernels).expect("lists"))
+        };
+        // 30,000 tiles, so that 290 splats have 8.7 million entries, where there is room for 8.4.
+        let [(few, _), (all, bytes)] = [60, 290].map(painted);
+        assert!(bytes > 100 << 20, "{bytes} bytes");
+        alike(context, &[few.clone(), all], 0, "in runs");
+        let middle = few.pixels[600 * 1600 + 800];
+        assert!(middle[1] > 2.0 * middle[0], "{middle:?} is not green");
+    });
+}
+
+/// Spheres in planes across the view, so that many are equally far away, in any order: one picture, to the bit.
+#[test]
+fn it_does_not_matter_how_casters_are_listed() {
+    gpu_test("it_does_not_matter_how_casters_are_listed", |context| {
+        let at = |i: u16| [i % 9, i / 9 % 9, i / 81].map(|place| 0.125 * f32::from(place) - 0.5);
+        let sphere = |i: u16| Particle { position: at(i), radius: 0.25, extinction: 0.5 + f32::from(i % 7) };
+        let mut scene = scenes::directional("planes", [0.3, 0.2, -0.9], (0..729).map(sphere).collect());
+        let (position, target) = (4.0 * DVec3::Z, DVec3::ZERO);
+        scene.camera = Camera { position, target, up: DVec3::Y, fov_y_degrees: 30.0 };
+        let technique = built(context, &scene, "none");
+        let listed = both(context, &scene, technique.as_ref(), Shading::Forward);
+        let mut random = scenes::Random::new(3);
+        for last in (1..scene.particles.len()).rev() {
+            scene.particles.swap(last, random.between(0.0, last as f32) as usize);
+        }
+        let shuffled = both(context, &scene, technique.as_ref(), Shading::Forward);
+        for (listed, shuffled) in listed.iter().zip(&shuffled) {
+            assert!(listed.pixels == shuffled.pixels, "the order of a file shows in the picture");
+        }
+    });
+}
+
+/// A world in motion, recorded frame after frame as an engine does: memory stays what it was, and the last picture is that of a new renderer.
+#[test]
+fn frames_in_motion_take_no_more_memory() {
+    gpu_test("frames_in_motion_take_no_more_memory", |context| {
+        let scene = scenes::random();
+        let technique = built(context, &scene, "none");
+        let mut world = World::new(context, &scene).expect("room");
+        let [_, mut renderer] = renderers(context, &world, &camera(&scene));
+        let kernels = renderer.kernels_of(technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("kernels");
+        let (mut state, mut bytes) = (scene.clone(), None);
+        for frame in 0..if all() { 1000u16 } else { 120 } {
+            for (particle, still) in state.particles.iter_mut().zip(&scene.particles) {
+                particle.position[0] = still.position[0] + 0.3 * (0.1 * f32::from(frame) + still.position[1]).sin();
+            }
+            world.replace(&state).expect("as many");
+            renderer.look(&world, &camera(&state)).expect("the next frame");
+            let ran = ran(context, |commands| renderer.record(commands, &kernels).expect("recorded"));
+            let is_whole = renderer.settle(&kernels, ran).expect("settled");
+            if frame >= 8 {
+                let now = context.allocated_bytes();
+                assert!(
+                    is_whole && now == *bytes.get_or_insert(now),
+                    "frame {frame}: {now} bytes, and before {bytes:?}"
+                );
+            }
+        }
+        let [fresh, _] = both(context, &state, technique.as_ref(), Shading::Forward);
+        alike(context, &[fresh, renderer.read().expect("read")], 0, "after all frames");
+    });
+}

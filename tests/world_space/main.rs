@@ -1,0 +1,13 @@
+//! Techniques that store or ask casters in the world's space, against their CPU twins, closed forms and the reference.
+
+#![cfg(feature = "program")]
+
+mod density_grid;
+mod grid_query;
+mod marched;
+mod optical_depth_grid;
+#[path = "../support/mod.rs"]
+mod support;
+mod volumes;
+mod voxel_grid;
+mod voxelized;

@@ -1,0 +1,169 @@
+//! Meshes that make the cases at which voxels go wrong.
+
+use crate::support::scenes::{Random, cuboid, directional};
+use gobo::scene::{Mesh, Scene};
+
+/// A grid with relief that is never seen from below.
+fn ground(solid: bool) -> Mesh {
+    let side = 9u32;
+    let at = |i: u32| {
+        let (x, y) = ((i % side) as f32 / 4.0 - 1.0, (i / side) as f32 / 4.0 - 1.0);
+        [x, y, 0.07 * (3.0 * x).sin() * (2.0 * y).cos()]
+    };
+    let quad = |i: u32| [[i, i + 1, i + side + 1], [i, i + side + 1, i + side]];
+    let cells = (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| y * side + x));
+    Mesh {
+        name: "ground".into(),
+        positions: (0..side * side).map(at).collect(),
+        triangles: cells.flat_map(quad).collect(),
+        albedo: [0.4; 3],
+        solid,
+    }
+}
+
+fn scene(name: &str, direction: [f64; 3], meshes: Vec<Mesh>) -> Scene {
+    Scene { meshes, ..directional(name, direction, Vec::new()) }
+}
+
+/// Slanted against all axes.
+const SLANTED: [f64; 3] = [0.4, 0.35, -0.8];
+
+/// Boxes that stand in a solid ground and in each other.
+pub fn houses() -> Scene {
+    let boxes = [
+        cuboid([-0.6, -0.5, -0.2], [-0.2, 0.1, 0.4]),
+        cuboid([-0.3, -0.3, -0.2], [0.1, 0.0, 0.25]),
+        cuboid([0.3, 0.2, -0.2], [0.5, 0.6, 0.5]),
+    ];
+    scene("houses", SLANTED, std::iter::once(ground(true)).chain(boxes).collect())
+}
+
+/// Thin open triangles anywhere, some of them a sliver.
+pub fn soup() -> Scene {
+    let mut random = Random::new(8);
+    let mut meshes = vec![ground(false)];
+    for i in 0..60 {
+        let at = random.point(-0.8, 0.8);
+        let reach = if i % 7 == 0 { 0.9 } else { 0.15 };
+        let corner = |random: &mut Random| {
+            let by = random.point(-reach, reach);
+            [0, 1, 2].map(|axis| at[axis] + by[axis])
+        };
+        let positions = vec![at, corner(&mut random), corner(&mut random)];
+        let name = "triangle".into();
+        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false });
+    }
+    scene("soup", SLANTED, meshes)
+}
+
+/// Corners and edges on columns' middles, light along an axis, boxes that touch face to face, one wound inside out.
+fn aligned() -> Scene {
+    let mut inward = cuboid([-1.0, 0.0, 0.0], [-0.5, 0.5, 0.5]);
+    inward.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let touching = [cuboid([0.0, 0.0, 0.0], [0.5, 0.5, 0.5]), cuboid([0.0, 0.0, -0.5], [0.5, 0.5, 0.0])];
+    scene("aligned", [0.0, 0.0, -1.0], touching.into_iter().chain([inward]).collect())
+}
+
+/// One triangle as large as the world and many that are smaller than a voxel.
+pub fn extremes() -> Scene {
+    let mut meshes = vec![cuboid([-4.0, -4.0, -0.3], [4.0, 4.0, -0.2])];
+    let mut random = Random::new(4);
+    for _ in 0..300 {
+        let at = random.point(-3.0, 3.0);
+        let positions = vec![at, [at[0] + 0.01, at[1], at[2] + 0.01], [at[0], at[1] + 0.02, at[2]]];
+        let name = "mote".into();
+        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false });
+    }
+    scene("extremes", [0.3, -0.2, -0.4], meshes)
+}
+
+/// Nothing casts.
+fn nothing() -> Scene {
+    scene("nothing", SLANTED, Vec::new())
+}
+
+/// One plate across the light: the root says all.
+fn plate() -> Scene {
+    scene("plate", [0.0, 0.0, -1.0], vec![cuboid([-1.0, -1.0, -0.01], [1.0, 1.0, 0.01])])
+}
+
+/// From corner to corner, a quarter of a voxel of 64 per side thick: an open sliver and a closed box. Over a plane, or nothing.
+pub fn wires(plane: bool) -> Scene {
+    let thick = 0.008;
+    let sliver = [[-0.8, -0.7, 0.1], [0.7, 0.8, 0.5], [0.7, 0.8 - thick, 0.5 + thick], [-0.8, -0.7 - thick, 0.1]];
+    let mut wire = cuboid([0.0; 3], [1.0, thick, thick]);
+    wire.positions.iter_mut().for_each(|p| *p = [1.5 * p[0] - 0.7, p[1] + 0.3 - 0.9 * p[0], p[2] + 0.2 + 0.3 * p[0]]);
+    let quad = |positions: [[f32; 3]; 4]| Mesh {
+        name: "quad".into(),
+        positions: positions.into(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.5; 3],
+        solid: false,
+    };
+    let mut meshes = vec![quad(sliver), wire];
+    if plane {
+        meshes.push(quad([[-1.0, -1.0, -0.9], [1.0, -1.0, -0.9], [1.0, 1.0, -0.9], [-1.0, 1.0, -0.9]]));
+    }
+    scene("wires", SLANTED, meshes)
+}
+
+pub fn all() -> Vec<Scene> {
+    vec![houses(), soup(), aligned(), extremes(), plate(), nothing(), wires(true)]
+}
+
+/// Points in and about the meshes' bounds.
+pub fn about(scene: &Scene, count: usize) -> Vec<[f32; 3]> {
+    let mut random = Random::new(5);
+    let all = scene.meshes.iter().flat_map(|m| &m.positions).flatten();
+    let most = 1.3 * all.fold(0.5f32, |most, v| most.max(v.abs()));
+    (0..count).map(|_| random.point(-most, most)).collect()
+}
+
+/// Scenes whose surfaces are looked at.
+pub fn seen() -> Vec<Scene> {
+    vec![houses(), soup(), touching()]
+}
+
+/// Boxes that touch face to face, on a ground, one of them wound inside out.
+fn touching() -> Scene {
+    let mut inward = cuboid([-0.7, 0.0, 0.0], [-0.3, 0.5, 0.3]);
+    inward.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let slab = cuboid([-1.0, -1.0, -0.2], [1.0, 1.0, 0.0]);
+    let touching = [cuboid([0.0, 0.0, 0.0], [0.3, 0.3, 0.3]), cuboid([0.0, 0.0, 0.3], [0.3, 0.3, 0.5])];
+    scene("touching", SLANTED, [slab, inward].into_iter().chain(touching).collect())
+}
+
+/// Two triangles about the origin, a side of 2, at z = 0; or a slab of that top.
+pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
+    let plane = Mesh {
+        name: "plane".into(),
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.5; 3],
+        solid: false,
+    };
+    let mesh = if closed { cuboid([-1.0, -1.0, -0.1], [1.0, 1.0, 0.0]) } else { plane };
+    scene("flat", direction, vec![mesh])
+}
+
+/// A plane of many triangles about the origin, a side of 2, at z = 0.
+pub fn tessellated(direction: [f64; 3]) -> Scene {
+    let mut plane = ground(false);
+    plane.positions.iter_mut().for_each(|p| p[2] = 0.0);
+    scene("tessellated", direction, vec![plane])
+}
+
+/// A wall at x = 0, `voxels` of 256 per side high, on a plane; light comes over it at 45 degrees, and travels along x.
+pub fn wall(voxels: f32) -> Scene {
+    let mut scene = flat([1.0, 0.0, -1.0], false);
+    // The plane seen at 45 degrees is less wide than it is deep: the cube is as wide as the plane.
+    let height = voxels * 2.0 / 256.0;
+    scene.meshes.push(Mesh {
+        name: "wall".into(),
+        positions: vec![[0.0, -0.9, 0.0], [0.0, 0.9, 0.0], [0.0, 0.9, height], [0.0, -0.9, height]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.5; 3],
+        solid: false,
+    });
+    scene
+}
