@@ -94,7 +94,7 @@
 //!
 //! # Techniques
 //!
-//! `docs/guide/techniques/NAME.md` says what each technique stores, how it is built, and what it is good at; its module
+//! `docs/techniques/NAME.md` says what each technique stores, how it is built, and what it is good at; its module
 //! has an example. [`technique::REGISTRY`] has the same as data.
 //!
 //! | Technique | Casts from | Built |

@@ -1,5 +1,5 @@
 // Detects that a driver has ended loops too early. lavapipe 22.3 allows an invocation some 65,536 rounds, of all its loops
-// together. Then it ends each loop after its first round, without an error (docs/drivers.md).
+// together. Then it ends each loop after its first round, without an error (docs/reference/drivers.md).
 #ifndef MAPS_ROUNDS_GLSL
 #define MAPS_ROUNDS_GLSL
 #extension GL_EXT_control_flow_attributes : require

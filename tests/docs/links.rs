@@ -1,5 +1,6 @@
 //! Links between pages lead somewhere: the file is there, and so is the heading.
 
+use crate::guide::is_guide;
 use crate::tables::{name, pages};
 use std::path::{Path, PathBuf};
 
@@ -71,13 +72,13 @@ fn links_lead_somewhere() {
 fn every_page_is_linked() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let all = pages(root);
-    let is_guide = |page: &&PathBuf| {
+    let leads = |page: &&PathBuf| {
         let name = name(root, page);
-        name.starts_with("docs/guide/") || ["README.md", "docs/README.md"].contains(&name.as_str())
+        is_guide(&name) || name == "README.md"
     };
     let linked: Vec<PathBuf> = all
         .iter()
-        .filter(is_guide)
+        .filter(leads)
         .flat_map(|page| {
             let text = std::fs::read_to_string(page).expect("a page");
             let to = |target: String| page.parent()?.join(target.split('#').next()?).canonicalize().ok();

@@ -110,7 +110,8 @@ fn messages_are_plain() {
     let (mut count, mut off) = (0, Vec::new());
     let rust = ["src", "build"].iter().flat_map(|place| sources(&root.join(place)));
     let rust = rust.filter(|file| file.extension().is_some_and(|is| is == "rs"));
-    let templates = ["page", "stress", "soak", "devices/page"].map(|name| root.join(format!("src/report/{name}.html")));
+    let templates = ["page/page", "page/stress", "page/soak", "devices/page"]
+        .map(|name| root.join(format!("src/report/{name}.html")));
     for file in &rust.chain(templates).collect::<Vec<_>>() {
         let text = std::fs::read_to_string(file).expect("a source");
         let is_page = file.extension().is_some_and(|is| is == "html");

@@ -1,4 +1,4 @@
-//! The tables of docs/recommend.md are what results/recommend.sh printed: results/*/recommend.txt, with specs as short as they may be.
+//! The tables of docs/reference/recommend.md are what results/recommend.sh printed: results/*/recommend.txt, with specs as short as they may be.
 
 use gobo::shading::parse;
 use std::path::Path;
@@ -16,7 +16,7 @@ fn table(printed: &str) -> String {
 #[test]
 fn what_was_recommended_is_what_was_printed() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let page = root.join("docs/recommend.md");
+    let page = root.join("docs/reference/recommend.md");
     let text = std::fs::read_to_string(&page).expect("the page");
     let (mut new, mut rest, mut tables) = (String::new(), text.as_str(), 0);
     while let Some((before, after)) = rest.split_once("<!-- recommended ") {

@@ -1,5 +1,5 @@
 //! The bodies of the fuzz targets on their seeds and on some thousand mutations of them, the same ones each time. What
-//! cargo-fuzz finds becomes a seed. docs/fuzzing.md.
+//! cargo-fuzz finds becomes a seed. docs/reference/fuzzing.md.
 
 mod bodies;
 mod mutate;

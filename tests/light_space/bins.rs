@@ -359,7 +359,7 @@ fn a_million_opaque_casters_are_dark() {
     }
     gpu_test(name, |context| {
         if context.features().driver.contains("Mesa 22.") {
-            return skipped(name, "loops end after 65,536 rounds on this driver (docs/drivers.md)");
+            return skipped(name, "loops end after 65,536 rounds on this driver (docs/reference/drivers.md)");
         }
         // A bound of 4,097 each: 2³² and a little more.
         let count = (1u64 << 32).div_ceil(4097) as usize + 2;

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 pub(in crate::bench) const WARM_UP: Duration = Duration::from_millis(200);
 
 /// How long a GPU works before each build that is timed, at most: after a pause an H200 was seen to fall from 1,980 to 1,260
-/// MHz, and to take 1.2 s of work to come back (docs/drivers.md).
+/// MHz, and to take 1.2 s of work to come back (docs/reference/drivers.md).
 const GPU_WARM_UP: Duration = Duration::from_millis(50);
 const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 

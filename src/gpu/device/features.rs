@@ -88,7 +88,7 @@ pub struct Features {
     /// VK_EXT_calibrated_timestamps: the device's clock can be read beside the host's.
     pub calibrated_timestamps: bool,
     /// pipelineStatisticsQuery: a pass can be asked how many vertices, fragments and threads it had. False for lavapipe
-    /// before 26, which crashes on such queries (docs/drivers.md).
+    /// before 26, which crashes on such queries (docs/reference/drivers.md).
     pub pipeline_statistics_query: bool,
     /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver reports about compiled shaders.
     pub pipeline_executable_info: bool,

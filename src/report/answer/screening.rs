@@ -70,7 +70,7 @@ pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
 
 /// How many times the best row's product of time and error, the quickest row's time and the closest row's error the first
 /// rows of a technique have, of which no other spec is looked at. In rows that were measured no spec that was best,
-/// quickest or closest is left out so (docs/recommend.md).
+/// quickest or closest is left out so (docs/reference/recommend.md).
 const WORSE: f64 = 3.0;
 const LATER: f64 = 1.5;
 

@@ -99,7 +99,7 @@ fn row(file: &File) -> String {
     row + "\n"
 }
 
-/// The table of docs/glsl.md. `GOBO_WRITE_TABLES=1` writes it anew.
+/// The table of docs/reference/glsl.md. `GOBO_WRITE_TABLES=1` writes it anew.
 #[test]
 fn what_compiles_to_what() {
     let table: String = FILES.iter().map(row).collect();
@@ -107,13 +107,18 @@ fn what_compiles_to_what() {
     if table.contains('?') {
         return skipped("what_compiles_to_what", "spirv-cross is not installed; ./setup.sh installs it");
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/glsl.md");
-    let page = std::fs::read_to_string(&path).expect("docs/glsl.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/glsl.md");
+    let page = std::fs::read_to_string(&path).expect("docs/reference/glsl.md");
     let begin = page.find("| technique | SPIR-V").expect("the table");
     let end = page[begin..].find("\n\n").map_or(page.len(), |length| begin + length + 1);
     if std::env::var_os("GOBO_WRITE_TABLES").is_some_and(|value| !value.is_empty()) {
-        std::fs::write(&path, format!("{}{HEAD}{table}{}", &page[..begin], &page[end..])).expect("write docs/glsl.md");
+        std::fs::write(&path, format!("{}{HEAD}{table}{}", &page[..begin], &page[end..]))
+            .expect("write docs/reference/glsl.md");
     } else {
-        assert_eq!(&page[begin..end], format!("{HEAD}{table}"), "docs/glsl.md; GOBO_WRITE_TABLES=1 writes it anew");
+        assert_eq!(
+            &page[begin..end],
+            format!("{HEAD}{table}"),
+            "docs/reference/glsl.md; GOBO_WRITE_TABLES=1 writes it anew"
+        );
     }
 }

@@ -85,7 +85,7 @@ fn a_fixed_capacity_says_what_it_lost() {
     });
 }
 
-/// Fragments in one texel, more than some drivers' loops have rounds for (docs/drivers.md): all of them count, or the row is
+/// Fragments in one texel, more than some drivers' loops have rounds for (docs/reference/drivers.md): all of them count, or the row is
 /// refused and says why; never is a curve short. 1,000 are right everywhere.
 #[test]
 fn long_lists_are_whole_or_refused() {

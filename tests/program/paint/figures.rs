@@ -17,7 +17,7 @@ struct Figure(&'static str, &'static str, &'static str, u32);
 /// The quick ones first.
 const FIGURES: [Figure; 62] = [
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
-    Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
+    Figure("three-emitters-slice.png", "docs/reference/results.md", "gobo slice three-emitters", 0),
     Figure(
         "ism-map.png",
         "docs/notebook/ism.md",
@@ -55,20 +55,20 @@ const FIGURES: [Figure; 62] = [
     Figure("plume-half-angle.png", "docs/notebook/half-angle.md", "gobo render plume_8k --technique half-angle", 0),
     Figure(
         "three-emitters-density-grid.png",
-        "docs/guide/techniques/density-grid.md",
+        "docs/techniques/density-grid.md",
         "gobo render three-emitters --technique density-grid",
         0,
     ),
-    Figure("big-optical-depth-grid.png", "docs/guide/techniques/optical-depth-grid.md", "gobo render big-8k", 0),
-    Figure("houses-shadow-map.png", "docs/guide/techniques/shadow-map.md", "gobo render houses", 0),
-    Figure("terrain-voxelized.png", "docs/guide/techniques/voxelized.md", "gobo render terrain", 0),
-    Figure("mohawk-grid-query.png", "docs/guide/techniques/grid-query.md", "gobo render mohawk", 0),
-    Figure("lantern-ray-query.png", "docs/guide/techniques/ray-query.md", "gobo render lantern", 0),
-    Figure("plume-deep-shadow-map.svg", "docs/guide/techniques/deep-shadow-map.md", "gobo curve plume_8k", 0),
-    Figure("hair-uncompressed.svg", "docs/guide/techniques/uncompressed.md", "gobo curve hair", 0),
+    Figure("big-optical-depth-grid.png", "docs/techniques/optical-depth-grid.md", "gobo render big-8k", 0),
+    Figure("houses-shadow-map.png", "docs/techniques/shadow-map.md", "gobo render houses", 0),
+    Figure("terrain-voxelized.png", "docs/techniques/voxelized.md", "gobo render terrain", 0),
+    Figure("mohawk-grid-query.png", "docs/techniques/grid-query.md", "gobo render mohawk", 0),
+    Figure("lantern-ray-query.png", "docs/techniques/ray-query.md", "gobo render lantern", 0),
+    Figure("plume-deep-shadow-map.svg", "docs/techniques/deep-shadow-map.md", "gobo curve plume_8k", 0),
+    Figure("hair-uncompressed.svg", "docs/techniques/uncompressed.md", "gobo curve hair", 0),
     Figure("three-emitters.png", "README.md", "gobo render three-emitters", 0),
     Figure("hair.png", "docs/notebook/avsm.md", "gobo render hair --technique avsm:nodes=16", 0),
-    Figure("lantern.png", "docs/lights-and-filters.md", "gobo render lantern", 0),
+    Figure("lantern.png", "docs/reference/lights-and-filters.md", "gobo render lantern", 0),
     Figure("lantern-vertices-wireframe.png", "docs/notebook/lighting.md", "gobo render lantern", 0),
     Figure("lantern-vertices.png", "docs/notebook/lighting.md", "gobo render lantern", 0),
     Figure("courtyard.png", "docs/notebook/many-lights.md", "gobo render courtyard --picture", 0),
@@ -335,7 +335,8 @@ fn pictures_are_of_commands() {
     let folder = |name| std::fs::read_dir(root().join(name)).expect("the pages");
     let pages: String = folder("docs")
         .chain(folder("docs/guide"))
-        .chain(folder("docs/guide/techniques"))
+        .chain(folder("docs/reference"))
+        .chain(folder("docs/techniques"))
         .chain(folder("docs/notebook"))
         .map(|page| page.expect("a page").path())
         .chain([root().join("README.md")])

@@ -1,5 +1,5 @@
 //! What is fuzzed: a body takes any bytes, and panics where Gobo breaks a promise. It says whether Gobo took the bytes for
-//! something. fuzz/fuzz_targets/ and tests/host/fuzz.rs run the same ones; docs/fuzzing.md says what is asked of them.
+//! something. fuzz/fuzz_targets/ and tests/host/fuzz.rs run the same ones; docs/reference/fuzzing.md says what is asked of them.
 
 // A fuzz target uses one of them.
 #![allow(dead_code, unused_imports)]
