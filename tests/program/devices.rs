@@ -350,7 +350,8 @@ fn parts_are_one_and_editions_two() {
     assert!(markdown.contains("/one.json)") && markdown.contains("/again.json)"), "{markdown}");
     assert_eq!(report(out.path(), &[&one, &two]), "All 3 rows are of one device, a; no error is in two of them.");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let [old, new] = ["tests/program/report/schema-1.json", "results/nvidia-h200/results.json"].map(|path| root.join(path));
+    let [old, new] =
+        ["tests/program/report/schema-1.json", "results/nvidia-h200/results.json"].map(|path| root.join(path));
     report(out.path(), &[text(&old), text(&new)]);
     assert!(
         csv(&out.path().join("devices.csv"))
