@@ -1,5 +1,5 @@
 //! The renderer of examples/engine, which uses Gobo as any other engine would: its answers are the program's, nothing is submitted or waited
-//! for in Gobo, memory stays as it is, and the validation layer has nothing to say.
+//! for in Gobo, memory stays as it is, and the validation layer has nothing to say. And the engine of examples/minimal.rs.
 
 #![cfg(feature = "program")]
 
@@ -9,6 +9,8 @@ mod support;
 mod engine;
 #[path = "embed/measure.rs"]
 mod measure;
+#[path = "embed/minimal.rs"]
+mod minimal;
 #[path = "../examples/engine/renderer/mod.rs"]
 mod renderer;
 
