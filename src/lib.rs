@@ -6,8 +6,8 @@
 //!
 //! # In an engine
 //!
-//! This code follows docs/guide/embedding.md, which says what each step requires. A whole renderer is in
-//! examples/embed.
+//! This code follows docs/guide/embedding.md, which says what each step requires. examples/minimal.rs opens the device too, and
+//! examples/engine is a whole renderer.
 //!
 //! ```
 //! use glam::DVec3;
@@ -17,8 +17,9 @@
 //! use gobo::technique::{Avsm, Technique, avsm};
 //! use gobo::world::{Capacity, Count, Source, SphereAt, World};
 //!
-//! # mod engine { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example_engine.rs")); }
-//! # engine::runs(|engine| {
+//! # mod engine { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/minimal.rs")); }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let Ok(engine) = engine::Engine::open(&[gobo::gpu::Enabled::FLOOR]) else { return Ok(println!("skipped: no device")) };
 //! // Once, 1 and 2. SAFETY: the engine's handles live longer, and the device was opened with what is said of it.
 //! let context = unsafe { Context::adopt(engine.adopt()) }?;
 //! // Once, 3. `Buffer::adopt` takes a buffer of the engine's; this one is Gobo's: x, y, z, radius, extinction.
@@ -29,8 +30,8 @@
 //! let sun = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
 //!
 //! // Once, 4. SAFETY: the commands are being recorded, and are submitted once and in order.
-//! world.update_lights(&mut unsafe { Commands::on(&context, engine.begin(0), 0) }?, &[sun])?;
-//! engine.submit(0);
+//! world.update_lights(&mut unsafe { Commands::on(&context, engine.begin(0)?, 0) }?, &[sun])?;
+//! engine.submit(0)?;
 //! // Once, 5.
 //! let mut avsm = Avsm::new(&context, &world, &avsm::Settings { nodes: 8, size: 64, ..Default::default() })?;
 //!
@@ -39,7 +40,7 @@
 //! let (kernel, read) = (query.kernel(&avsm.answer())?, ReadBack::new(&context, "light", 4)?);
 //! for frame in 1..8 {
 //!     // Each frame, 1.
-//!     let commands = engine.begin(frame);
+//!     let commands = engine.begin(frame)?;
 //!     avsm.settle(frame.saturating_sub(2))?;
 //!     // Each frame, 3. SAFETY: as above; frame − 2 is over.
 //!     let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
@@ -49,12 +50,12 @@
 //!     query.record(&mut commands, &kernel);
 //!     commands.read_back(query.buffer(), &read);
 //!     commands.end();
-//!     engine.submit(frame);
+//!     engine.submit(frame)?;
 //! }
-//! engine.wait();
+//! engine.wait()?;
 //! let light = read.read::<f32>(7, 1)?.expect("frame 7 is over");
 //! assert!((light[0] - (-2f32).exp()).abs() < 0.02);
-//! # Ok(()) });
+//! # Ok(()) }
 //! ```
 //!
 //! # On a device of its own

@@ -1,42 +1,50 @@
-//! An engine of its own making, which uses Gobo as any other would (examples/embed): its answers are the program's, nothing is
-//! submitted or waited for in Gobo, memory stays as it is, and the validation layer has nothing to say.
+//! The renderer of examples/engine, which uses Gobo as any other engine would: its answers are the program's, nothing is submitted or waited
+//! for in Gobo, memory stays as it is, and the validation layer has nothing to say. And the engine of examples/minimal.rs.
 
 #![cfg(feature = "program")]
 
-#[allow(dead_code)]
-#[path = "../examples/embed/engine/mod.rs"]
-mod engine;
 mod support;
 
-use engine::{Choice, Engine, How, MOST_POINTS, Optional, Options, PARTICLES, Particle, Sun, TO_SUN, TURN_PER_S};
+#[path = "embed/engine.rs"]
+mod engine;
+#[path = "embed/measure.rs"]
+mod measure;
+#[path = "embed/minimal.rs"]
+mod minimal;
+#[path = "../examples/engine/renderer/mod.rs"]
+mod renderer;
+
+use engine::{Engine, MOST_POINTS, Optional, Particle, Setup, Sun};
 use gobo::gpu::{Buffer, Commands, Context, Features};
 use gobo::query::Query;
 use gobo::scene::{Camera, Light, LightKind, Motion, Scene};
-use gobo::technique::{Avsm, BeerShadowMap, Opened, Psm, Technique, avsm, beer_shadow_map, psm};
+use gobo::technique::{self, Spec};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
+use renderer::{Options, PARTICLES, TO_SUN};
 use support::{all, gpu_test, log, skipped, some};
 
-/// Small ones of each.
-fn hows() -> [(&'static str, How); 3] {
-    [
-        ("avsm", How::Avsm(avsm::Settings { nodes: 8, size: 64, ..Default::default() })),
-        ("psm", How::Psm(psm::Settings { size: 64, slices: 64, ..Default::default() })),
-        ("beer-shadow-map", How::BeerShadowMap(beer_shadow_map::Settings { size: 64, ..Default::default() })),
-    ]
+/// Small ones of each technique.
+const TECHNIQUES: [&str; 3] = ["avsm:nodes=8,size=64", "psm:size=64,slices=64", "beer-shadow-map:size=64"];
+
+/// By how much a device turns the sun, where it does, radians per second.
+const TURN_PER_S: f32 = 0.4;
+
+fn spec(text: &str) -> Spec {
+    technique::parse(text, &[]).expect(text).remove(0)
 }
 
-fn options(how: How, optional: Optional, timestamps: bool) -> Options {
-    let choice = Choice { device: None, validation: true, optional, timestamps };
-    Options { how, choice, device_light: false, painted: false, size: [48, 36] }
+fn setup(text: &str, optional: Optional, timestamps: bool) -> Setup {
+    let options = Options { technique: spec(text), turn_per_s: 0.0, painted: false, size: [48, 36] };
+    Setup { options, optional, timestamps, validation: true }
 }
 
 /// Runs an engine under the validation layer, which has said nothing by the time that it is closed; Gobo has called no function that
 /// submits or waits by then, its end included.
-fn engine_test(name: &str, options: &Options, body: impl FnOnce(&mut Engine)) {
-    let mut engine = Engine::open(options).expect("a device of Vulkan 1.3 and the validation layer");
-    log("exercised", name, &engine.gpu().name());
+fn engine_test(name: &str, setup: &Setup, body: impl FnOnce(&mut Engine)) {
+    let mut engine = Engine::open(setup).expect("a device of Vulkan 1.3 and the validation layer");
+    log("exercised", name, &engine.renderer.gpu.name);
     body(&mut engine);
-    let (said, counts) = (engine.gpu().said(), engine.gpu().counted.1.clone());
+    let (said, counts) = (engine.said.clone(), engine.counts.clone());
     drop(engine);
     assert_eq!(said.all(), [""; 0], "{name}");
     assert!(counts.calls().is_empty(), "{name}: Gobo called {:?}", counts.calls());
@@ -46,7 +54,7 @@ fn engine_test(name: &str, options: &Options, body: impl FnOnce(&mut Engine)) {
 fn frames(engine: &mut Engine, count: u32) -> f32 {
     let time_s = |frame: u32| 2.0 + frame as f32 / 60.0;
     for frame in 0..count {
-        engine.frame(time_s(frame)).expect("a frame");
+        engine.renderer.frame(time_s(frame)).expect("a frame");
     }
     time_s(count - 1)
 }
@@ -59,10 +67,10 @@ fn points() -> Vec<[f32; 3]> {
         let z = if i % 4 == 0 { 0.0 } else { 2.6 * z };
         [3.6 * x - 0.8, 2.0 * y - 1.0, z].map(|p| p as f32)
     };
-    (0..MOST_POINTS).map(point).collect()
+    (0..MOST_POINTS as usize).map(point).collect()
 }
 
-/// As shaders/move.comp has it.
+/// As examples/engine/shaders/move.comp has it.
 fn evenly(number: u32) -> f32 {
     let state = number.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
@@ -83,8 +91,7 @@ fn place(i: u32, time_s: f32) -> [f32; 3] {
 
 #[test]
 fn particles_are_where_the_law_puts_them() {
-    let [(_, how), ..] = hows();
-    engine_test("particles_are_where_the_law_puts_them", &options(how, Optional::All, true), |engine| {
+    engine_test("particles_are_where_the_law_puts_them", &setup(TECHNIQUES[0], Optional::All, true), |engine| {
         let time_s = frames(engine, 3);
         let particles = engine.particles().expect("read");
         assert_eq!(particles.len(), PARTICLES as usize);
@@ -164,22 +171,17 @@ fn of_a_buffer(
 }
 
 /// What the program answers of a world.
-fn program(context: &Context, how: &How, world: &World, points: &[[f32; 3]]) -> Vec<f32> {
-    let technique: Box<dyn Technique> = match how {
-        How::Avsm(settings) => Box::new(Avsm::new(context, world, settings).expect("avsm")),
-        How::Psm(settings) => Box::new(Psm::new(context, world, settings).expect("psm")),
-        How::BeerShadowMap(settings) => Box::new(BeerShadowMap::new(context, world, settings).expect("beer")),
-    };
-    let mut opened = Opened::new(context, technique, false);
+fn program(context: &Context, text: &str, world: &World, points: &[[f32; 3]]) -> Vec<f32> {
+    let mut opened = technique::open(context, world, &spec(text)).expect(text);
     opened.build(world).expect("built");
     let query = Query::new(context, 0, points).expect("room");
     query.ask(&opened.technique.answer()).expect("answers")
 }
 
 /// The engine's answers, and its particles, after some frames.
-fn answers(name: &str, options: &Options) -> (Vec<f32>, Vec<Particle>) {
+fn answers(name: &str, setup: &Setup) -> (Vec<f32>, Vec<Particle>) {
     let mut all = (Vec::new(), Vec::new());
-    engine_test(name, options, |engine| {
+    engine_test(name, setup, |engine| {
         frames(engine, 5);
         all = (engine.ask(&points()).expect("answers"), engine.particles().expect("read"));
     });
@@ -193,11 +195,8 @@ fn differing(ours: &[f32], theirs: &[f32]) -> usize {
 }
 
 /// As AVSM is built where there are no subgroups.
-fn without_subgroups(how: &How) -> How {
-    match how {
-        How::Avsm(settings) => How::Avsm(avsm::Settings { batch: Some(avsm::Batch::Shared), ..*settings }),
-        other => other.clone(),
-    }
+fn without_subgroups(text: &str) -> String {
+    if text.starts_with("avsm") { format!("{text},batch=shared") } else { text.to_owned() }
 }
 
 /// The same bits as of such a world on the program's own device, and these are the bits of a scene, where both measure from the same
@@ -209,19 +208,19 @@ fn answers_are_the_programs() {
     }
     gpu_test("answers_are_the_programs", |context| {
         let points = points();
-        for (name, how) in hows() {
-            let (ours, mut particles) = answers(name, &options(how.clone(), Optional::All, true));
+        for name in TECHNIQUES {
+            let (ours, mut particles) = answers(name, &setup(name, Optional::All, true));
             let sun = Shines::Host(scene(&particles).lights[0]);
-            let alike = program(context, &how, &of_a_buffer(context, &particles, sun, None), &points);
+            let alike = program(context, name, &of_a_buffer(context, &particles, sun, None), &points);
             assert_eq!(differing(&ours, &alike), 0, "{name}: the same world on the program's own device");
             let shadowed = ours.iter().filter(|answer| **answer < 0.5).count();
             assert!(shadowed > points.len() / 50, "{name}: {shadowed} of {} points are in shadow", points.len());
 
             particles.push(Particle { position: [-4.0, 0.0, 0.0], radius: 0.25, extinction: 1.0, age: 0.0 });
             let boxed = ([-16.0, -12.0, -12.0], [8.0, 12.0, 12.0]);
-            let buffer = program(context, &how, &of_a_buffer(context, &particles, sun, Some(boxed)), &points);
+            let buffer = program(context, name, &of_a_buffer(context, &particles, sun, Some(boxed)), &points);
             let scene = World::new(context, &scene(&particles)).expect("room");
-            assert_eq!(differing(&buffer, &program(context, &how, &scene, &points)), 0, "{name}: a scene");
+            assert_eq!(differing(&buffer, &program(context, name, &scene, &points)), 0, "{name}: a scene");
             assert!(differing(&buffer, &alike) > 0, "{name}: another caster changes nothing");
         }
     });
@@ -237,9 +236,10 @@ fn a_light_that_the_device_turns() {
     const TEST: &str = "a_light_that_the_device_turns";
     gpu_test(TEST, |context| {
         let points = points();
-        for (name, how) in some(hows(), 2) {
-            let options = Options { device_light: true, ..options(how.clone(), Optional::All, true) };
-            engine_test(TEST, &options, |engine| {
+        for name in some(TECHNIQUES, 2) {
+            let mut turning = setup(name, Optional::All, true);
+            turning.options.turn_per_s = TURN_PER_S;
+            engine_test(TEST, &turning, |engine| {
                 let time_s = frames(engine, 5);
                 let (ours, particles, sun) = (
                     engine.ask(&points).expect("answers"),
@@ -249,7 +249,7 @@ fn a_light_that_the_device_turns() {
                 let turned = glam::Quat::from_rotation_z(TURN_PER_S * time_s) * -TO_SUN.normalize();
                 // Sines of shaders are good to 2⁻¹¹.
                 assert!((glam::Vec3::from(sun.direction) - turned).length() < 2e-3, "{sun:?}, not {turned}");
-                let is = |shines| program(context, &how, &of_a_buffer(context, &particles, shines, None), &points);
+                let is = |shines| program(context, name, &of_a_buffer(context, &particles, shines, None), &points);
                 assert_eq!(differing(&ours, &is(Shines::Buffer(sun))), 0, "{name}: such a light of the program's");
                 let stands = is(Shines::Host(scene(&particles).lights[0]));
                 assert!(differing(&ours, &stands) > points.len() / 50, "{name}: the light has not turned");
@@ -271,20 +271,20 @@ fn a_lesser_device_answers_alike() {
     if !has_interlock {
         skipped(TEST, "the part without interlock needs fragmentShaderPixelInterlock to switch off");
     }
-    for (name, how) in some(hows(), 1) {
-        let of = |how: How, optional, timestamps| answers(name, &options(how, optional, timestamps)).0;
-        let whole = of(how.clone(), Optional::All, true);
+    for name in some(TECHNIQUES, 1) {
+        let of = |text: &str, optional, timestamps| answers(name, &setup(text, optional, timestamps)).0;
+        let whole = of(name, Optional::All, true);
         let mut lessers = vec![(Optional::All, false)];
         if has_interlock {
             lessers.insert(0, (Optional::NoInterlock, false));
         }
         for (optional, timestamps) in some(lessers, 1) {
-            let lesser = of(how.clone(), optional, timestamps);
+            let lesser = of(name, optional, timestamps);
             assert_eq!(differing(&whole, &lesser), 0, "{name}, {optional:?}");
         }
-        let asked = of(without_subgroups(&how), Optional::All, true);
+        let asked = of(&without_subgroups(name), Optional::All, true);
         for timestamps in some([false, true], 1) {
-            let nothing = of(how.clone(), Optional::Nothing, timestamps);
+            let nothing = of(name, Optional::Nothing, timestamps);
             assert_eq!(differing(&asked, &nothing), 0, "{name}, nothing optional, timestamps: {timestamps}");
         }
     }
@@ -295,11 +295,10 @@ fn a_lesser_device_answers_alike() {
 #[allow(unsafe_code)]
 fn what_submits_or_waits_is_counted() {
     use ash::vk;
-    let [_, _, (_, how)] = hows();
-    let mut engine = Engine::open(&options(how, Optional::All, true)).expect("a device");
+    let mut engine = Engine::open(&setup(TECHNIQUES[2], Optional::All, true)).expect("a device");
     frames(&mut engine, 3);
-    engine.wait().expect("frames end");
-    let ((device, counts), queue) = (engine.gpu().counted.clone(), engine.gpu().queue);
+    engine.renderer.run(|_, _| {}).expect("frames end");
+    let (device, queue, counts) = (engine.renderer.gpu.lent.clone(), engine.renderer.gpu.queue, engine.counts.clone());
     assert!(counts.calls().is_empty(), "the renderer's own are not counted");
     // SAFETY: no frame runs, nothing is in what is submitted, and the fence is not used any more as it goes.
     unsafe {
@@ -322,7 +321,7 @@ fn what_submits_or_waits_is_counted() {
         ("vkWaitForFences", 1),
     ];
     assert_eq!(counts.calls(), expected);
-    let said = engine.gpu().said();
+    let said = engine.said.clone();
     drop(engine);
     assert_eq!(said.all(), [""; 0]);
 }
@@ -330,17 +329,16 @@ fn what_submits_or_waits_is_counted() {
 /// A path that needs what was not switched on is refused by the name of that.
 #[test]
 fn what_is_not_switched_on_is_refused_by_name() {
-    let refused = |way, optional| {
-        let settings = avsm::Settings { path: Some(way), size: 64, ..Default::default() };
-        let error = Engine::open(&options(How::Avsm(settings), optional, true)).err();
+    let refused = |text, optional| {
+        let error = Engine::open(&setup(text, optional, true)).err();
         error.expect("refused").to_string()
     };
     // What a device lacks itself is named first.
     let stores = gobo::gpu::devices().expect("devices").iter().all(|device| device.fragment_stores_and_atomics);
-    let said = refused(avsm::BuildPath::Interlock, Optional::NoInterlock);
+    let said = refused("avsm:path=interlock,size=64", Optional::NoInterlock);
     let named = if stores { "fragmentShaderPixelInterlock" } else { "fragmentStoresAndAtomics" };
     assert!(said.contains(named), "{said}");
-    let said = refused(avsm::BuildPath::RasterOrder, Optional::Nothing);
+    let said = refused("avsm:path=raster-order,size=64", Optional::Nothing);
     assert!(said.contains("rasterizationOrderColorAttachmentAccess"), "{said}");
 }
 
@@ -352,8 +350,7 @@ fn interlock_where_the_device_has_it() {
     if !devices.iter().all(|device| device.fragment_shader_pixel_interlock) {
         return skipped(TEST, "needs fragmentShaderPixelInterlock");
     }
-    let settings = avsm::Settings { path: Some(avsm::BuildPath::Interlock), size: 64, ..Default::default() };
-    let (answers, _) = answers(TEST, &options(How::Avsm(settings), Optional::All, true));
+    let (answers, _) = answers(TEST, &setup("avsm:path=interlock,size=64", Optional::All, true));
     assert!(answers.iter().any(|answer| *answer < 0.5));
 }
 
@@ -363,15 +360,17 @@ fn a_thousand_frames_take_no_more_memory() {
     if crate::support::is_costly("a_thousand_frames_take_no_more_memory") {
         return;
     }
-    for (i, (name, how)) in some(hows(), 1).into_iter().enumerate() {
+    for (i, name) in some(TECHNIQUES, 1).into_iter().enumerate() {
         let [before, after] = if all() && i == 0 { [100, 900] } else { [10, 40] };
         // The first has its picture made by Gobo too.
-        let options = Options { painted: i == 0, ..options(how, Optional::All, true) };
-        engine_test(name, &options, |engine| {
+        let mut painted = setup(name, Optional::All, true);
+        painted.options.painted = i == 0;
+        engine_test(name, &painted, |engine| {
+            let bytes = |engine: &Engine| (engine.allocated_bytes(), engine.renderer.shadows.context.allocated_bytes());
             frames(engine, before);
-            let (all, gobo) = (engine.gpu().allocated_bytes(), engine.shadows().bytes());
+            let held = bytes(engine);
             frames(engine, after);
-            assert_eq!((engine.gpu().allocated_bytes(), engine.shadows().bytes()), (all, gobo), "{name}");
+            assert_eq!(bytes(engine), held, "{name}");
         });
     }
 }
@@ -379,13 +378,13 @@ fn a_thousand_frames_take_no_more_memory() {
 /// Gobo's picture in the renderer's frame: where the renderer's own has smoke before the sky, this one has too.
 #[test]
 fn smoke_is_where_the_renderer_draws_it() {
-    let [(_, how), ..] = hows();
     let picture = |painted| {
         let mut pixels = Vec::new();
-        let options = Options { painted, ..options(how.clone(), Optional::All, true) };
-        engine_test("smoke_is_where_the_renderer_draws_it", &options, |engine| {
+        let mut setup = setup(TECHNIQUES[0], Optional::All, true);
+        setup.options.painted = painted;
+        engine_test("smoke_is_where_the_renderer_draws_it", &setup, |engine| {
             frames(engine, 5);
-            pixels = engine.picture().expect("read");
+            pixels = engine.renderer.picture().expect("read");
         });
         pixels
     };

@@ -1,30 +1,24 @@
 //! A device that is not Gobo's: an instance with validation, a device, a queue and command buffers of the test's own making, as an
 //! engine has them.
 
-// tests/embed.rs has the example's engine too, which has it.
-#[allow(clippy::duplicate_mod)]
-#[path = "../../examples/embed/engine/counted.rs"]
-mod counted;
-
+use super::counted::{Counts, counted};
+use super::messenger::{Messenger, Said};
 use ash::{ext, vk};
-use counted::{Counts, counted};
 use gobo::gpu::{Adopt, Commands, Context, Enabled, Messages};
 use gpu_allocator::AllocatorDebugSettings;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
-use std::ffi::{CStr, c_void};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::ffi::CStr;
+use std::sync::{Arc, Mutex};
 
 const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-
-/// What the layer said.
-type Said = Mutex<Vec<String>>;
 
 /// A device with a queue, and what records for it.
 pub struct Foreign {
     entry: ash::Entry,
     instance: ash::Instance,
-    messenger: (ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT),
-    said: Arc<Said>,
+    /// None only while the device is being destroyed.
+    messenger: Option<Messenger>,
+    said: Said,
     physical_device: vk::PhysicalDevice,
     device: ash::Device,
     /// As Gobo is given it.
@@ -37,19 +31,6 @@ pub struct Foreign {
     frames: Vec<(vk::CommandBuffer, vk::Fence)>,
     next: u64,
     closed: bool,
-}
-
-unsafe extern "system" fn on_message(
-    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
-    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
-    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
-    said: *mut c_void,
-) -> vk::Bool32 {
-    // SAFETY: the layer hands over a string that lives as long as this call; the list outlives the instance.
-    let (message, said) = unsafe { (CStr::from_ptr((*data).p_message), &*said.cast::<Said>()) };
-    // A panic could not leave the layer.
-    said.lock().unwrap_or_else(PoisonError::into_inner).push(message.to_string_lossy().into_owned());
-    vk::FALSE
 }
 
 /// What a device of a test is opened with.
@@ -71,21 +52,10 @@ impl Foreign {
     }
 
     unsafe fn unsafe_open(wanted: &Wanted) -> Self {
-        let said: Arc<Said> = Arc::default();
+        let said = Said::default();
         unsafe {
             let entry = ash::Entry::load().expect("a loader");
-            let to_said = || {
-                let info = vk::DebugUtilsMessengerCreateInfoEXT {
-                    p_user_data: Arc::as_ptr(&said).cast_mut().cast(),
-                    pfn_user_callback: Some(on_message),
-                    ..Default::default()
-                };
-                info.message_severity(
-                    vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
-                )
-                .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
-            };
-            let mut info = to_said();
+            let mut info = said.info();
             let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
             let mut checks = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
             let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
@@ -98,8 +68,7 @@ impl Foreign {
                 .push_next(&mut checks)
                 .push_next(&mut info);
             let instance = entry.create_instance(&instance_info, None).expect("an instance with validation");
-            let loader = ext::debug_utils::Instance::new(&entry, &instance);
-            let messenger = loader.create_debug_utils_messenger(&to_said(), None).expect("a messenger");
+            let messenger = Some(Messenger::new(&entry, &instance, &said));
             let name =
                 &gobo::gpu::devices().expect("devices").into_iter().min_by_key(|d| d.kind).expect("a device").name;
             let is_named = |physical: &vk::PhysicalDevice| {
@@ -141,7 +110,7 @@ impl Foreign {
             let fence = || device.create_fence(&signaled, None).expect("a fence");
             let buffers = device.allocate_command_buffers(&info).expect("command buffers");
             let frames = buffers.into_iter().map(|buffer| (buffer, fence())).collect();
-            let (messenger, enabled) = ((loader, messenger), wanted.enabled);
+            let enabled = wanted.enabled;
             Self {
                 entry,
                 instance,
@@ -257,10 +226,10 @@ impl Foreign {
             self.frames.iter().for_each(|(_, fence)| self.device.destroy_fence(*fence, None));
             self.device.destroy_command_pool(self.pool, None);
             self.device.destroy_device(None);
-            self.messenger.0.destroy_debug_utils_messenger(self.messenger.1, None);
+            self.messenger = None;
             self.instance.destroy_instance(None);
         }
-        said.extend(self.said.lock().unwrap_or_else(PoisonError::into_inner).drain(..));
+        said.extend(self.said.all());
         said
     }
 }

@@ -5,7 +5,11 @@
 
 pub mod alike;
 #[allow(unsafe_code)]
+pub mod counted;
+#[allow(unsafe_code)]
 pub mod foreign;
+#[allow(unsafe_code)]
+pub mod messenger;
 pub mod scenes;
 pub mod spirv;
 pub mod within;

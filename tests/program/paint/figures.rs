@@ -172,7 +172,7 @@ const SLOW: [&str; 22] = [
 ];
 
 /// Those that no one command of a page makes: put together from pictures of several (hair-footprints.png by results/hair-pictures.py), made by
-/// examples/embed, of files that the repository does not hold, or taken from a screen (of the window, with a panel of times that no two runs have).
+/// examples/engine, of files that the repository does not hold, or taken from a screen (of the window, with a panel of times that no two runs have).
 const PUT_TOGETHER: [&str; 12] = [
     "biker.png",
     "devices.png",

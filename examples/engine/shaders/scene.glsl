@@ -3,7 +3,7 @@
 
 const uint PARTICLES = 4096u;
 
-// Twin: Push in engine/mod.rs.
+// Twin: Push in renderer/mod.rs.
 layout(push_constant, scalar) uniform Push {
     mat4 clip;
     vec3 eye;
@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform Push {
     float turn_per_s;  // of the sun about z, radians
 } frame;
 
-// Twin: Particle in engine/mod.rs. Gobo reads the first four members.
+// Twin: Particle in renderer/mod.rs. Gobo reads the first four members.
 struct Particle {
     vec3 position;
     float radius;
@@ -20,7 +20,7 @@ struct Particle {
     float age;
 };
 
-// Twin: Sun in engine/mod.rs. Gobo reads it where the device turns the sun.
+// Twin: Sun in renderer/mod.rs. Gobo reads it where the device turns the sun.
 struct Sun {
     vec3 direction;  // the way its light travels
     vec3 radiance;

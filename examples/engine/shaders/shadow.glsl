@@ -1,4 +1,4 @@
-// How much of the sun reaches a point. gobo.glsl is the file of one technique, as `gobo glsl` writes it; engine/spirv.rs
+// How much of the sun reaches a point. gobo.glsl is the file of one technique, as `gobo glsl` writes it; renderer/pipelines.rs
 // says which, and calls its two functions gobo_visibility and gobo_receiver whichever it is.
 #include "gobo.glsl"
 

@@ -6,7 +6,7 @@
 
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) writeonly buffer Particles { Particle particles[]; };
-layout(set = 0, binding = 4, scalar) writeonly buffer Suns { Sun sun; };
+layout(set = 0, binding = 2, scalar) writeonly buffer Suns { Sun sun; };
 
 // The same for the same number, evenly in [0, 1). PCG: Jarzynski and Olano 2020, Hash Functions for GPU Rendering.
 float evenly(uint number) {

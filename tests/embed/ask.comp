@@ -5,8 +5,8 @@
 #include "shadow.glsl"
 
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 2, scalar) readonly buffer Points { vec3 points[]; };
-layout(set = 0, binding = 3, scalar) writeonly buffer Answers { float answers[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer Points { vec3 points[]; };
+layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
 
 void main() {
     uint i = gl_GlobalInvocationID.x;

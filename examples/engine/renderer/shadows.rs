@@ -1,0 +1,141 @@
+//! All of Gobo's part. It shadows the particles by what it records into the renderer's command buffers, and hands over a set of
+//! descriptors, by which the renderer's shaders ask how much of the sun reaches a point.
+
+use super::memory::{Buffer, Set};
+use super::{EYE, FOV_Y, FRAMES_IN_FLIGHT, Gpu, MIDDLE, Options, PARTICLE_BYTES, PARTICLES, Result, SUN_BYTES, TO_SUN};
+use ash::vk;
+use gobo::gpu::{Adopt, Commands, Context, Messages};
+use gobo::scene::{Camera, Light, LightKind, View};
+use gobo::shading::{Kernels, Lighting, PainterKind, Renderer, Shading};
+use gobo::technique::{BuildStatus, Technique, open};
+use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
+
+/// What Gobo reads of the sun on the device. A directional light has no position, and the offset is not used.
+const SUN_AT: LightAt =
+    LightAt { position: 0, direction: 0, radiance: 12, radius: Number::Is(f32::INFINITY), cos_cone: Number::Is(0.0) };
+
+/// Fields are dropped in this order: what was made last goes first.
+pub struct Shadows {
+    /// Makes the picture, with `--painted`.
+    pub painter: Option<Painter>,
+    pub technique: Box<dyn Technique>,
+    world: World,
+    pub particles: Source,
+    /// Where the device alone knows it.
+    pub sun: Option<Source>,
+    pub context: Context,
+    /// One for each frame in flight: a set that the device may be reading is not written.
+    pub sets: Vec<Set>,
+    /// The last frame that was recorded.
+    pub frame: u64,
+    /// Frames after which a buffer of Gobo's grew.
+    pub grew: u64,
+}
+
+impl Shadows {
+    /// Opens Gobo on the renderer's device, for its particles and its sun. The commands are being recorded as frame 0.
+    pub fn new(gpu: &mut Gpu, options: &Options, buffers: [&Buffer; 2], commands: vk::CommandBuffer) -> Result<Self> {
+        let context = adopt(gpu)?;
+        let mut world = World::of(&context, Capacity { particles: PARTICLES, lights: 1, ..Capacity::default() })?;
+        let source = |name, buffer: &Buffer, stride, count| -> Result<Source> {
+            // SAFETY: the buffer is the device's, is as large, is made for storage, and is kept longer than Gobo.
+            let buffer = unsafe { gobo::gpu::Buffer::adopt(&context, name, buffer.handle, buffer.bytes) }?;
+            Ok(Source { buffer, offset: 0, stride, count: Count::Host(count) })
+        };
+        let particles = source("particles", buffers[0], PARTICLE_BYTES, PARTICLES)?;
+        let sun = (options.turn_per_s != 0.0).then(|| source("sun", buffers[1], SUN_BYTES, 1)).transpose()?;
+
+        // The lights come before the technique, which is opened for so many.
+        // SAFETY: the commands are being recorded, outside a render, for this frame; no frame came before it.
+        let mut commands = unsafe { Commands::on(&context, commands, 0) }?;
+        shine(&mut world, &mut commands, sun.as_ref())?;
+        commands.end();
+        let technique = open(&context, &world, &options.technique)?.technique;
+        let bindings = technique.answer().layout(0);
+        let sets = (0..FRAMES_IN_FLIGHT).map(|_| Set::new(gpu, &bindings)).collect::<Result<_>>()?;
+        let painter = || Painter::new(&context, &world, technique.as_ref(), options.size);
+        let painter = options.painted.then(painter).transpose()?;
+        Ok(Self { painter, technique, world, particles, sun, context, sets, frame: 0, grew: 0 })
+    }
+
+    /// Reads whether something did not fit in frame `frame`, which is over. It has room from the next frame on.
+    pub fn settle(&mut self, frame: u64) -> Result<()> {
+        let settle = |painter: &Painter| painter.renderer.settle(&painter.kernels, frame);
+        let is_painted = self.painter.as_ref().map_or(Ok(true), settle)?;
+        self.grew += u64::from(self.technique.settle(frame)? == BuildStatus::Retry || !is_painted);
+        Ok(())
+    }
+
+    /// Records the shadows of the particles as the commands before have moved them. Those that follow may ask.
+    pub fn record(&mut self, commands: vk::CommandBuffer, frame: u64) -> Result<()> {
+        // SAFETY: the commands are being recorded, outside a render, for this frame, are submitted once and in order, and
+        // `Frames::begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
+        let mut commands = unsafe { Commands::on(&self.context, commands, frame) }?;
+        shine(&mut self.world, &mut commands, self.sun.as_ref())?;
+        self.world.update_particles(&mut commands, &self.particles, SphereAt::PARTICLE)?;
+        self.technique.record(&mut commands, &self.world)?;
+        if let Some(Painter { renderer, kernels, view }) = &mut self.painter {
+            renderer.look(&self.world, view)?;
+            renderer.record(&mut commands, kernels)?;
+        }
+        commands.end();
+        self.frame = frame;
+        // A buffer that grew is another buffer, so that the set is written each frame.
+        // SAFETY: the set has these bindings, and the frame that used it is over.
+        unsafe { self.technique.answer().write_into(self.set(), 0) };
+        Ok(())
+    }
+
+    /// The set by which shaders ask for the shadows of the last frame that was recorded.
+    pub fn set(&self) -> vk::DescriptorSet {
+        self.sets[self.frame as usize % self.sets.len()].handle
+    }
+}
+
+/// Gobo, on the renderer's device.
+pub fn adopt(gpu: &Gpu) -> Result<Context> {
+    let adopt = Adopt {
+        entry: gpu.instance.entry.clone(),
+        instance: gpu.instance.handle.clone(),
+        physical_device: gpu.physical,
+        device: gpu.lent.clone(),
+        queue_family: gpu.queue_family,
+        enabled: gpu.enabled,
+        allocator: Some((*gpu.allocator).clone()),
+        frames_in_flight: FRAMES_IN_FLIGHT,
+        messages: Messages::default(),
+    };
+    // SAFETY: these belong together, the device was opened with `enabled`, and `Renderer` closes Gobo first, when no frame runs.
+    Ok(unsafe { Context::adopt(adopt) }?)
+}
+
+/// Records the sun, which the device knows or the host.
+fn shine(world: &mut World, commands: &mut Commands, sun: Option<&Source>) -> Result<()> {
+    let kind = LightKind::Directional { direction: -TO_SUN.as_dvec3().normalize() };
+    let light = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
+    Ok(match sun {
+        Some(source) => world.update_lights_from_buffer(commands, source, SUN_AT, &[LightType::Directional]),
+        None => world.update_lights(commands, &[light]),
+    }?)
+}
+
+/// The picture of the smoke by Gobo's compute passes, in place of the renderer's own drawing: for devices whose rasterizer is slow.
+pub struct Painter {
+    /// Has the picture: floats, premultiplied, in `VK_IMAGE_LAYOUT_GENERAL`.
+    pub renderer: Renderer,
+    kernels: Kernels,
+    view: View,
+}
+
+impl Painter {
+    /// For pictures of `size` pixels of the world's casters, lit by the technique.
+    fn new(context: &Context, world: &World, technique: &dyn Technique, size: [u32; 2]) -> Result<Self> {
+        let (position, target) = (EYE.as_dvec3(), MIDDLE.as_dvec3());
+        let camera = Camera { position, target, up: glam::DVec3::Z, fov_y_degrees: f64::from(FOV_Y).to_degrees() };
+        let view = View::perspective(&camera, [0.1, 200.0], size);
+        let mut renderer = Renderer::new(context, world, &view)?;
+        renderer.paint_by(Some(PainterKind::Compute));
+        let kernels = renderer.kernels(&technique.answer(), Shading::Forward, Lighting::Fragment)?;
+        Ok(Self { renderer, kernels, view })
+    }
+}
