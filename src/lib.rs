@@ -126,7 +126,7 @@
 //! # What is where
 //!
 //! [`gpu`] wraps Vulkan, and knows no technique. [`scene`] describes casters and lights on the host; [`world`] holds
-//! their present state on the device. [`maps`] and [`grid`] hold code that techniques share; [`simulate`] moves
+//! their present state on the device. `maps` and `grid` hold code that techniques share; `simulate` moves
 //! particles on the device. A failure is an [`Error`], which says the operation, the thing's name, the cause and a
 //! [`WayOut`]. A device that lacks a feature gets a refusal that names the feature ([`Error::Refused`]), never a wrong
 //! answer.
@@ -142,24 +142,32 @@
 #[cfg(feature = "program")]
 mod advice;
 #[cfg(feature = "program")]
+#[doc(hidden)]
 pub mod bench;
 #[cfg(feature = "program")]
+#[doc(hidden)]
 pub mod cli;
 mod error;
 pub mod glsl;
 #[allow(unsafe_code)]
 pub mod gpu;
+#[doc(hidden)]
 pub mod grid;
 pub mod lights;
+#[doc(hidden)]
 pub mod maps;
 pub mod query;
 #[cfg(feature = "program")]
+#[doc(hidden)]
 pub mod reference;
 #[cfg(feature = "program")]
+#[doc(hidden)]
 pub mod report;
 pub mod scene;
+#[doc(hidden)]
 pub mod shaders;
 pub mod shading;
+#[doc(hidden)]
 pub mod simulate;
 pub mod technique;
 #[cfg(feature = "view")]

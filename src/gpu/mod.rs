@@ -15,39 +15,45 @@ pub use device::features::{DeviceKind, Features, Requirement};
 #[cfg(feature = "view")]
 pub(crate) use device::instance;
 pub use device::limits::Limit;
-pub use profile::calibration::Calibration;
-pub use profile::counts::PassCounts;
-pub use profile::executables::Executable;
 pub use profile::times::PassTime;
 pub(crate) use profile::times::follow;
-pub use profile::tools::Tool;
-pub use record::commands::{Commands, MAX_UPDATE_BYTES, Pass, Staged, groups};
-pub use record::draw::Draw;
-pub use record::ordered_attachments::OrderedAttachments;
-pub use record::render::Target;
-pub use resource::acceleration::{AccelerationStructure, BOX_BYTES};
-pub use resource::bindings::{Bindings, Border, Resource};
+pub use record::commands::Commands;
 pub use resource::buffer::{Buffer, Memory};
-pub use resource::constants::{Constant, ConstantValue, Constants};
-pub use resource::image::{Image, ImageUse};
-pub use resource::kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
-pub use resource::mapped::Mapped;
-pub use resource::push::{Push, PushMember, push_struct};
+pub use resource::image::Image;
 pub use resource::read_back::ReadBack;
-pub use resource::spirv::{Shader, Spirv};
-#[doc(hidden)]
-pub use testing::Testing;
 pub(crate) use testing::burden;
 #[cfg(feature = "program")]
 pub(crate) use testing::fault;
-#[doc(hidden)]
-pub use testing::fault::Fault;
 #[cfg(feature = "view")]
 pub(crate) use testing::slow_truth;
-pub use testing::validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
+pub use testing::validation::Messages;
 
 /// Image formats, as Vulkan names them.
 pub use ash::vk::Format;
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::{
+    profile::calibration::Calibration,
+    profile::counts::PassCounts,
+    profile::executables::Executable,
+    profile::tools::Tool,
+    record::commands::{MAX_UPDATE_BYTES, Pass, Staged, groups},
+    record::draw::Draw,
+    record::ordered_attachments::OrderedAttachments,
+    record::render::Target,
+    resource::acceleration::{AccelerationStructure, BOX_BYTES},
+    resource::bindings::{Bindings, Border, Resource},
+    resource::constants::{Constant, ConstantValue, Constants},
+    resource::image::ImageUse,
+    resource::kernel::{Blend, Graphics, Kernel, Layered, Tessellated},
+    resource::mapped::Mapped,
+    resource::push::{Push, PushMember, push_struct},
+    resource::spirv::{Shader, Spirv},
+    testing::Testing,
+    testing::fault::Fault,
+    testing::validation::{ALLOWED, Allowed, is_gpu_assisted},
+};
 
 use crate::{Error, GpuCause, Less, WayOut};
 use ash::vk;

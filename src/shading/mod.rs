@@ -27,19 +27,24 @@ mod steps;
 mod volumes;
 
 pub use display::Tonemapped;
-pub use far_to_near::FarToNear;
 pub use fog::FogKernel;
-pub use interleaved::PartReadback;
 pub use kernels::Kernels;
-pub use lighting::{Lighting, VERTEX_SPACING};
+pub use lighting::Lighting;
 pub use mesh_shading::{Shading, Tiled};
-pub use painter::{ListReadback, PaintTotals, PartData, PatchData};
 pub use picture::Renderer;
-pub use pictures::Pictures;
-pub use points::{Colors, Points};
-pub use reservoir::ReservoirData;
-pub use settings::{
-    DitherKind, KEYS, LightingKind, PainterKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs,
+pub use settings::{PainterKind, ShadingSettings};
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::{
+    far_to_near::FarToNear,
+    interleaved::PartReadback,
+    lighting::VERTEX_SPACING,
+    painter::{ListReadback, PaintTotals, PartData, PatchData},
+    pictures::Pictures,
+    points::{Colors, Points},
+    reservoir::ReservoirData,
+    settings::{DitherKind, KEYS, LightingKind, ShadingKind, ShadowsKind, keys, parse, runs},
+    steps::StepsKernel,
+    volumes::{FieldData, SlotData},
 };
-pub use steps::StepsKernel;
-pub use volumes::{FieldData, SlotData};

@@ -14,11 +14,17 @@ mod staged;
 
 pub(crate) use camera_push::CameraPush;
 pub use external::Capacity;
-pub use gather::{GatherTotals, Gathered};
-pub use generations::{BuildStamp, Generations, Parts};
-pub use light::LightData;
+pub use generations::Parts;
 pub use source::{Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt};
-pub use staged::Moved;
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::{
+    gather::{GatherTotals, Gathered},
+    generations::{BuildStamp, Generations},
+    light::LightData,
+    staged::Moved,
+};
 
 use self::bounds::Bounds;
 use self::external::External;

@@ -7,8 +7,14 @@ mod passes;
 mod view_importance;
 mod vpl_scene;
 
-pub use view_importance::{POINTS_ACROSS, ViewPointData};
-pub use vpl_scene::{VPLS, VplsBy, check_count, check_meshes, lit_by_vpls};
+pub use vpl_scene::{VplsBy, lit_by_vpls};
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::{
+    view_importance::{POINTS_ACROSS, ViewPointData},
+    vpl_scene::{VPLS, check_count, check_meshes},
+};
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
