@@ -5,7 +5,7 @@ mod engine;
 mod languages;
 mod numbers;
 #[allow(dead_code, reason = "voxelized asks for more of them")]
-#[path = "../world_space/voxelized/scenes.rs"]
+#[path = "../world_space/shapes.rs"]
 mod shapes;
 mod values;
 

@@ -10,12 +10,12 @@ mod packed;
 mod skip;
 mod sort;
 mod steps;
-mod twin;
 
 use crate::support::{
     all, built_avsm, gpu_test, gpu_test_needing, is_left_out, is_usual, nodes_of, opened, runs, scenes, some, spec,
     views,
 };
+use crate::twin;
 use gobo::Error;
 use gobo::gpu::{Context, Features, Requirement};
 use gobo::reference::twin::avsm::curve::Build;

@@ -1,11 +1,8 @@
 //! Deep shadow maps: within their error of the whole curve, at its points and between them; against their CPU twin; no node where
 //! nothing is; budgets that are kept.
 
-#[allow(dead_code)]
-#[path = "avsm/twin.rs"]
-mod twin;
-
 use crate::support::{ask, built, gpu_test, runs, scenes, some, spec};
+use crate::twin;
 use gobo::Error;
 use gobo::bench::point_error;
 use gobo::reference::truth::{Casters, map_truths};

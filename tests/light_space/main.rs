@@ -15,3 +15,4 @@ mod stochastic;
 #[path = "../support/mod.rs"]
 mod support;
 mod texel_maps;
+mod twin;

@@ -1,15 +1,12 @@
 //! Particle shadow maps: every pass against its CPU twin, routes and coverages against each other byte for byte, and what
 //! the storages and the ways to assign casters to slices are for.
 
-#[allow(dead_code)]
-#[path = "avsm/twin.rs"]
-mod twin;
-
 mod coverage;
 mod look_up;
 
 use crate::support::scenes::Random;
 use crate::support::{gpu_test, gpu_test_needing, runs, scenes, some, spec};
+use crate::twin;
 use gobo::gpu::{Context, Requirement};
 use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
 use gobo::reference::twin::psm;

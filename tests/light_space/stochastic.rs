@@ -1,10 +1,7 @@
 //! Stochastic shadow maps: each path against its CPU twin, sample by sample, and what samples come to against theory.
 
-#[allow(dead_code)]
-#[path = "avsm/twin.rs"]
-mod twin;
-
 use crate::support::{ask, built, gpu_test, gpu_test_needing, scenes, some, spec};
+use crate::twin;
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::TILE_TEXELS;
 use gobo::reference::truth::{Casters, MAP_DEPTHS, map_truths};

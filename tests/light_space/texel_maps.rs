@@ -7,11 +7,8 @@ mod levels;
 
 mod series;
 
-#[allow(dead_code)]
-#[path = "avsm/twin.rs"]
-mod twin;
-
 use crate::support::{all, gpu_test, gpu_test_needing, scenes, spec};
+use crate::twin;
 use gobo::bench::{PointError, point_error};
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::TILE_TEXELS;

@@ -2,10 +2,9 @@
 //! twin, and on a plane all lights arrive; and of virtual lights, which stand for what else is ambient.
 
 mod gbuffer;
-#[path = "many_lights/scenes.rs"]
-mod lamps;
 mod reservoir;
 
+use crate::lamps;
 use crate::support::scenes::{directional, level, quad};
 use crate::support::{gpu_test, opened, some, spec};
 use glam::DVec3;

@@ -7,6 +7,7 @@ mod fog;
 mod indirect;
 mod inks;
 mod interleaved;
+mod lamps;
 mod lighting;
 mod many_lights;
 mod painter;

@@ -2,11 +2,10 @@
 //! one, answers in a list against asking at once, and what dither, blur and history do to a picture.
 
 mod frames;
-#[path = "many_lights/scenes.rs"]
-mod lamps;
 mod queue;
 mod twins;
 
+use crate::lamps;
 use crate::support::{gpu_test, opened, some, those_that_run};
 use gobo::Error;
 use gobo::gpu::Context;

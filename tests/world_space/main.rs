@@ -6,6 +6,7 @@ mod density_grid;
 mod grid_query;
 mod marched;
 mod optical_depth_grid;
+mod shapes;
 #[path = "../support/mod.rs"]
 mod support;
 mod volumes;

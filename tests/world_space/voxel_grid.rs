@@ -5,10 +5,8 @@ mod listed;
 mod masks;
 mod media;
 mod raster;
-#[allow(dead_code, reason = "voxelized asks for more of them")]
-#[path = "voxelized/scenes.rs"]
-mod shapes;
 
+use crate::shapes;
 use crate::support::{ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random, within::diagonal};
 use glam::DVec3;
 use gobo::gpu::Context;

@@ -8,10 +8,9 @@ mod large;
 mod moves;
 mod pyramids;
 mod receivers;
-#[path = "voxelized/scenes.rs"]
-mod shapes;
 mod steps;
 
+use crate::shapes;
 use crate::support::{
     ask, assert_right_beyond_the_resolution, gpu_test, is_long, rows, scenes::Random, within::diagonal,
 };

@@ -1,9 +1,9 @@
 //! detail=adaptive: what is surveyed and chosen against the twins, each texel of each block against its curve's, look-ups
 //! through the table.
 
-use crate::avsm::twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants, depth, look_up};
 use crate::avsm::{AMBIGUOUS_TOLERANCE, FITTED_ELSEWHERE, TOLERANCE};
 use crate::support::{all, ask, built_avsm, gpu_test, nodes_of, runs, scenes, spec};
+use crate::twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants, depth, look_up};
 use gobo::gpu::Context;
 use gobo::maps::Survey;
 use gobo::reference::truth::Casters;

@@ -2,8 +2,8 @@
 //! the truth.
 
 use crate::avsm::TOLERANCE;
-use crate::avsm::twin::{DEPTHS, build, depth, look_up};
 use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
+use crate::twin::{DEPTHS, build, depth, look_up};
 use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::maps::level_size;

@@ -1,7 +1,7 @@
 //! The per-texel lists lose nothing, and say so when they must.
 
-use crate::avsm::twin::{Twins, look_up};
 use crate::support::{ask, built_avsm, gpu_test, opaque_passes, opened, runs, scenes, spec, views};
+use crate::twin::{Twins, look_up};
 use gobo::gpu::Context;
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::scene::{Particle, Scene};

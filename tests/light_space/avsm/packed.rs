@@ -1,9 +1,9 @@
 //! Packed curves: what thousands of insertions leave of them, what they weigh, and what `gobo curve` is told.
 
-use crate::avsm::twin::{build, half_code};
 use crate::support::{
     all, built_avsm, gpu_test_needing, is_long, nodes_of, opened, scenes, scenes::Random, some, spec, views,
 };
+use crate::twin::{build, half_code};
 use gobo::gpu::Requirement;
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::pack_value;

@@ -1,7 +1,7 @@
 //! Depths that are the same f32: segments so short that entry and exit are, and segments that begin together.
 
-use crate::avsm::twin::{DEPTHS, build, check_invariants, curve, depth, look_up};
 use crate::support::{built_avsm, gpu_test_needing, scenes, some, spec, views};
+use crate::twin::{DEPTHS, build, check_invariants, curve, depth, look_up};
 use glam::DVec2;
 use gobo::gpu::{Context, Requirement};
 use gobo::reference::twin::segment::{Segment, sort, texel_segment};

@@ -1,6 +1,5 @@
 //! What the CPU twins say about a scene: each texel's curve, and whether rounding alone could make another one.
 
-#[path = "grazed.rs"]
 mod grazed;
 
 use crate::support::scenes::{self, Random};
