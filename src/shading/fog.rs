@@ -8,7 +8,7 @@ use crate::query::colored;
 use crate::scene::Fog;
 use crate::shaders::shading as shaders;
 use crate::technique::Answer;
-use std::rc::Rc;
+use std::sync::Arc;
 
 push_struct! {
     /// Twin: FogPush in glsl/shading/fog.glsl.
@@ -22,7 +22,7 @@ push_struct! {
 pub struct FogKernel {
     kernel: Kernel<FogPush>,
     /// What a compute pass paints into; none where the rasterizer draws.
-    canvas: Option<Rc<Canvas>>,
+    canvas: Option<Arc<Canvas>>,
 }
 
 impl Renderer {

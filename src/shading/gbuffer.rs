@@ -3,15 +3,14 @@
 //! reference::twin::gbuffer.
 
 use super::display::Smooth;
-use super::{PainterKind, Renderer};
+use super::{PainterKind, Renderer, lock};
 use crate::Result;
 use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target};
 use crate::maps::SeenTriangles;
 use crate::shaders::constant::SEEN_BY_COMPUTE;
 use crate::shaders::{set, shading as shaders};
 use crate::world::CameraPush;
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
@@ -20,7 +19,7 @@ const BLOCK: u32 = 8;
 enum Visible {
     /// In an image, counted from 1; 0 where there is sky.
     Drawn(Image, Kernel<CameraPush>),
-    Computed(Rc<RefCell<SeenTriangles>>),
+    Computed(Arc<Mutex<SeenTriangles>>),
 }
 
 /// Finds the surface at each pixel, in two passes.
@@ -41,7 +40,7 @@ impl GBuffer {
         let numbers = Image::new(context, "picture.numbers", Format::R32_UINT, sides, ImageUse::Color)?;
         let (visible, pixels) = if is_computed {
             let seen = renderer.seen_triangles()?;
-            let pixels = seen.borrow().pixels.clone();
+            let pixels = lock(&seen).pixels.clone();
             (Visible::Computed(seen), pixels)
         } else {
             let state = Graphics {
@@ -72,7 +71,7 @@ impl GBuffer {
     pub(super) fn numbers(&self) -> Result<Vec<u32>> {
         match &self.visible {
             Visible::Drawn(numbers, _) => numbers.read(),
-            Visible::Computed(seen) => seen.borrow().numbers(),
+            Visible::Computed(seen) => lock(seen).numbers(),
         }
     }
 
@@ -81,7 +80,7 @@ impl GBuffer {
         let push = CameraPush::of(&renderer.camera);
         match &self.visible {
             Visible::Drawn(numbers, kernel) => Self::visible(commands, renderer, (numbers, kernel), &push),
-            Visible::Computed(seen) => seen.borrow().record(commands, renderer.triangle_vertices / 3),
+            Visible::Computed(seen) => lock(seen).record(commands, renderer.triangle_vertices / 3),
         }
         self.gbuffer(commands, &push);
         if let Some(smooth) = &self.smooth {

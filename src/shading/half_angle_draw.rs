@@ -6,11 +6,11 @@ use crate::Result;
 use crate::gpu::{Blend, Commands, Constants, Graphics, Image, ImageUse, Kernel, Target};
 use crate::shaders::{set, shading as shaders};
 use crate::technique::{Answer, Painter};
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Draws the casters slice by slice.
 pub(super) struct HalfAngleDraw {
-    painter: Rc<Painter>,
+    painter: Arc<Painter>,
     /// Slices from far to near, over the picture.
     over: Kernel,
     /// Slices from near to far are blended behind the picture in `seen`.
@@ -22,7 +22,7 @@ pub(super) struct HalfAngleDraw {
 
 impl HalfAngleDraw {
     /// `answer` and `painter` must be those of the same technique.
-    pub(super) fn new(renderer: &Renderer, answer: &Answer, painter: &Rc<Painter>) -> Result<Self> {
+    pub(super) fn new(renderer: &Renderer, answer: &Answer, painter: &Arc<Painter>) -> Result<Self> {
         let (context, format) = (&renderer.context, renderer.color_format);
         let seen = Image::new(context, "picture.seen", format, renderer.color.size(), ImageUse::Color)?;
         let sets = [&renderer.scene, &painter.look_up, &renderer.distances, &painter.sorted];

@@ -14,7 +14,7 @@ use crate::shaders::shading as shaders;
 use crate::technique::{Answer, Technique};
 use crate::{Error, Result};
 use std::cell::Cell;
-use std::rc::Rc;
+use std::sync::Arc;
 
 push_struct! {
     /// Twin: SpacingPush in glsl/shading/vertex_lit.tesc.
@@ -37,7 +37,7 @@ pub(super) enum Meshes {
     Forward(Kernel),
     Shaded(Shade),
     Deferred { gbuffer: GBuffer, deferred: Kernel },
-    Tiled { gbuffer: GBuffer, tiles: Rc<ManyLights>, asking: Asking },
+    Tiled { gbuffer: GBuffer, tiles: Arc<ManyLights>, asking: Asking },
     Interleaved { gbuffer: GBuffer, interleaved: Interleaved },
     Reservoir { gbuffer: GBuffer, reservoirs: Reservoirs },
 }
@@ -218,7 +218,7 @@ impl Renderer {
     }
 
     /// The buffers and passes of `shading=tiled`: those kept from earlier kernels where the settings are the same, else new ones.
-    pub(super) fn tiles(&self, tiled: Tiled) -> Result<Rc<ManyLights>> {
+    pub(super) fn tiles(&self, tiled: Tiled) -> Result<Arc<ManyLights>> {
         let mut kept = self.tiles.borrow_mut();
         if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {
             return Ok(tiles.clone());
@@ -231,7 +231,7 @@ impl Renderer {
             color: &self.color,
             color_format: self.color_format,
         };
-        let tiles = Rc::new(ManyLights::new(&targets, tiled)?);
+        let tiles = Arc::new(ManyLights::new(&targets, tiled)?);
         *kept = Some(tiles.clone());
         Ok(tiles)
     }

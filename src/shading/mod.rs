@@ -48,3 +48,10 @@ pub use self::{
     steps::StepsKernel,
     volumes::{FieldData, SlotData},
 };
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// For the buffers and states that several [`Kernels`] of a renderer share: the thread that owns these is the only one that locks.
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}

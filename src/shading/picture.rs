@@ -8,7 +8,7 @@ use super::kernels::{Kernels, Meshes};
 use super::many_lights::ManyLights;
 use super::painter::{Canvas, Lists};
 use super::volumes::Volumes;
-use super::{Lighting, PainterKind, Shading};
+use super::{Lighting, PainterKind, Shading, lock};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
 use crate::maps::SeenTriangles;
 use crate::scene::{Picture, View};
@@ -17,7 +17,7 @@ use crate::technique::{Answer, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 /// Images and bindings for one scene and size.
 pub struct Renderer {
@@ -50,14 +50,14 @@ pub struct Renderer {
     /// See [`Renderer::cut_lists`].
     pub(super) cut: Option<u32>,
     /// What compute passes paint into, made when kernels first need it.
-    pub(super) canvas: RefCell<Option<Rc<Canvas>>>,
+    pub(super) canvas: RefCell<Option<Arc<Canvas>>>,
     /// The triangles that compute passes see, likewise.
-    pub(super) seen: RefCell<Option<Rc<RefCell<SeenTriangles>>>>,
+    pub(super) seen: RefCell<Option<Arc<Mutex<SeenTriangles>>>>,
     triangle_buffer: Buffer,
     /// The lists of casters of compute passes, likewise.
-    pub(super) lists: RefCell<Option<Rc<RefCell<Lists>>>>,
+    pub(super) lists: RefCell<Option<Arc<Mutex<Lists>>>>,
     /// Buffers and passes of `shading=tiled`, made when kernels first need them and kept from frame to frame.
-    pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
+    pub(super) tiles: RefCell<Option<Arc<ManyLights>>>,
     /// Sky, fading ground and smooth normals, for pictures that people look at. Measured pictures have none of these.
     pub(super) shown: Option<DisplayState>,
     pub(super) triangle_vertices: u32,
@@ -168,7 +168,7 @@ impl Renderer {
         }
         if *camera != self.camera {
             self.camera_data.write(&[*camera])?;
-            self.seen.borrow().as_ref().map_or(Ok(()), |seen| seen.borrow().look(camera))?;
+            self.seen.borrow().as_ref().map_or(Ok(()), |seen| lock(seen).look(camera))?;
         }
         match &mut self.volumes {
             Some(volumes) => volumes.look(world)?,
@@ -201,13 +201,13 @@ impl Renderer {
     }
 
     /// What finds the triangles that pixels see, which all kernels of this renderer share.
-    pub(super) fn seen_triangles(&self) -> Result<Rc<RefCell<SeenTriangles>>> {
+    pub(super) fn seen_triangles(&self) -> Result<Arc<Mutex<SeenTriangles>>> {
         let mut kept = self.seen.borrow_mut();
         if let Some(seen) = &*kept {
             return Ok(seen.clone());
         }
         let seen = SeenTriangles::new(&self.context, &self.caster_buffer, &self.triangle_buffer, &self.camera)?;
-        let seen = Rc::new(RefCell::new(seen));
+        let seen = Arc::new(Mutex::new(seen));
         *kept = Some(seen.clone());
         Ok(seen)
     }
@@ -224,7 +224,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
     pub fn settle(&self, kernels: &Kernels, frame: u64) -> Result<bool> {
-        self.seen.borrow().as_ref().map_or(Ok(false), |seen| seen.borrow_mut().settle(frame))?;
+        self.seen.borrow().as_ref().map_or(Ok(false), |seen| lock(seen).settle(frame))?;
         kernels.casters.settle(frame).map(|grew| !grew)
     }
 

@@ -1,10 +1,10 @@
 //! Buffers that passes wrote, read back for tests that compare them with those of the twins.
 
-use super::Renderer;
 use super::interleaved::PartReadback;
 use super::kernels::{Casters, Kernels, Meshes};
 use super::many_lights::TileReadback;
 use super::painter::ListReadback;
+use super::{Renderer, lock};
 use crate::Result;
 
 impl Renderer {
@@ -28,7 +28,7 @@ impl Renderer {
     pub fn read_lists(&self) -> Result<Option<(ListReadback, Vec<u32>)>> {
         let casters = self.blending.casters;
         let Some(lists) = &*self.lists.borrow() else { return Ok(None) };
-        let seen = lists.borrow().seen(casters)?;
+        let seen = lock(lists).seen(casters)?;
         Ok(Some((seen, self.blending.order.read(casters as usize)?)))
     }
 

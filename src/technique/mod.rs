@@ -81,7 +81,7 @@ use crate::shaders::Folder;
 use crate::world::{Parts, World};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 macro_rules! registry {
     ($($folder:ident),*) => {
@@ -104,7 +104,7 @@ pub mod usual {
 }
 
 /// A technique, opened for one world. [`Opened`] builds it; the technique itself never submits, waits or loops.
-pub trait Technique {
+pub trait Technique: Send {
     /// The parts of the world from which the technique is built, or on which its facts depend. While none of these parts changes, no build
     /// is recorded. By default these are all parts.
     fn made_of(&self) -> Parts {
@@ -136,7 +136,7 @@ pub trait Technique {
 
     /// The painter of a picture's casters, for a technique that cannot answer for a point among casters: its look-up is right only behind
     /// all casters, where surfaces ask. By default none.
-    fn painter(&self) -> Option<&Rc<Painter>> {
+    fn painter(&self) -> Option<&Arc<Painter>> {
         None
     }
 

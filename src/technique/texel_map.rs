@@ -124,7 +124,7 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
     }
 }
 
-impl<S, P: TexelPasses> Technique for TexelMap<S, P> {
+impl<S: Send, P: TexelPasses> Technique for TexelMap<S, P> {
     fn made_of(&self) -> Parts {
         Maps::VOLUME.and(Maps::OPAQUE)
     }

@@ -11,6 +11,7 @@ mod parts;
 mod pictured;
 mod refused;
 mod splats;
+mod threads;
 mod time;
 mod volumes;
 

@@ -93,7 +93,7 @@ fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<V
 }
 
 /// The same of one that is open.
-fn stored<S>(
+fn stored<S: Send>(
     context: &Context,
     world: &World,
     opened: gobo::Result<TexelMap<S>>,

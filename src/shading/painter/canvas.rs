@@ -5,7 +5,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, ImageUse, Kernel};
 use crate::shaders::{painter as shaders, set};
 use crate::shading::Renderer;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
@@ -69,12 +69,12 @@ impl Canvas {
 
 impl Renderer {
     /// The canvas that all kernels of this renderer share.
-    pub(in crate::shading) fn canvas(&self) -> Result<Rc<Canvas>> {
+    pub(in crate::shading) fn canvas(&self) -> Result<Arc<Canvas>> {
         let mut kept = self.canvas.borrow_mut();
         if let Some(canvas) = &*kept {
             return Ok(canvas.clone());
         }
-        let canvas = Rc::new(Canvas::new(self)?);
+        let canvas = Arc::new(Canvas::new(self)?);
         *kept = Some(canvas.clone());
         Ok(canvas)
     }

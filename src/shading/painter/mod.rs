@@ -16,7 +16,7 @@ pub(super) use slices::Slices;
 pub use vertices::PatchData;
 
 use super::volumes::VolumePush;
-use super::{Lighting, Renderer};
+use super::{Lighting, Renderer, lock};
 use crate::Result;
 use crate::gpu::{Commands, Constants, Kernel};
 use crate::scene::{Blended, Scene};
@@ -26,7 +26,7 @@ use crate::world::CameraPush;
 use lists::ListSource;
 use std::cell::RefCell;
 use std::ops::Range;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 use vertices::Vertices;
 
 /// Runs of casters that are measured in one submission, of which each is some passes.
@@ -34,14 +34,14 @@ const RUNS: usize = 64;
 
 /// Paints casters and volumes.
 pub(super) struct Painter {
-    canvas: Rc<Canvas>,
+    canvas: Arc<Canvas>,
     /// None where there are no casters but cells of volumes.
     casters: Option<CasterPainter>,
     volumes: Option<Kernel<VolumePush>>,
 }
 
 struct CasterPainter {
-    lists: Rc<RefCell<Lists>>,
+    lists: Arc<Mutex<Lists>>,
     /// Where light is asked for at vertices.
     vertices: Option<RefCell<Vertices>>,
     paint: Kernel<CameraPush>,
@@ -57,12 +57,14 @@ impl CasterPainter {
         constants: &Constants,
     ) -> Result<Self> {
         let lists = renderer.lists()?;
-        let (scene, split) = (lists.borrow().scene.clone(), lists.borrow().split.clone());
+        let (scene, split, is_staged) = {
+            let lists = lock(&lists);
+            (lists.scene.clone(), lists.split.clone(), lists.may_split())
+        };
         let vertices = match lighting {
             Lighting::Fragment => None,
             Lighting::Vertex { spacing } => Some(Vertices::new(renderer, answer, constants, spacing)?),
         };
-        let is_staged = lists.borrow().may_split();
         let spreads = renderer.context.features().is_software();
         let constants = constants.clone().set(constant::SPREAD, spreads).set(constant::STAGED, is_staged);
         let kernel = |shader, sets: &[_]| Kernel::compute(&renderer.context, shader, sets, &constants);
@@ -75,7 +77,7 @@ impl CasterPainter {
     }
 
     fn record(&self, commands: &mut Commands, renderer: &Renderer, run: &Range<u32>, is_first: bool) {
-        let (lists, push) = (self.lists.borrow(), CameraPush::of(&renderer.camera));
+        let (lists, push) = (lock(&self.lists), CameraPush::of(&renderer.camera));
         lists.record(commands, run, is_first);
         self.light(commands, run, is_first, true);
         commands.pass("painter.paint", |pass| lists.per_part(pass, &self.paint, &push));
@@ -86,7 +88,7 @@ impl CasterPainter {
 
     /// What [`CasterPainter::record`] needs room for.
     fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
-        self.lists.borrow().measure(commands, run, is_first);
+        lock(&self.lists).measure(commands, run, is_first);
         self.light(commands, run, is_first, false);
     }
 
@@ -97,7 +99,7 @@ impl CasterPainter {
     }
 
     fn settle(&self, frame: u64) -> Result<bool> {
-        let mut lists = self.lists.borrow_mut();
+        let mut lists = lock(&self.lists);
         let has_grown = lists.settle(frame)?;
         let Some(vertices) = &self.vertices else { return Ok(has_grown) };
         Ok(vertices.borrow_mut().settle(frame, &mut lists)? || has_grown)
@@ -129,7 +131,7 @@ impl Painter {
         for next in renderer.blending.within(part) {
             match (next, &self.casters, &self.volumes) {
                 (Blended::Casters(places), Some(casters), _) => {
-                    let runs = casters.lists.borrow().runs(&places, renderer.blending.casters);
+                    let runs = lock(&casters.lists).runs(&places, renderer.blending.casters);
                     for run in runs {
                         casters.record(commands, renderer, &run, is_first);
                         is_first = false;
@@ -157,7 +159,7 @@ impl Painter {
                 Blended::Casters(places) => Some(places),
                 Blended::Volume(_) => None,
             });
-            let lists = casters.lists.borrow();
+            let lists = lock(&casters.lists);
             let runs: Vec<_> = places.flat_map(|places| lists.runs(places, renderer.blending.casters)).collect();
             drop(lists);
             for runs in runs.chunks(RUNS) {
@@ -177,7 +179,7 @@ impl Painter {
 
     /// How many runs all casters are painted in, one after the other.
     pub(super) fn run_count(&self) -> u32 {
-        self.casters.as_ref().map_or(1, |casters| casters.lists.borrow().run_count())
+        self.casters.as_ref().map_or(1, |casters| lock(&casters.lists).run_count())
     }
 
     /// See [`Renderer::settle`].
@@ -189,7 +191,7 @@ impl Painter {
     pub(super) fn bytes(&self) -> Option<u64> {
         let casters = self.casters.as_ref()?;
         let vertices = casters.vertices.as_ref().map_or(0, |vertices| vertices.borrow().bytes());
-        Some(casters.lists.borrow().bytes() + vertices)
+        Some(lock(&casters.lists).bytes() + vertices)
     }
 }
 
@@ -212,14 +214,14 @@ impl Renderer {
     }
 
     /// The lists that all kernels of this renderer share.
-    fn lists(&self) -> Result<Rc<RefCell<Lists>>> {
+    fn lists(&self) -> Result<Arc<Mutex<Lists>>> {
         let mut kept = self.lists.borrow_mut();
         if let Some(lists) = &*kept {
             return Ok(lists.clone());
         }
         let (order, room) = (&self.blending.order, self.blending.room());
         let listed = ListSource { order, room, least: self.least_part(), by_place: false };
-        let lists = Rc::new(RefCell::new(Lists::new(self, &listed)?));
+        let lists = Arc::new(Mutex::new(Lists::new(self, &listed)?));
         *kept = Some(lists.clone());
         Ok(lists)
     }

@@ -10,7 +10,7 @@ use crate::shaders::{painter as shaders, set};
 use crate::shading::Renderer;
 use crate::technique::{Answer, Painter};
 use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::Arc;
 
 push_struct! {
     /// Twin: SlicedPush in glsl/shading/painter/slice.comp.
@@ -22,8 +22,8 @@ push_struct! {
 
 /// Paints casters slice by slice.
 pub(in crate::shading) struct Slices {
-    painter: Rc<Painter>,
-    canvas: Rc<Canvas>,
+    painter: Arc<Painter>,
+    canvas: Arc<Canvas>,
     lists: RefCell<Lists>,
     /// Slices from far to near, over the picture.
     over: Kernel<SlicedPush>,
@@ -35,7 +35,7 @@ pub(in crate::shading) struct Slices {
 
 impl Slices {
     /// `answer` and `painter` must be those of the same technique.
-    pub(in crate::shading) fn new(renderer: &Renderer, answer: &Answer, painter: &Rc<Painter>) -> Result<Self> {
+    pub(in crate::shading) fn new(renderer: &Renderer, answer: &Answer, painter: &Arc<Painter>) -> Result<Self> {
         let (context, canvas) = (&renderer.context, renderer.canvas()?);
         let seen =
             Image::new(context, "picture.seen", Format::R32G32B32A32_SFLOAT, renderer.color.size(), ImageUse::Storage)?;

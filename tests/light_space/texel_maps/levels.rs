@@ -29,7 +29,12 @@ struct Kept {
     maps: u32,
 }
 
-fn kept<S>(context: &Context, scene: &Scene, open: impl Fn(&World) -> gobo::Result<TexelMap<S>>, text: &str) -> Kept {
+fn kept<S: Send>(
+    context: &Context,
+    scene: &Scene,
+    open: impl Fn(&World) -> gobo::Result<TexelMap<S>>,
+    text: &str,
+) -> Kept {
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened = Opened::new(context, Box::new(support::opened(open(&world), text)), true);
     opened.build(&world).expect(text);

@@ -42,7 +42,7 @@ struct Built {
 }
 
 fn built(context: &Context, scene: &Scene, text: &str) -> Built {
-    fn of<S: Clone + 'static>(
+    fn of<S: Clone + Send + 'static>(
         context: &Context,
         world: &World,
         opened: gobo::Result<TexelMap<S, Sums>>,
