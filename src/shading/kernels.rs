@@ -195,13 +195,14 @@ impl Renderer {
         self.with_casters(answer, shading, Casters::Outlined { filled, lines, push: SpacingPush { spacing } })
     }
 
-    /// Makes the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Technique::painter`]).
+    /// Makes the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Answer::painter`]).
     ///
     /// # Errors
     /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints the casters itself, but `lighting` asks for light at vertices
     /// or casters have a color.
     pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
-        let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
+        let answer = &technique.answer();
+        let Some(painter) = answer.painter else { return self.kernels(answer, shading, lighting) };
         if lighting != Lighting::Fragment {
             return Err(Error::Refused("lighting=fragment: it paints casters itself".into()));
         }
@@ -209,7 +210,6 @@ impl Renderer {
             return Err(Error::Refused("a scene without [color]: it paints all colors with one opacity".into()));
         }
         self.check_colored(shading)?;
-        let answer = &technique.answer();
         let casters = match self.painter_kind() {
             PainterKind::Compute => Casters::PaintedSlices(Slices::new(self, answer, painter)?),
             PainterKind::Raster => Casters::HalfAngleDraw(HalfAngleDraw::new(self, answer, painter)?),

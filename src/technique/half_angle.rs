@@ -28,7 +28,7 @@
 use super::keys::{Name, words};
 use super::painter::{Painter, PainterKernels};
 use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{CasterQuads, DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, QuadsPush};
 use crate::scene::LightKind;
@@ -199,13 +199,15 @@ impl Technique for HalfAngle {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::HALF_ANGLE, bindings: &self.look_up, constants: &self.constants }
+        Answer { painter: Some(&self.painter), ..Answer::new(folder::HALF_ANGLE, &self.look_up, &self.constants) }
     }
 
-    fn painter(&self) -> Option<&Arc<Painter>> {
-        Some(&self.painter)
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for HalfAngle {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

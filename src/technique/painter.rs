@@ -69,7 +69,7 @@ pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
 /// [`Error::Refused`] where the technique paints casters.
 pub fn answers_in_space(technique: &dyn Technique) -> Result<()> {
     let needs = "a technique that answers at points in space, and this one paints the picture: name another";
-    if technique.painter().is_none() { Ok(()) } else { Err(Error::Refused(needs.into())) }
+    if technique.answer().painter.is_none() { Ok(()) } else { Err(Error::Refused(needs.into())) }
 }
 
 impl Painter {

@@ -210,7 +210,7 @@ impl Stage {
 
     /// The path that A or B runs.
     pub fn path(&self, side: usize) -> Option<&'static str> {
-        self.sides[side].as_ref().and_then(|lit| lit.technique.facts().ok()).map(|facts| facts.path)
+        self.sides[side].as_ref().and_then(|lit| lit.technique.inspect().facts().ok()).map(|facts| facts.path)
     }
 
     /// The bytes that the window shows.
@@ -415,10 +415,11 @@ impl Stage {
         }
         let lights = self.world.all_lights();
         let first = lights.iter().take(light).map(Light::map_count).sum::<usize>();
-        let Some(view) = lit.technique.maps().get(first).filter(|_| light < lights.len()).map(|map| map.caster_view)
+        let Some(view) =
+            lit.technique.inspect().maps().get(first).filter(|_| light < lights.len()).map(|map| map.caster_view)
         else {
             let name = lit.spec.entry.name;
-            let error = match lit.technique.maps().is_empty() {
+            let error = match lit.technique.inspect().maps().is_empty() {
                 true => Error::input(name, "it has no maps to slice", "choose one that has"),
                 false => Error::input(format!("light {light}"), "there is no such light", "choose another"),
             };

@@ -49,7 +49,7 @@ fn kept<S: Send>(
         }
     };
     let coarser = texels.coarser.read(texels.coarser.bytes() as usize / 4).expect("read");
-    let view = opened.technique.maps()[0].caster_view;
+    let view = opened.technique.inspect().maps()[0].caster_view;
     Kept { image, coarser, size: [view.width, view.height], maps: height / view.height }
 }
 
@@ -234,7 +234,7 @@ fn levels_do_not_drift() {
             let text = format!("{name}{}path=binned,size={SIZE},levels=6", if name.contains(':') { ',' } else { ':' });
             let mut opened = support::opened(open(context, &world, &spec(&text)), &text);
             opened.build(&world).expect(&text);
-            let view = opened.technique.maps()[0].caster_view;
+            let view = opened.technique.inspect().maps()[0].caster_view;
             let point = |x: f64, y: f64, k: u32| {
                 view.ray(DVec2::new(x, y)).at(view.z((f64::from(k) + 0.5) / f64::from(DEPTHS)))
             };
