@@ -33,8 +33,8 @@ pub(super) struct GBuffer {
 
 impl GBuffer {
     pub(super) fn new(renderer: &Renderer) -> Result<Self> {
-        let (context, scene, size) = (&renderer.context, &renderer.scene, renderer.color.size());
-        let is_computed = renderer.painter_kind() == PainterKind::Compute;
+        let (context, scene, size) = (&renderer.context, &renderer.scene.set, renderer.targets.color.size());
+        let is_computed = renderer.painter_kind == PainterKind::Compute;
         // What is not used stays bound to something.
         let sides = if is_computed { [1, 1] } else { size };
         let numbers = Image::new(context, "picture.numbers", Format::R32_UINT, sides, ImageUse::Color)?;
@@ -50,19 +50,19 @@ impl GBuffer {
                 depth: Some(Format::D32_SFLOAT),
             };
             let kernel = Kernel::graphics(context, &state, &[scene], &Constants::new())?;
-            (Visible::Drawn(numbers.clone(), kernel), renderer.lights.clone())
+            (Visible::Drawn(numbers.clone(), kernel), renderer.scene.lights.clone())
         };
         let seen = set::PictureSeen {
             numbers: &numbers,
-            albedos: &renderer.albedo,
-            normals: &renderer.normal,
-            distances: &renderer.distance,
+            albedos: &renderer.targets.albedo,
+            normals: &renderer.targets.normal,
+            distances: &renderer.targets.distance,
             seen: &pixels,
         };
         let seen = seen.bind(context, "picture.seen")?;
         let constants = Constants::new().set(SEEN_BY_COMPUTE, is_computed);
         let gbuffer = Kernel::compute(context, &shaders::GBUFFER, &[scene, &seen], &constants)?;
-        let corners = renderer.shown.as_ref().and_then(|shown| shown.normals.as_ref());
+        let corners = renderer.display.as_ref().and_then(|shown| shown.normals.as_ref());
         let smooth = corners.map(|corners| Smooth::new(renderer, (&numbers, corners), &pixels, &constants));
         Ok(Self { size, visible, gbuffer, smooth: smooth.transpose()? })
     }
@@ -80,7 +80,7 @@ impl GBuffer {
         let push = CameraPush::of(&renderer.camera);
         match &self.visible {
             Visible::Drawn(numbers, kernel) => Self::visible(commands, renderer, (numbers, kernel), &push),
-            Visible::Computed(seen) => lock(seen).record(commands, renderer.triangle_vertices / 3),
+            Visible::Computed(seen) => lock(seen).record(commands, renderer.scene.triangle_vertices / 3),
         }
         self.gbuffer(commands, &push);
         if let Some(smooth) = &self.smooth {
@@ -96,9 +96,9 @@ impl GBuffer {
     ) {
         commands.pass("shading.visible", |pass| {
             let targets = [Target { image: numbers, clear: Some([0.0; 4]) }];
-            let depth = Target { image: &renderer.depth, clear: Some([1.0; 4]) };
+            let depth = Target { image: &renderer.targets.depth, clear: Some([1.0; 4]) };
             pass.render(numbers.size(), &targets, Some(depth), |draw| {
-                draw.draw(kernel, push, renderer.triangle_vertices, 1);
+                draw.draw(kernel, push, renderer.scene.triangle_vertices, 1);
             });
         });
     }

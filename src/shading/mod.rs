@@ -18,12 +18,15 @@ mod mesh_shading;
 mod painter;
 mod passes;
 mod picture;
+mod picture_scene;
 mod pictures;
 mod points;
 mod readback;
 mod reservoir;
 mod settings;
+mod shared;
 mod steps;
+mod targets;
 mod volumes;
 
 pub use display::Tonemapped;

@@ -9,8 +9,8 @@ mod slices;
 mod vertices;
 
 pub(super) use canvas::Canvas;
-pub(super) use lists::Lists;
 pub use lists::{ListReadback, PaintTotals, PartData};
+pub(super) use lists::{Lists, usual_part};
 pub(super) use shade::Shade;
 pub(super) use slices::Slices;
 pub use vertices::PatchData;
@@ -23,7 +23,6 @@ use crate::scene::{Blended, Scene};
 use crate::shaders::{constant, painter as shaders, shading};
 use crate::technique::Answer;
 use crate::world::CameraPush;
-use lists::ListSource;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
@@ -116,7 +115,7 @@ impl Painter {
             _ => Some(CasterPainter::new(renderer, &canvas, answer, lighting, &constants)?),
         };
         let march = |fields| {
-            let sets = [&renderer.scene, answer.bindings, &canvas.bindings, fields];
+            let sets = [&renderer.scene.set, answer.bindings, &canvas.bindings, fields];
             Kernel::compute(&renderer.context, shading::VOLUME.of(answer.folder), &sets, &constants)
         };
         let volumes = renderer.volumes.as_ref().map(|volumes| march(&volumes.bindings)).transpose()?;
@@ -198,31 +197,17 @@ impl Painter {
 impl Renderer {
     /// Constants of passes that paint all three colors at once.
     pub(super) fn painted(&self, constants: &Constants) -> Constants {
-        let constants = self.with_kinds(crate::query::colored(constants, self.extinction_ratio));
-        if self.caster_room > 0 { constants.set(constant::CASTER_ROOM, self.caster_room) } else { constants }
+        let constants = self.with_kinds(crate::query::colored(constants, self.kinds.extinction_ratio));
+        if self.kinds.room_per_color > 0 {
+            constants.set(constant::CASTER_ROOM, self.kinds.room_per_color)
+        } else {
+            constants
+        }
     }
 
     /// Cuts the lists of casters per tile into parts of at least so many, which are painted side by side; to be called before kernels are made.
     /// By default software devices, which have few threads, paint each list as one part, and stop where nothing more is seen.
     pub fn cut_lists(&mut self, least: u32) {
-        self.cut = Some(least.max(1));
-    }
-
-    fn least_part(&self) -> u32 {
-        let is_software = self.context.features().is_software();
-        self.cut.unwrap_or(if is_software { lists::WHOLE } else { lists::LEAST_PART })
-    }
-
-    /// The lists that all kernels of this renderer share.
-    fn lists(&self) -> Result<Arc<Mutex<Lists>>> {
-        let mut kept = self.lists.borrow_mut();
-        if let Some(lists) = &*kept {
-            return Ok(lists.clone());
-        }
-        let (order, room) = (&self.blending.order, self.blending.room());
-        let listed = ListSource { order, room, least: self.least_part(), by_place: false };
-        let lists = Arc::new(Mutex::new(Lists::new(self, &listed)?));
-        *kept = Some(lists.clone());
-        Ok(lists)
+        self.least_part = least.max(1);
     }
 }
