@@ -250,7 +250,7 @@ fn built(
         _ => {
             let mut opened = technique::open(context, world, spec)?;
             opened.build(world)?;
-            let file = opened.technique.file(world)?;
+            let file = opened.technique.inspect().file(world)?;
             file.iter().for_each(|file| hash.bytes(file));
             (file.is_some(), answers(context, opened.technique.as_ref(), points)?)
         }

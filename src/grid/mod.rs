@@ -3,24 +3,26 @@
 //! for a thousand.
 
 mod cells;
+mod content;
 mod lists;
 mod masks;
 mod media;
 mod placement;
 mod voxelize;
 
+pub use self::content::Refinement;
 pub use self::lists::{ListTotals, caster_share};
 pub use self::media::{MediaContent, media_limit};
 pub use self::placement::Placement;
 pub use self::voxelize::Voxelizer;
 
-use self::cells::Cells;
+use self::content::{CasterVoxels, MeshVoxels};
 use self::lists::{CastLists, Lists};
 use self::masks::Masks;
 use self::media::Media;
 use self::voxelize::Voxelize;
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::grid as shaders;
 use crate::shaders::set;
 use crate::world::{BuildStamp, Parts, World};
@@ -93,50 +95,51 @@ push_struct! {
 /// ours.
 pub struct Grid {
     size: u32,
-    fitted: u32,
     data: Buffer,
     bits: Buffer,
     large: Buffer,
-    /// Present where the world may have smoke or hair.
-    media: Option<Media>,
-    /// Present where the grid lists casters.
-    cast: Option<CastLists>,
-    /// Present where cones are traced.
-    cells: Option<Cells>,
-    /// Present where shadows are finer than voxels.
-    masks: Option<Masks>,
-    bounds: Kernel<GridPush>,
-    fit: Kernel<GridPush>,
+    place: Place,
+    meshes: MeshVoxels,
+    casters: CasterVoxels,
     clear: Kernel<GridPush>,
-    /// Present where the grid holds meshes.
-    voxelize: Option<Voxelize>,
-    /// The grid's place, if it is given and not fitted to the casters.
-    stands: Option<GridData>,
     voxelized: BuildStamp,
     deposited: BuildStamp,
 }
 
-/// Extra data of meshes in a grid, besides a bit per voxel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refinement {
-    /// Nothing.
-    Nothing,
-    /// How many voxels are occupied in larger cells, for cones.
-    Counts,
-    /// For each occupied voxel, which of its 4 × 4 × 4 cells are occupied.
-    Masks,
+/// Where a grid is.
+enum Place {
+    /// About all casters, with `voxels` voxels along the longest side of the box about them.
+    Fitted { voxels: u32, bounds: Kernel<GridPush>, fit: Kernel<GridPush> },
+    /// Where the caller says.
+    Given(GridData),
 }
 
-/// The content of a grid, and its place.
-struct Plan {
-    /// Voxels along the longest side of the box about all casters.
-    fitted: u32,
-    /// None: without meshes.
-    voxelizer: Option<Voxelizer>,
-    finer: Refinement,
-    media: Option<MediaContent>,
-    cast: bool,
-    stands: Option<GridData>,
+impl Place {
+    fn new(context: &Context, world: &World, grid: &Bindings, plan: PlacePlan) -> Result<Self> {
+        let voxels = match plan {
+            PlacePlan::Fitted(voxels) => voxels,
+            PlacePlan::Given(place) => return Ok(Self::Given(place)),
+        };
+        let casters = set::GridCasters { casters: &world.casters }.bind(context, "grid.casters")?;
+        let constants = Constants::new();
+        let bounds = Kernel::compute(context, &shaders::BOUNDS, &[grid, &casters], &constants)?;
+        Ok(Self::Fitted { voxels, bounds, fit: Kernel::compute(context, &shaders::FIT, &[grid], &constants)? })
+    }
+}
+
+/// What a new grid is to have of smoke and hair: see [`CasterVoxels`].
+#[derive(Clone, Copy)]
+enum CasterPlan {
+    Nothing,
+    Media(MediaContent),
+    Lists,
+}
+
+/// Where a new grid is to be: see [`Place`].
+#[derive(Clone, Copy)]
+enum PlacePlan {
+    Fitted(u32),
+    Given(GridData),
 }
 
 /// Bindings of a look-up. Where the grid lacks a buffer, its bits are bound instead.
@@ -163,9 +166,9 @@ impl Grid {
     /// [`crate::Error::Refused`] where there is smoke or hair and the device binds no buffer with one number per voxel,
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Refinement) -> Result<Self> {
-        let media = (world.caster_capacity() > 0).then(MediaContent::default);
-        let voxelizer = Some(voxelizer);
-        Self::planned(context, world, &Plan { fitted: size, voxelizer, finer, media, cast: false, stands: None })
+        let has_casters = world.caster_capacity() > 0;
+        let casters = if has_casters { CasterPlan::Media(MediaContent::default()) } else { CasterPlan::Nothing };
+        Self::planned(context, world, PlacePlan::Fitted(size), Some((voxelizer, finer)), casters)
     }
 
     /// A grid that lists the triangles and the casters of each voxel.
@@ -173,8 +176,8 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn listing(context: &Context, world: &World, size: u32) -> Result<Self> {
-        let (voxelizer, finer) = (Some(Voxelizer::Listed), Refinement::Nothing);
-        Self::planned(context, world, &Plan { fitted: size, voxelizer, finer, media: None, cast: true, stands: None })
+        let meshes = Some((Voxelizer::Listed, Refinement::Nothing));
+        Self::planned(context, world, PlacePlan::Fitted(size), meshes, CasterPlan::Lists)
     }
 
     /// A grid of smoke and hair alone, with the data that `holds` names, and `fitted` voxels along the longest side of the box about these
@@ -183,8 +186,7 @@ impl Grid {
     /// # Errors
     /// As [`Grid::new`].
     pub fn of_media(context: &Context, world: &World, fitted: u32, holds: MediaContent) -> Result<Self> {
-        let (finer, media) = (Refinement::Nothing, Some(holds));
-        Self::planned(context, world, &Plan { fitted, voxelizer: None, finer, media, cast: false, stands: None })
+        Self::planned(context, world, PlacePlan::Fitted(fitted), None, CasterPlan::Media(holds))
     }
 
     /// A grid of the meshes alone, at `place`. All meshes must lie inside it, at least a voxel from its sides.
@@ -192,18 +194,25 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
-        let (fitted, voxelizer) = (place.size, Some(Voxelizer::Compute));
-        let plan =
-            Plan { fitted, voxelizer, finer: Refinement::Nothing, media: None, cast: false, stands: Some(place) };
-        Self::planned(context, world, &plan)
+        let meshes = Some((Voxelizer::Compute, Refinement::Nothing));
+        Self::planned(context, world, PlacePlan::Given(place), meshes, CasterPlan::Nothing)
     }
 
-    fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
-        let Plan { fitted, voxelizer, finer, media, cast, stands } = *plan;
-        if media.is_some() || cast {
+    /// `meshes`: none for a grid without meshes.
+    fn planned(
+        context: &Context,
+        world: &World,
+        place: PlacePlan,
+        meshes: Option<(Voxelizer, Refinement)>,
+        casters: CasterPlan,
+    ) -> Result<Self> {
+        if !matches!(casters, CasterPlan::Nothing) {
             world.one_color("a grid keeps")?;
         }
-        let size = voxels_per_side(fitted);
+        let size = voxels_per_side(match place {
+            PlacePlan::Fitted(voxels) => voxels,
+            PlacePlan::Given(place) => place.size,
+        });
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         // Zeroed, since clearing passes only visit words that are not 0.
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
@@ -211,82 +220,65 @@ impl Grid {
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
         let set = set::Grid { grid: &data, grid_bits: &bits, triangles: &world.triangles, listed: &large };
         let set = set.bind(context, "grid")?;
-        let casters = set::GridCasters { casters: &world.casters }.bind(context, "grid.casters")?;
-        let constants = Constants::new();
-        let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
-        let place = match (voxelizer, stands) {
+        let of_place = match (meshes, place) {
             (None, _) => Parts::CASTERS,
-            (Some(_), None) => Parts::BOX,
-            (Some(_), Some(_)) => Parts::MESHES,
+            (Some(_), PlacePlan::Fitted(_)) => Parts::BOX,
+            (Some(_), PlacePlan::Given(_)) => Parts::MESHES,
         };
-        let meshes = if voxelizer.is_some() { Parts::MESHES.and(place) } else { place };
+        let of_meshes = if meshes.is_some() { Parts::MESHES.and(of_place) } else { of_place };
         Ok(Self {
             size,
-            fitted,
+            place: Place::new(context, world, &set, place)?,
+            meshes: match meshes {
+                Some(held) => MeshVoxels::new(context, world, size, &set, held)?,
+                None => MeshVoxels::Nothing,
+            },
+            casters: match casters {
+                CasterPlan::Nothing => CasterVoxels::Nothing,
+                CasterPlan::Media(content) => CasterVoxels::Media(Media::new(context, world, size, &set, content)?),
+                CasterPlan::Lists => CasterVoxels::Lists(CastLists::new(context, world, size, &data)?),
+            },
+            clear: Kernel::compute(context, &shaders::CLEAR, &[&set], &Constants::new())?,
             bits,
             large,
-            media: media.map(|holds| Media::new(context, world, size, &set, holds)).transpose()?,
-            cast: if cast { Some(CastLists::new(context, world, size, &data)?) } else { None },
-            cells: if finer == Refinement::Counts { Some(Cells::new(context, size, &set)?) } else { None },
-            masks: match voxelizer {
-                Some(voxelizer) if finer == Refinement::Masks => Some(Masks::new(context, size, voxelizer, &set)?),
-                _ => None,
-            },
-            bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
-            fit: kernel(&shaders::FIT)?,
-            clear: kernel(&shaders::CLEAR)?,
-            voxelize: match voxelizer {
-                None => None,
-                Some(Voxelizer::Listed) => Some(Voxelize::Listed(Box::new(Lists::new(context, world, size, &set)?))),
-                Some(voxelizer) => Some(Voxelize::new(context, voxelizer, &[&set])?),
-            },
             data,
-            stands,
-            voxelized: BuildStamp::of(meshes),
-            deposited: BuildStamp::of(Parts::CASTERS.and(place)),
+            voxelized: BuildStamp::of(of_meshes),
+            deposited: BuildStamp::of(Parts::CASTERS.and(of_place)),
         })
     }
 
     /// Bindings of a look-up.
     pub fn buffers(&self) -> GridBuffers<'_> {
         let bits = &self.bits;
-        let (media, media_bits) = self.media.as_ref().map_or((bits, bits), |media| (&media.voxels, &media.bits));
-        let cells = self.cells.as_ref().map(|cells| &cells.counts);
-        let cells = cells.or(self.lists().map(|lists| &lists.words)).unwrap_or(bits);
-        let masks = self.masks.as_ref().map_or(bits, |masks| &masks.words);
+        let (media, media_bits) = self.casters.media().map_or((bits, bits), |media| (&media.voxels, &media.bits));
+        let (mut cells, mut masks) = (bits, bits);
+        match &self.meshes {
+            MeshVoxels::Bits(Voxelize::Listed(lists)) => cells = &lists.words,
+            MeshVoxels::Counts(_, counted) => cells = &counted.counts,
+            MeshVoxels::Masks(_, masked) => masks = &masked.words,
+            MeshVoxels::Nothing | MeshVoxels::Bits(_) => {}
+        }
         GridBuffers { data: &self.data, bits, media, media_bits, cells, masks }
     }
 
     /// The bits and the lists of casters, in a grid that lists them.
     pub fn cast_buffers(&self) -> [&Buffer; 2] {
-        self.cast.as_ref().map_or([&self.bits; 2], |cast| [&cast.bits, &cast.lists.words])
-    }
-
-    fn lists(&self) -> Option<&Lists> {
-        if let Some(Voxelize::Listed(lists)) = &self.voxelize { Some(lists) } else { None }
+        self.casters.lists().map_or([&self.bits; 2], |cast| [&cast.bits, &cast.lists.words])
     }
 
     /// Whether the world may have smoke or hair.
     pub fn has_media(&self) -> bool {
-        self.media.is_some()
+        self.casters.media().is_some()
     }
 
     /// Bytes that a look-up needs.
     pub fn resident_bytes(&self) -> u64 {
-        let media = self.media.as_ref().map_or(0, Media::resident_bytes);
-        let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
-        let lists = self.lists().map_or(0, |lists| lists.words.bytes());
-        let masks = self.masks.as_ref().map_or(0, |masks| masks.words.bytes());
-        let cast = self.cast.as_ref().map_or(0, CastLists::resident_bytes);
-        self.data.bytes() + self.bits.bytes() + media + cells + lists + masks + cast
+        self.data.bytes() + self.bits.bytes() + self.meshes.resident_bytes() + self.casters.resident_bytes()
     }
 
     /// Bytes that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
-        let lists = self.lists().map_or(0, Lists::transient_bytes);
-        let masks = self.masks.as_ref().map_or(0, Masks::transient_bytes);
-        let cast = self.cast.as_ref().map_or(0, CastLists::transient_bytes);
-        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + lists + masks + cast
+        self.large.bytes() + self.meshes.transient_bytes() + self.casters.transient_bytes()
     }
 
     /// The grid's place, after a build.
@@ -311,7 +303,7 @@ impl Grid {
     /// # Errors
     /// As [`Grid::data`].
     pub fn media(&self) -> Result<Option<(Vec<u32>, Vec<u64>)>> {
-        let Some(media) = &self.media else { return Ok(None) };
+        let Some(media) = self.casters.media() else { return Ok(None) };
         Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
     }
 
@@ -321,14 +313,14 @@ impl Grid {
     /// # Errors
     /// As [`Grid::data`].
     pub fn directions(&self) -> Result<Vec<i32>> {
-        let directions = self.media.as_ref().and_then(Media::directions);
+        let directions = self.casters.media().and_then(Media::directions);
         directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
     }
 
     /// Two buffers: the directions of strands in each voxel, and the greatest optical depth of any voxel. Where the grid lacks one of them,
     /// the buffer of bits stands in its place, since a shader needs something bound there.
     pub fn held_buffers(&self) -> [&Buffer; 2] {
-        let media = self.media.as_ref();
+        let media = self.casters.media();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
     }
 
@@ -338,7 +330,7 @@ impl Grid {
     /// # Errors
     /// As [`Grid::data`].
     pub fn cells(&self) -> Result<Vec<u32>> {
-        self.cells.as_ref().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
+        self.meshes.cells().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
     }
 
     /// The lists of triangles, in the layout of glsl/grid/lists/place.glsl, after a build; nothing in a grid without
@@ -347,7 +339,7 @@ impl Grid {
     /// # Errors
     /// As [`Grid::data`].
     pub fn listed(&self) -> Result<Vec<u32>> {
-        self.lists().map_or(Ok(Vec::new()), Lists::read)
+        self.meshes.lists().map_or(Ok(Vec::new()), Lists::read)
     }
 
     /// The bits of the voxels that casters meet, and the lists of casters, after a build. The lists have the layout of the lists of
@@ -356,18 +348,18 @@ impl Grid {
     /// # Errors
     /// As [`Grid::data`].
     pub fn listed_casters(&self) -> Result<(Vec<u64>, Vec<u32>)> {
-        let Some(cast) = &self.cast else { return Ok(Default::default()) };
+        let Some(cast) = self.casters.lists() else { return Ok(Default::default()) };
         Ok((cast.bits.read(grid_words(self.size) as usize)?, cast.lists.read()?))
     }
 
     /// Totals of the lists of casters, after a build.
     pub fn cast_totals(&self) -> Option<ListTotals> {
-        self.cast.as_ref().map(|cast| cast.lists.last)
+        self.casters.lists().map(|cast| cast.lists.last)
     }
 
     /// Totals of the lists of triangles, after a build.
     pub fn list_totals(&self) -> Option<ListTotals> {
-        self.lists().map(|lists| lists.last)
+        self.meshes.lists().map(|lists| lists.last)
     }
 
     /// After a build: first, per brick, how many occupied voxels come before it; then the masks of the occupied voxels, two words each.
@@ -376,7 +368,7 @@ impl Grid {
     /// # Errors
     /// As [`Grid::data`].
     pub fn masks(&self) -> Result<Vec<u32>> {
-        self.masks.as_ref().map_or(Ok(Vec::new()), Masks::read)
+        self.meshes.masks().map_or(Ok(Vec::new()), Masks::read)
     }
 
     /// Reads frame `frame`'s counts, after the frame is over. Returns whether buffers of lists or masks have grown, so
@@ -385,17 +377,14 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of so many masks, [`crate::Error::Gpu`] where memory runs out.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
-        let mut grew = self.masks.as_mut().map_or(Ok(false), |masks| masks.settle(frame))?;
-        if let Some(Voxelize::Listed(lists)) = &mut self.voxelize {
-            grew |= lists.settle(frame)?;
-        }
-        if let Some(cast) = &mut self.cast {
+        let mut grew = self.meshes.settle(frame)?;
+        if let CasterVoxels::Lists(cast) = &mut self.casters {
             grew |= cast.lists.settle(frame)?;
         }
         if grew {
             self.voxelized.forget();
         }
-        if grew && self.cast.is_some() {
+        if grew && self.casters.lists().is_some() {
             self.deposited.forget();
         }
         Ok(grew)
@@ -407,27 +396,16 @@ impl Grid {
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         if self.voxelized.make(world) {
             self.clear(commands);
-            if self.stands.is_none() {
-                self.place(commands, world);
-            }
-            if let Some(voxelize) = &self.voxelize {
-                voxelize.record(commands, "grid.voxelize", world, self.size);
-            }
-            if let Some(cells) = &self.cells {
-                cells.record(commands);
-            }
-            if let Some(masks) = &self.masks {
-                masks.record(commands, world, &self.large);
-            }
+            self.place(commands, world);
+            self.meshes.record(commands, world, self.size, &self.large);
         }
-        if (self.media.is_some() || self.cast.is_some()) && self.deposited.make(world) {
-            if let Some(media) = &self.media {
+        match &self.casters {
+            CasterVoxels::Media(media) if self.deposited.make(world) => {
                 media.clear(commands);
                 media.deposit(commands, world);
             }
-            if let Some(cast) = &self.cast {
-                cast.record(commands, world);
-            }
+            CasterVoxels::Lists(cast) if self.deposited.make(world) => cast.record(commands, world),
+            _ => {}
         }
     }
 
@@ -440,7 +418,7 @@ impl Grid {
     /// Empties the grid and forgets the casters' bounds; only words that are not 0 are set to 0.
     fn clear(&self, commands: &mut Commands) {
         let unknown = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
-        let start = self.stands.unwrap_or(unknown);
+        let start = if let Place::Given(place) = self.place { place } else { unknown };
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = u64::from(side(self.size, 2).pow(3));
         commands.pass("grid.clear", |pass| {
@@ -455,13 +433,16 @@ impl Grid {
         });
     }
 
+    /// Fits the grid to all casters, unless its place is given.
     fn place(&self, commands: &mut Commands, world: &World) {
-        let triangle_count = if self.voxelize.is_some() { world.triangle_count() } else { 0 };
+        let Place::Fitted { voxels, bounds, fit } = &self.place else { return };
+        let is_of_meshes = !matches!(self.meshes, MeshVoxels::Nothing);
+        let triangle_count = if is_of_meshes { world.triangle_count() } else { 0 };
         let caster_count = world.caster_count();
         let bounds_groups = triangle_count.max(caster_count).div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
         let threads = THREADS * bounds_groups;
-        let push = GridPush { triangle_count, caster_count, threads, fitted: self.fitted, ..GridPush::zeroed() };
-        commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
-        commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
+        let push = GridPush { triangle_count, caster_count, threads, fitted: *voxels, ..GridPush::zeroed() };
+        commands.pass("grid.bounds", |pass| pass.dispatch(bounds, &push, [bounds_groups, 1, 1]));
+        commands.pass("grid.fit", |pass| pass.dispatch(fit, &push, [1, 1, 1]));
     }
 }

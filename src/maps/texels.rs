@@ -41,7 +41,7 @@ pub struct TexelKernels<'a> {
 }
 
 /// Passes that make the texels of all maps, drawn or binned, and the resources that keep them.
-pub trait TexelPasses {
+pub trait TexelPasses: Send {
     /// Records the passes that make the texels for the present world.
     ///
     /// # Errors

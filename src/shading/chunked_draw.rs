@@ -58,7 +58,7 @@ impl Renderer {
                 painter.make_room(self)?;
                 self.blending.forget();
             }
-            Casters::PaintedSlices(slices) if self.caster_count > 0 => slices.make_room(self)?,
+            Casters::PaintedSlices(slices) if self.scene.caster_count > 0 => slices.make_room(self)?,
             _ => {}
         }
         kernels.has_room_for.set(moves);

@@ -11,22 +11,22 @@ use crate::{Error, Result};
 impl Renderer {
     /// Whether casters absorb all colors of light equally.
     pub(super) fn is_grey(&self) -> bool {
-        self.extinction_ratio == Scene::GREY && self.caster_room == 0
+        self.kinds.extinction_ratio == Scene::GREY && self.kinds.room_per_color == 0
     }
 
     /// Says which kinds of casters there may be, so that shaders that draw them leave out the arithmetic of the others.
     pub(super) fn with_kinds(&self, constants: Constants) -> Constants {
-        constants.set(constant::STRANDS, self.has_strands).set(constant::GAUSSIANS, self.has_packed)
+        constants.set(constant::STRANDS, self.kinds.has_strands).set(constant::GAUSSIANS, self.kinds.has_packed)
     }
 
     /// Blend state and constants of each kernel that draws casters: one kernel for all channels at once, or one per channel.
     pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
-        let mut constants = self.with_kinds(colored(constants, self.extinction_ratio));
+        let mut constants = self.with_kinds(colored(constants, self.kinds.extinction_ratio));
         if self.is_grey() {
             return vec![(Blend::Over, constants)];
         }
-        if self.caster_room > 0 {
-            constants = constants.set(constant::CASTER_ROOM, self.caster_room);
+        if self.kinds.room_per_color > 0 {
+            constants = constants.set(constant::CASTER_ROOM, self.kinds.room_per_color);
         }
         (0..3).map(|channel| (Blend::OverChannel(channel), constants.clone().set(constant::CHANNEL, channel))).collect()
     }

@@ -72,10 +72,10 @@ impl Smooth {
         seen: &Buffer,
         constants: &Constants,
     ) -> Result<Self> {
-        let (distances, normals) = (&renderer.distance, &renderer.normal);
+        let (distances, normals) = (&renderer.targets.distance, &renderer.targets.normal);
         let sets = set::PictureSmooth { numbers, distances, normals, corners, seen };
         let bindings = sets.bind(&renderer.context, "picture.smooth")?;
-        let all = [&renderer.scene, &bindings];
+        let all = [&renderer.scene.set, &bindings];
         Ok(Self(Kernel::compute(&renderer.context, &shaders::SMOOTH, &all, constants)?))
     }
 
@@ -97,11 +97,11 @@ impl Renderer {
         let state = Graphics {
             vertex: &shaders::FULLSCREEN_VERT,
             fragment: &shaders::BACKDROP_FRAG,
-            colors: &[(self.color_format, Blend::Over)],
+            colors: &[(self.targets.format, Blend::Over)],
             depth: None,
         };
         // The pass asks no technique. Its sets have numbers before and after the technique's, so some set must be bound in between.
-        let sets = [&self.scene, &self.distances, &self.distances];
+        let sets = [&self.scene.set, &self.targets.distances, &self.targets.distances];
         let backdrop = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
         let normals: Vec<[f32; 3]> = scene.meshes.iter().flat_map(smooth_normals).flatten().collect();
         let is_round = normals.chunks_exact(3).any(|corners| corners[0] != corners[1] || corners[1] != corners[2]);
@@ -110,16 +110,16 @@ impl Renderer {
             buffer.write(&normals).map(|()| buffer)
         };
         let normals = if is_round { Some(buffer()?) } else { None };
-        self.shown = Some(DisplayState { backdrop, push: BackdropPush::of(&Backdrop::of(scene)), normals });
+        self.display = Some(DisplayState { backdrop, push: BackdropPush::of(&Backdrop::of(scene)), normals });
         Ok(())
     }
 
     /// Draws the sky behind the meshes.
     pub(super) fn backdrop(&self, commands: &mut Commands) {
-        let Some(shown) = &self.shown else { return };
+        let Some(shown) = &self.display else { return };
         commands.pass("shading.backdrop", |pass| {
-            let colors = [Target { image: &self.color, clear: None }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(&shown.backdrop, &shown.push, 3, 1));
+            let colors = [Target { image: &self.targets.color, clear: None }];
+            pass.render(self.targets.color.size(), &colors, None, |draw| draw.draw(&shown.backdrop, &shown.push, 3, 1));
         });
     }
 }
@@ -139,11 +139,11 @@ impl Tonemapped {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(renderer: &Renderer, show: &Show) -> Result<Self> {
         let context = &renderer.context;
-        let sampled = renderer.color.size();
+        let sampled = renderer.targets.color.size();
         let size = [0, 1].map(|i| sampled[i] / show.grid[i]);
         let shown = Image::new(context, "picture.shown", Format::R32G32B32A32_SFLOAT, size, ImageUse::Storage)?;
-        let bindings =
-            set::PictureTonemapped { samples: &renderer.color, shown: &shown }.bind(context, "picture.tonemapped")?;
+        let bindings = set::PictureTonemapped { samples: &renderer.targets.color, shown: &shown }
+            .bind(context, "picture.tonemapped")?;
         let kernel = Kernel::compute(context, &shaders::TONEMAP, &[&bindings], &Constants::new())?;
         let push = TonemapPush { grid: show.grid, size, exposure: show.stops.exp2() };
         Ok(Self { context: context.clone(), kernel, push, shown })

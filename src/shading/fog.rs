@@ -8,7 +8,7 @@ use crate::query::colored;
 use crate::scene::Fog;
 use crate::shaders::shading as shaders;
 use crate::technique::Answer;
-use std::rc::Rc;
+use std::sync::Arc;
 
 push_struct! {
     /// Twin: FogPush in glsl/shading/fog.glsl.
@@ -22,7 +22,7 @@ push_struct! {
 pub struct FogKernel {
     kernel: Kernel<FogPush>,
     /// What a compute pass paints into; none where the rasterizer draws.
-    canvas: Option<Rc<Canvas>>,
+    canvas: Option<Arc<Canvas>>,
 }
 
 impl Renderer {
@@ -42,20 +42,20 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
     pub fn fog_kernel(&self, answer: &Answer) -> Result<FogKernel> {
-        let constants = colored(answer.constants, self.extinction_ratio);
-        if self.painter_kind() == PainterKind::Compute {
+        let constants = colored(answer.constants, self.kinds.extinction_ratio);
+        if self.painter_kind == PainterKind::Compute {
             let canvas = self.canvas()?;
-            let sets = [&self.scene, answer.bindings, &canvas.bindings];
+            let sets = [&self.scene.set, answer.bindings, &canvas.bindings];
             let kernel = Kernel::compute(&self.context, shaders::FOG.of(answer.folder), &sets, &constants)?;
             return Ok(FogKernel { kernel, canvas: Some(canvas) });
         }
         let state = Graphics {
             vertex: &shaders::FULLSCREEN_VERT,
             fragment: shaders::FOG_FRAG.of(answer.folder),
-            colors: &[(self.color_format, Blend::Over)],
+            colors: &[(self.targets.format, Blend::Over)],
             depth: None,
         };
-        let sets = [&self.scene, answer.bindings, &self.distances];
+        let sets = [&self.scene.set, answer.bindings, &self.targets.distances];
         Ok(FogKernel { kernel: Kernel::graphics(&self.context, &state, &sets, &constants)?, canvas: None })
     }
 
@@ -69,8 +69,8 @@ impl Renderer {
             return;
         }
         commands.pass("shading.fog", |pass| {
-            let colors = [Target { image: &self.color, clear: None }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(&kernel.kernel, &push, 3, 1));
+            let colors = [Target { image: &self.targets.color, clear: None }];
+            pass.render(self.targets.color.size(), &colors, None, |draw| draw.draw(&kernel.kernel, &push, 3, 1));
         });
     }
 }

@@ -3,15 +3,14 @@
 //! reference::twin::gbuffer.
 
 use super::display::Smooth;
-use super::{PainterKind, Renderer};
+use super::{PainterKind, Renderer, lock};
 use crate::Result;
 use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target};
 use crate::maps::SeenTriangles;
 use crate::shaders::constant::SEEN_BY_COMPUTE;
 use crate::shaders::{set, shading as shaders};
 use crate::world::CameraPush;
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
@@ -20,7 +19,7 @@ const BLOCK: u32 = 8;
 enum Visible {
     /// In an image, counted from 1; 0 where there is sky.
     Drawn(Image, Kernel<CameraPush>),
-    Computed(Rc<RefCell<SeenTriangles>>),
+    Computed(Arc<Mutex<SeenTriangles>>),
 }
 
 /// Finds the surface at each pixel, in two passes.
@@ -34,14 +33,14 @@ pub(super) struct GBuffer {
 
 impl GBuffer {
     pub(super) fn new(renderer: &Renderer) -> Result<Self> {
-        let (context, scene, size) = (&renderer.context, &renderer.scene, renderer.color.size());
-        let is_computed = renderer.painter_kind() == PainterKind::Compute;
+        let (context, scene, size) = (&renderer.context, &renderer.scene.set, renderer.targets.color.size());
+        let is_computed = renderer.painter_kind == PainterKind::Compute;
         // What is not used stays bound to something.
         let sides = if is_computed { [1, 1] } else { size };
         let numbers = Image::new(context, "picture.numbers", Format::R32_UINT, sides, ImageUse::Color)?;
         let (visible, pixels) = if is_computed {
             let seen = renderer.seen_triangles()?;
-            let pixels = seen.borrow().pixels.clone();
+            let pixels = lock(&seen).pixels.clone();
             (Visible::Computed(seen), pixels)
         } else {
             let state = Graphics {
@@ -51,19 +50,19 @@ impl GBuffer {
                 depth: Some(Format::D32_SFLOAT),
             };
             let kernel = Kernel::graphics(context, &state, &[scene], &Constants::new())?;
-            (Visible::Drawn(numbers.clone(), kernel), renderer.lights.clone())
+            (Visible::Drawn(numbers.clone(), kernel), renderer.scene.lights.clone())
         };
         let seen = set::PictureSeen {
             numbers: &numbers,
-            albedos: &renderer.albedo,
-            normals: &renderer.normal,
-            distances: &renderer.distance,
+            albedos: &renderer.targets.albedo,
+            normals: &renderer.targets.normal,
+            distances: &renderer.targets.distance,
             seen: &pixels,
         };
         let seen = seen.bind(context, "picture.seen")?;
         let constants = Constants::new().set(SEEN_BY_COMPUTE, is_computed);
         let gbuffer = Kernel::compute(context, &shaders::GBUFFER, &[scene, &seen], &constants)?;
-        let corners = renderer.shown.as_ref().and_then(|shown| shown.normals.as_ref());
+        let corners = renderer.display.as_ref().and_then(|shown| shown.normals.as_ref());
         let smooth = corners.map(|corners| Smooth::new(renderer, (&numbers, corners), &pixels, &constants));
         Ok(Self { size, visible, gbuffer, smooth: smooth.transpose()? })
     }
@@ -72,7 +71,7 @@ impl GBuffer {
     pub(super) fn numbers(&self) -> Result<Vec<u32>> {
         match &self.visible {
             Visible::Drawn(numbers, _) => numbers.read(),
-            Visible::Computed(seen) => seen.borrow().numbers(),
+            Visible::Computed(seen) => lock(seen).numbers(),
         }
     }
 
@@ -81,7 +80,7 @@ impl GBuffer {
         let push = CameraPush::of(&renderer.camera);
         match &self.visible {
             Visible::Drawn(numbers, kernel) => Self::visible(commands, renderer, (numbers, kernel), &push),
-            Visible::Computed(seen) => seen.borrow().record(commands, renderer.triangle_vertices / 3),
+            Visible::Computed(seen) => lock(seen).record(commands, renderer.scene.triangle_vertices / 3),
         }
         self.gbuffer(commands, &push);
         if let Some(smooth) = &self.smooth {
@@ -97,9 +96,9 @@ impl GBuffer {
     ) {
         commands.pass("shading.visible", |pass| {
             let targets = [Target { image: numbers, clear: Some([0.0; 4]) }];
-            let depth = Target { image: &renderer.depth, clear: Some([1.0; 4]) };
+            let depth = Target { image: &renderer.targets.depth, clear: Some([1.0; 4]) };
             pass.render(numbers.size(), &targets, Some(depth), |draw| {
-                draw.draw(kernel, push, renderer.triangle_vertices, 1);
+                draw.draw(kernel, push, renderer.scene.triangle_vertices, 1);
             });
         });
     }

@@ -6,11 +6,11 @@ use crate::Result;
 use crate::gpu::{Blend, Commands, Constants, Graphics, Image, ImageUse, Kernel, Target};
 use crate::shaders::{set, shading as shaders};
 use crate::technique::{Answer, Painter};
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Draws the casters slice by slice.
 pub(super) struct HalfAngleDraw {
-    painter: Rc<Painter>,
+    painter: Arc<Painter>,
     /// Slices from far to near, over the picture.
     over: Kernel,
     /// Slices from near to far are blended behind the picture in `seen`.
@@ -22,10 +22,10 @@ pub(super) struct HalfAngleDraw {
 
 impl HalfAngleDraw {
     /// `answer` and `painter` must be those of the same technique.
-    pub(super) fn new(renderer: &Renderer, answer: &Answer, painter: &Rc<Painter>) -> Result<Self> {
-        let (context, format) = (&renderer.context, renderer.color_format);
-        let seen = Image::new(context, "picture.seen", format, renderer.color.size(), ImageUse::Color)?;
-        let sets = [&renderer.scene, &painter.look_up, &renderer.distances, &painter.sorted];
+    pub(super) fn new(renderer: &Renderer, answer: &Answer, painter: &Arc<Painter>) -> Result<Self> {
+        let (context, format) = (&renderer.context, renderer.targets.format);
+        let seen = Image::new(context, "picture.seen", format, renderer.targets.color.size(), ImageUse::Color)?;
+        let sets = [&renderer.scene.set, &painter.look_up, &renderer.targets.distances, &painter.sorted];
         let constants = renderer.with_kinds(answer.constants.clone());
         let casters = |blend| {
             let fragment = shaders::CASTER_FRAG.of(answer.folder);
@@ -46,7 +46,7 @@ impl HalfAngleDraw {
     }
 
     pub(super) fn record(&self, commands: &mut Commands, renderer: &Renderer) {
-        let count = renderer.caster_count;
+        let count = renderer.scene.caster_count;
         if count == 0 {
             return;
         }
@@ -59,12 +59,13 @@ impl HalfAngleDraw {
     }
 
     fn sliced(&self, commands: &mut Commands, renderer: &Renderer, near_to_far: bool) {
-        let (image, kernel) = if near_to_far { (&self.seen, &self.under) } else { (&renderer.color, &self.over) };
+        let (image, kernel) =
+            if near_to_far { (&self.seen, &self.under) } else { (&renderer.targets.color, &self.over) };
         let size = image.size();
         let mut clear = near_to_far.then_some([0.0; 4]);
         commands.pass("shading.sliced", |pass| {
             self.painter.light(pass, 0..0);
-            for places in self.painter.slices(renderer.caster_count) {
+            for places in self.painter.slices(renderer.scene.caster_count) {
                 pass.barrier();
                 pass.render(size, &[Target { image, clear: clear.take() }], None, |draw| {
                     draw.draw_part(kernel, &(), 6 * places.start..6 * places.end);
@@ -77,8 +78,8 @@ impl HalfAngleDraw {
 
     fn behind(&self, commands: &mut Commands, renderer: &Renderer) {
         commands.pass("shading.behind", |pass| {
-            let colors = [Target { image: &renderer.color, clear: None }];
-            pass.render(renderer.color.size(), &colors, None, |draw| draw.draw(&self.behind, &(), 3, 1));
+            let colors = [Target { image: &renderer.targets.color, clear: None }];
+            pass.render(renderer.targets.color.size(), &colors, None, |draw| draw.draw(&self.behind, &(), 3, 1));
         });
     }
 }

@@ -49,7 +49,7 @@ impl Interleaved {
         let context = &renderer.context;
         let gather = Gather::new(renderer, "interleaved", false)?;
         let written = set::InterleavedWritten { estimates: &gather.estimates }.bind(context, "interleaved.written")?;
-        let sets = [&renderer.scene, answer.bindings, &renderer.buffers, &written];
+        let sets = [&renderer.scene.set, answer.bindings, &renderer.targets.surfaces, &written];
         Ok(Self { ask: Kernel::compute(context, shaders::ASK.of(answer.folder), &sets, answer.constants)?, gather })
     }
 
@@ -68,16 +68,17 @@ impl Interleaved {
 impl Gather {
     /// `shading` names the mode in errors. `whole`: a pixel's estimate already stands for all lights, not for a part of them.
     pub(super) fn new(renderer: &Renderer, shading: &str, whole: bool) -> Result<Self> {
-        let (context, size) = (&renderer.context, renderer.color.size());
+        let (context, size) = (&renderer.context, renderer.targets.color.size());
         let what = format!("{} × {} pixels with shading={shading}", size[0], size[1]);
         let bytes = 12 * u64::from(size[0]) * u64::from(size[1]);
         let estimates = sized(context, "interleaved.estimates", bytes, &what)?;
-        let read = set::InterleavedRead { estimates: &estimates, colors: &renderer.color };
+        let read = set::InterleavedRead { estimates: &estimates, colors: &renderer.targets.color };
         let read = read.bind(context, "interleaved.read")?;
-        let half = renderer.color_format == Format::R16G16B16A16_SFLOAT;
+        let half = renderer.targets.format == Format::R16G16B16A16_SFLOAT;
         let gather = if half { &shaders::GATHER_HALF_1 } else { &shaders::GATHER_HALF_0 };
         let constants = Constants::new().set(constant::WHOLE, whole);
-        let kernel = Kernel::compute(context, gather, &[&renderer.scene, &read, &renderer.buffers], &constants)?;
+        let kernel =
+            Kernel::compute(context, gather, &[&renderer.scene.set, &read, &renderer.targets.surfaces], &constants)?;
         Ok(Self { size, estimates, kernel })
     }
 

@@ -3,18 +3,18 @@
 use super::gbuffer::GBuffer;
 use super::half_angle_draw::HalfAngleDraw;
 use super::interleaved::Interleaved;
-use super::many_lights::{Asking, ManyLights, Targets};
+use super::many_lights::{Asking, ManyLights};
 use super::painter::{Painter, Shade, Slices};
 use super::reservoir::Reservoirs;
 use super::volumes::VolumeKernel;
-use super::{Lighting, PainterKind, Renderer, Shading, Tiled};
+use super::{Lighting, PainterKind, Renderer, Shading};
 use crate::gpu::{Bindings, Blend, Constants, Format, Graphics, Kernel, Requirement, Shader, Tessellated, push_struct};
 use crate::query::colored;
 use crate::shaders::shading as shaders;
 use crate::technique::{Answer, Technique};
 use crate::{Error, Result};
 use std::cell::Cell;
-use std::rc::Rc;
+use std::sync::Arc;
 
 push_struct! {
     /// Twin: SpacingPush in glsl/shading/vertex_lit.tesc.
@@ -37,7 +37,7 @@ pub(super) enum Meshes {
     Forward(Kernel),
     Shaded(Shade),
     Deferred { gbuffer: GBuffer, deferred: Kernel },
-    Tiled { gbuffer: GBuffer, tiles: Rc<ManyLights>, asking: Asking },
+    Tiled { gbuffer: GBuffer, tiles: Arc<ManyLights>, asking: Asking },
     Interleaved { gbuffer: GBuffer, interleaved: Interleaved },
     Reservoir { gbuffer: GBuffer, reservoirs: Reservoirs },
 }
@@ -95,9 +95,9 @@ impl Renderer {
     ) -> Result<Vec<Kernel<SpacingPush>>> {
         let evaluation = shaders::VERTEX_LIT_TESE.of(answer.folder);
         let stages = Tessellated { control: &shaders::VERTEX_LIT_TESC, evaluation, lines };
-        let sets = [&self.scene, answer.bindings, &self.distances];
+        let sets = [&self.scene.set, answer.bindings, &self.targets.distances];
         let kernel = |(blend, constants): (Blend, Constants)| {
-            let colors = [(self.color_format, blend)];
+            let colors = [(self.targets.format, blend)];
             let state = Graphics { vertex: &shaders::VERTEX_LIT_VERT, fragment, colors: &colors, depth: None };
             Kernel::tessellated(&self.context, &state, &stages, &sets, &constants)
         };
@@ -111,11 +111,11 @@ impl Renderer {
     /// shading meets smoke with a color; [`Error::Input`] where there are more lights than a tile has room for; [`Error::Gpu`] where the
     /// driver rejects a shader.
     pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
-        self.context.features().require(lighting.requires(self.painter_kind()))?;
+        self.context.features().require(lighting.requires(self.painter_kind))?;
         self.check_colored(shading)?;
-        let constants = colored(answer.constants, self.extinction_ratio);
+        let constants = colored(answer.constants, self.kinds.extinction_ratio);
         let answer = &Answer { constants: &constants, ..*answer };
-        let casters = match (self.painter_kind(), lighting) {
+        let casters = match (self.painter_kind, lighting) {
             (PainterKind::Compute, _) => Casters::Painted(Painter::new(self, answer, lighting)?),
             (PainterKind::Raster, Lighting::Fragment) => Casters::Fragment(self.fragment_kernels(answer)?),
             (PainterKind::Raster, Lighting::Vertex { spacing }) => {
@@ -127,10 +127,10 @@ impl Renderer {
 
     /// Kernels that draw casters lit at each pixel: one kernel, or one per channel.
     fn fragment_kernels(&self, answer: &Answer) -> Result<Vec<Kernel>> {
-        let sets = [&self.scene, answer.bindings, &self.distances];
+        let sets = [&self.scene.set, answer.bindings, &self.targets.distances];
         let fragment = shaders::CASTER_FRAG.of(answer.folder);
         let kernel = |(blend, constants): (Blend, Constants)| {
-            let colors = [(self.color_format, blend)];
+            let colors = [(self.targets.format, blend)];
             let state = Graphics { vertex: &shaders::CASTER_VERT, fragment, colors: &colors, depth: None };
             Kernel::graphics(&self.context, &state, &sets, &constants)
         };
@@ -138,7 +138,7 @@ impl Renderer {
     }
 
     fn with_casters(&self, answer: &Answer, shading: Shading, casters: Casters) -> Result<Kernels> {
-        let is_round = self.shown.as_ref().is_some_and(|shown| shown.normals.is_some());
+        let is_round = self.display.as_ref().is_some_and(|shown| shown.normals.is_some());
         // Smooth normals exist in the G-buffer alone, so forward becomes deferred. Apart from normals, both draw the same picture.
         let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
         let meshes = self.mesh_kernels(answer, shading)?;
@@ -151,16 +151,16 @@ impl Renderer {
             let state = Graphics { vertex, fragment, colors, depth };
             Kernel::graphics(&self.context, &state, sets, answer.constants)
         };
-        let (scene, asked) = (&self.scene, answer.bindings);
-        let color = (self.color_format, Blend::None);
+        let (scene, asked) = (&self.scene.set, answer.bindings);
+        let color = (self.targets.format, Blend::None);
         let distance = (Format::R32_SFLOAT, Blend::None);
         let depth = Some(Format::D32_SFLOAT);
         let forward = shaders::FORWARD_FRAG.of(answer.folder);
         let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
-        let lit = [scene, asked, &self.buffers];
+        let lit = [scene, asked, &self.targets.surfaces];
         let gbuffer = || GBuffer::new(self);
         Ok(match shading {
-            Shading::Forward | Shading::Deferred if self.painter_kind() == PainterKind::Compute => {
+            Shading::Forward | Shading::Deferred if self.painter_kind == PainterKind::Compute => {
                 Meshes::Shaded(Shade::new(self, answer)?)
             }
             Shading::Forward => {
@@ -188,20 +188,21 @@ impl Renderer {
     pub fn wireframe_kernels(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Kernels> {
         self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
         self.check_colored(shading)?;
-        let constants = colored(answer.constants, self.extinction_ratio);
+        let constants = colored(answer.constants, self.kinds.extinction_ratio);
         let answer = &Answer { constants: &constants, ..*answer };
         let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
         let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
         self.with_casters(answer, shading, Casters::Outlined { filled, lines, push: SpacingPush { spacing } })
     }
 
-    /// Makes the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Technique::painter`]).
+    /// Makes the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Answer::painter`]).
     ///
     /// # Errors
     /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints the casters itself, but `lighting` asks for light at vertices
     /// or casters have a color.
     pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
-        let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
+        let answer = &technique.answer();
+        let Some(painter) = answer.painter else { return self.kernels(answer, shading, lighting) };
         if lighting != Lighting::Fragment {
             return Err(Error::Refused("lighting=fragment: it paints casters itself".into()));
         }
@@ -209,30 +210,10 @@ impl Renderer {
             return Err(Error::Refused("a scene without [color]: it paints all colors with one opacity".into()));
         }
         self.check_colored(shading)?;
-        let answer = &technique.answer();
-        let casters = match self.painter_kind() {
+        let casters = match self.painter_kind {
             PainterKind::Compute => Casters::PaintedSlices(Slices::new(self, answer, painter)?),
             PainterKind::Raster => Casters::HalfAngleDraw(HalfAngleDraw::new(self, answer, painter)?),
         };
         self.with_casters(answer, shading, casters)
-    }
-
-    /// The buffers and passes of `shading=tiled`: those kept from earlier kernels where the settings are the same, else new ones.
-    pub(super) fn tiles(&self, tiled: Tiled) -> Result<Rc<ManyLights>> {
-        let mut kept = self.tiles.borrow_mut();
-        if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {
-            return Ok(tiles.clone());
-        }
-        let targets = Targets {
-            context: &self.context,
-            lights: &self.lights,
-            light_count: self.light_count,
-            gbuffer: &self.buffers,
-            color: &self.color,
-            color_format: self.color_format,
-        };
-        let tiles = Rc::new(ManyLights::new(&targets, tiled)?);
-        *kept = Some(tiles.clone());
-        Ok(tiles)
     }
 }

@@ -18,12 +18,15 @@ mod mesh_shading;
 mod painter;
 mod passes;
 mod picture;
+mod picture_scene;
 mod pictures;
 mod points;
 mod readback;
 mod reservoir;
 mod settings;
+mod shared;
 mod steps;
+mod targets;
 mod volumes;
 
 pub use display::Tonemapped;
@@ -48,3 +51,10 @@ pub use self::{
     steps::StepsKernel,
     volumes::{FieldData, SlotData},
 };
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// For the buffers and states that several [`Kernels`] of a renderer share: the thread that owns these is the only one that locks.
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -72,28 +72,28 @@ impl Renderer {
     pub(super) fn forward(&self, commands: &mut Commands, kernel: &Kernel) {
         commands.pass("shading.forward", |pass| {
             let colors = [
-                Target { image: &self.color, clear: self.sky() },
-                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
+                Target { image: &self.targets.color, clear: self.sky() },
+                Target { image: &self.targets.distance, clear: Some([self.camera.far; 4]) },
             ];
-            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
-            pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.draw(kernel, &(), self.triangle_vertices, 1);
+            let depth = Target { image: &self.targets.depth, clear: Some([1.0; 4]) };
+            pass.render(self.targets.color.size(), &colors, Some(depth), |draw| {
+                draw.draw(kernel, &(), self.scene.triangle_vertices, 1);
             });
         });
     }
 
     pub(super) fn deferred(&self, commands: &mut Commands, kernel: &Kernel) {
         commands.pass("shading.deferred", |pass| {
-            let colors = [Target { image: &self.color, clear: self.sky() }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 3, 1));
+            let colors = [Target { image: &self.targets.color, clear: self.sky() }];
+            pass.render(self.targets.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 3, 1));
         });
     }
 
     /// The casters at the places `part` of the blending order, and the volumes between them.
     pub(super) fn caster(&self, commands: &mut Commands, channels: &[Kernel], kernels: &Kernels, part: &Range<u32>) {
         commands.pass("shading.caster", |pass| {
-            let colors = [Target { image: &self.color, clear: None }];
-            pass.render(self.color.size(), &colors, None, |draw| {
+            let colors = [Target { image: &self.targets.color, clear: None }];
+            pass.render(self.targets.color.size(), &colors, None, |draw| {
                 for (channel, kernel) in channels.iter().enumerate() {
                     self.draw_blended(draw, part, kernels.volumes.as_ref(), channel, |draw, places| {
                         draw.draw_part(kernel, &(), 6 * places.start..6 * places.end);
@@ -141,8 +141,8 @@ impl Renderer {
         channels: usize,
         draws: impl Fn(usize, Range<u32>) -> Vec<(&'k Kernel<SpacingPush>, Range<u32>)>,
     ) {
-        let colors = [Target { image: &self.color, clear: None }];
-        pass.render(self.color.size(), &colors, None, |draw| {
+        let colors = [Target { image: &self.targets.color, clear: None }];
+        pass.render(self.targets.color.size(), &colors, None, |draw| {
             for channel in 0..channels {
                 self.draw_blended(draw, &(0..u32::MAX), kernels.volumes.as_ref(), channel, |draw, places| {
                     for (kernel, casters) in draws(channel, places) {

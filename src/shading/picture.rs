@@ -5,80 +5,34 @@ use super::blending::Blending;
 use super::display::DisplayState;
 use super::half::from_half;
 use super::kernels::{Kernels, Meshes};
-use super::many_lights::ManyLights;
-use super::painter::{Canvas, Lists};
+use super::painter::usual_part;
+use super::picture_scene::{CasterKinds, PictureScene, splat_colors};
+use super::shared::SharedPasses;
+use super::targets::PictureTargets;
 use super::volumes::Volumes;
-use super::{Lighting, PainterKind, Shading};
-use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
-use crate::maps::SeenTriangles;
+use super::{Lighting, PainterKind, Shading, lock};
+use crate::gpu::{Commands, Context, Format, Image, PassTime};
 use crate::scene::{Picture, View};
-use crate::shaders::set;
 use crate::technique::{Answer, Technique};
 use crate::world::World;
 use crate::{Error, Result};
-use std::cell::RefCell;
-use std::rc::Rc;
 
-/// Images and bindings for one scene and size.
+/// Draws pictures of one world in one size.
 pub struct Renderer {
     pub(super) context: Context,
-    pub(super) color: Image,
-    pub(super) depth: Image,
-    pub(super) albedo: Image,
-    pub(super) normal: Image,
-    pub(super) distance: Image,
-    pub(super) scene: Bindings,
-    /// Albedo, normal and z, as textures.
-    pub(super) buffers: Bindings,
-    pub(super) distances: Bindings,
-    pub(super) color_format: Format,
-    pub(super) lights: Buffer,
-    pub(super) caster_buffer: Buffer,
-    pub(super) light_count: u32,
-    /// See [`crate::scene::Scene::extinction_ratio`].
-    pub(super) extinction_ratio: [f32; 3],
-    /// Where casters stand once per color ([`World::colors`]), how many there is room for in each; else 0.
-    pub(super) caster_room: u32,
-    /// Which kinds of casters there may be: strands, and splats or cells of volumes.
-    pub(super) has_strands: bool,
-    pub(super) has_packed: bool,
+    pub(super) targets: PictureTargets,
+    pub(super) scene: PictureScene,
+    pub(super) kinds: CasterKinds,
     pub(super) camera: View,
-    pub(super) camera_data: Buffer,
-    pub(super) splats: Buffer,
-    /// What makes pictures: see [`Renderer::paint_by`].
-    pub(super) painter: Option<PainterKind>,
-    /// See [`Renderer::cut_lists`].
-    pub(super) cut: Option<u32>,
-    /// What compute passes paint into, made when kernels first need it.
-    pub(super) canvas: RefCell<Option<Rc<Canvas>>>,
-    /// The triangles that compute passes see, likewise.
-    pub(super) seen: RefCell<Option<Rc<RefCell<SeenTriangles>>>>,
-    triangle_buffer: Buffer,
-    /// The lists of casters of compute passes, likewise.
-    pub(super) lists: RefCell<Option<Rc<RefCell<Lists>>>>,
-    /// Buffers and passes of `shading=tiled`, made when kernels first need them and kept from frame to frame.
-    pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
-    /// Sky, fading ground and smooth normals, for pictures that people look at. Measured pictures have none of these.
-    pub(super) shown: Option<DisplayState>,
-    pub(super) triangle_vertices: u32,
-    /// All casters of the world, with the cells of volumes.
-    pub(super) caster_count: u32,
     pub(super) blending: Blending,
     pub(super) volumes: Option<Volumes>,
-}
-
-/// Words of the buffer `Splats` of glsl/shading/picture_set.glsl: the index of the first splat or cell among the casters, then the color
-/// of each splat and cell.
-fn splat_colors(world: &World) -> Result<Vec<u32>> {
-    if !world.has_packed() {
-        return Ok(vec![0; 4]);
-    }
-    let needs = "a scene that the host knows, for the colors of splats and volumes in a picture: draw these otherwise";
-    let scene = world.scene().map_err(|_| Error::Refused(needs.into()))?;
-    let first = (scene.particles.len() + scene.strands.len()) as u32;
-    let splats = scene.splats.iter().map(|g| g.color);
-    let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));
-    Ok(std::iter::once(first).chain(splats.chain(cells).flat_map(|color| color.map(f32::to_bits))).collect())
+    pub(super) shared: SharedPasses,
+    /// What makes pictures: see [`Renderer::paint_by`].
+    pub(super) painter_kind: PainterKind,
+    /// See [`Renderer::cut_lists`].
+    pub(super) least_part: u32,
+    /// Sky, fading ground and smooth normals, for pictures that people look at. Measured pictures have none of these.
+    pub(super) display: Option<DisplayState>,
 }
 
 impl Renderer {
@@ -88,71 +42,20 @@ impl Renderer {
     /// [`Error::Gpu`] where memory runs out. [`Error::Refused`] where the caller's buffers fill the world and it has room for splats or
     /// volumes: only a scene has their colors.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
-        let size = [camera.width, camera.height];
-        // Devices need not blend into 32-bit floats. All blend into half floats, which are precise to about a thousandth.
-        let color_format =
-            if context.features().float32_blend { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };
-        let image = |name, format, usage| Image::new(context, name, format, size, usage);
-        let color = image("picture.color", color_format, ImageUse::StoredColor)?;
-        let depth = image("picture.depth", Format::D32_SFLOAT, ImageUse::Depth)?;
-        let albedo = image("picture.albedo", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
-        let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
-        let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::StoredColor)?;
-        let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let colors = splat_colors(world)?;
         let blending = Blending::new(context, world, camera)?;
-        // A sequence of files may have more cells at other times; the buffer has room for the most.
-        let most = match world.scene() {
-            Ok(scene) if world.has_packed() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
-            _ => 0,
-        };
-        let words = colors.len().max(most) as u64;
-        let splats = Buffer::new(context, "picture.splats", 4 * words, Memory::Device)?;
-        splats.write(&colors)?;
-        let scene = set::PictureScene {
-            lights: &world.lights,
-            camera: &camera_data,
-            triangles: &world.triangles,
-            casters: &world.casters,
-            order: &blending.order,
-            sides: &world.sides,
-            splats: &splats,
-        };
-        let surfaces = set::PictureSurfaces { albedos: &albedo, normals: &normal, distances: &distance };
-        let distances = set::PictureDistances { distances: &distance };
         Ok(Self {
             context: context.clone(),
-            scene: scene.bind(context, "picture.scene")?,
-            buffers: surfaces.bind(context, "picture.buffers")?,
-            distances: distances.bind(context, "picture.distances")?,
-            color,
-            depth,
-            albedo,
-            normal,
-            distance,
-            color_format,
-            lights: world.lights.clone(),
-            caster_buffer: world.casters.clone(),
-            triangle_buffer: world.triangles.clone(),
-            seen: RefCell::default(),
-            painter: None,
-            cut: None,
-            canvas: RefCell::default(),
-            lists: RefCell::default(),
-            light_count: world.light_count(),
-            extinction_ratio: world.extinction_ratio(),
-            caster_room: if world.colors() > 1 { world.caster_capacity() } else { 0 },
-            has_strands: world.has_strands(),
-            has_packed: world.has_packed(),
+            targets: PictureTargets::new(context, [camera.width, camera.height])?,
+            scene: PictureScene::new(context, world, camera, &blending.order, &colors)?,
+            kinds: CasterKinds::of(world),
             camera: *camera,
-            camera_data,
-            splats,
-            tiles: RefCell::default(),
-            shown: None,
-            triangle_vertices: 3 * world.triangle_count(),
-            caster_count: world.caster_count(),
             blending,
             volumes: Volumes::new(context, world)?,
+            shared: SharedPasses::default(),
+            painter_kind: PainterKind::usual(context.features()),
+            least_part: usual_part(context),
+            display: None,
         })
     }
 
@@ -162,13 +65,14 @@ impl Renderer {
     /// [`Error::Input`] where the camera's picture is of another size, [`Error::Gpu`] where the device is lost.
     pub fn look(&mut self, world: &World, camera: &View) -> Result<()> {
         let size = [camera.width, camera.height];
-        if size != self.color.size() {
-            let cause = format!("a picture of {size:?} pixels, and the frames before have {:?}", self.color.size());
+        if size != self.targets.color.size() {
+            let cause =
+                format!("a picture of {size:?} pixels, and the frames before have {:?}", self.targets.color.size());
             return Err(Error::input("the camera", cause, "make a renderer of that size"));
         }
         if *camera != self.camera {
-            self.camera_data.write(&[*camera])?;
-            self.seen.borrow().as_ref().map_or(Ok(()), |seen| seen.borrow().look(camera))?;
+            self.scene.camera.write(&[*camera])?;
+            self.shared.seen.get().map_or(Ok(()), |seen| lock(seen).look(camera))?;
         }
         match &mut self.volumes {
             Some(volumes) => volumes.look(world)?,
@@ -179,37 +83,17 @@ impl Renderer {
             None => {}
         }
         self.blending.look(world, camera, *camera != self.camera)?;
-        if world.has_packed() {
-            self.splats.write(&splat_colors(world)?)?;
-        }
-        (self.camera, self.caster_count) = (*camera, world.caster_count());
-        (self.triangle_vertices, self.light_count) = (3 * world.triangle_count(), world.light_count());
-        if let Some(shown) = &mut self.shown {
-            shown.look(world)?;
+        self.scene.look(world)?;
+        self.camera = *camera;
+        if let Some(display) = &mut self.display {
+            display.look(world)?;
         }
         Ok(())
     }
 
     /// Says what makes the pictures of kernels that are made from now on; none: what is faster on most devices of such a kind.
     pub fn paint_by(&mut self, painter: Option<PainterKind>) {
-        self.painter = painter;
-    }
-
-    /// What makes pictures, where nothing else was said.
-    pub(super) fn painter_kind(&self) -> PainterKind {
-        self.painter.unwrap_or(PainterKind::usual(self.context.features()))
-    }
-
-    /// What finds the triangles that pixels see, which all kernels of this renderer share.
-    pub(super) fn seen_triangles(&self) -> Result<Rc<RefCell<SeenTriangles>>> {
-        let mut kept = self.seen.borrow_mut();
-        if let Some(seen) = &*kept {
-            return Ok(seen.clone());
-        }
-        let seen = SeenTriangles::new(&self.context, &self.caster_buffer, &self.triangle_buffer, &self.camera)?;
-        let seen = Rc::new(RefCell::new(seen));
-        *kept = Some(seen.clone());
-        Ok(seen)
+        self.painter_kind = painter.unwrap_or(PainterKind::usual(self.context.features()));
     }
 
     /// Sorts and lists all casters with the next picture, even where nothing has moved: for whoever measures a moving world's frame.
@@ -224,7 +108,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
     pub fn settle(&self, kernels: &Kernels, frame: u64) -> Result<bool> {
-        self.seen.borrow().as_ref().map_or(Ok(false), |seen| seen.borrow_mut().settle(frame))?;
+        self.shared.seen.get().map_or(Ok(false), |seen| lock(seen).settle(frame))?;
         kernels.casters.settle(frame).map(|grew| !grew)
     }
 
@@ -305,14 +189,14 @@ impl Renderer {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
     pub fn read(&self) -> Result<Picture> {
-        let pixels = self.read_colors(&self.color)?;
-        let [width, height] = self.color.size();
+        let pixels = self.read_colors(&self.targets.color)?;
+        let [width, height] = self.targets.color.size();
         Ok(Picture { width, height, pixels })
     }
 
-    /// Reads an image of the format [`Renderer::color_format`].
+    /// Reads an image of the picture's format.
     pub(super) fn read_colors(&self, image: &Image) -> Result<Vec<[f32; 3]>> {
-        if self.color_format == Format::R32G32B32A32_SFLOAT {
+        if self.targets.format == Format::R32G32B32A32_SFLOAT {
             return Ok(image.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
         }
         let rgb = |p: [u16; 4]| [p[0], p[1], p[2]].map(from_half);
@@ -321,7 +205,7 @@ impl Renderer {
 
     /// The image that the picture is drawn into, for further use: 32-bit or half floats.
     pub fn image(&self) -> &Image {
-        &self.color
+        &self.targets.color
     }
 
     /// Draws the picture as [`Renderer::picture`] does. A built technique lights it, or paints the casters itself.

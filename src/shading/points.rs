@@ -99,27 +99,28 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
     pub fn points(&self, answer: &Answer, bodies: &Buffer, count: u32, colors: Colors) -> Result<Points> {
-        let set = set::PicturePoints { bodies, distances: &self.distance }.bind(&self.context, "picture.points")?;
-        let sets = [&self.scene, answer.bindings, &set];
+        let set =
+            set::PicturePoints { bodies, distances: &self.targets.distance }.bind(&self.context, "picture.points")?;
+        let sets = [&self.scene.set, answer.bindings, &set];
         let vertex = &shaders::POINTS_VERT;
         let way = match colors {
             Colors::Speed { .. } | Colors::Light => {
                 let fastest = if let Colors::Speed { fastest } = colors { fastest } else { 0.0 };
-                let colors = [(self.color_format, Blend::None)];
+                let colors = [(self.targets.format, Blend::None)];
                 let fragment = shaders::POINTS_FRAG.of(answer.folder);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };
-                let constants = colored(answer.constants, self.extinction_ratio).set(constant::POINT_SIZE, SPECK);
+                let constants = colored(answer.constants, self.kinds.extinction_ratio).set(constant::POINT_SIZE, SPECK);
                 let kernel = Kernel::graphics(&self.context, &state, &sets, &constants)?;
                 BuildPath::Speed(kernel, PointsPush { fastest })
             }
             Colors::Density { many } => {
-                let size = self.color.size();
-                let counts = Image::new(&self.context, "picture.counts", self.color_format, size, ImageUse::Color)?;
+                let size = self.targets.color.size();
+                let counts = Image::new(&self.context, "picture.counts", self.targets.format, size, ImageUse::Color)?;
                 let counted = set::PictureCounted { counts: &counts }.bind(&self.context, "picture.counted")?;
-                let colors = [(self.color_format, Blend::Add)];
+                let colors = [(self.targets.format, Blend::Add)];
                 let state = Graphics { vertex, fragment: &shaders::COUNT_FRAG, colors: &colors, depth: None };
                 let adding = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
-                let colors = [(self.color_format, Blend::Over)];
+                let colors = [(self.targets.format, Blend::Over)];
                 let (vertex, fragment) = (&shaders::FULLSCREEN_VERT, &shaders::DENSITY_FRAG);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: None };
                 let density = Kernel::graphics(&self.context, &state, &[&counted], &Constants::new())?;
@@ -159,23 +160,23 @@ impl Renderer {
 
     fn speeds(&self, commands: &mut Commands, kernel: &Kernel<PointsPush>, push: &PointsPush, vertices: u32) {
         commands.pass("shading.points", |pass| {
-            let colors = [Target { image: &self.color, clear: None }];
-            let depth = Target { image: &self.depth, clear: None };
-            pass.render(self.color.size(), &colors, Some(depth), |draw| draw.draw(kernel, push, vertices, 1));
+            let colors = [Target { image: &self.targets.color, clear: None }];
+            let depth = Target { image: &self.targets.depth, clear: None };
+            pass.render(self.targets.color.size(), &colors, Some(depth), |draw| draw.draw(kernel, push, vertices, 1));
         });
     }
 
     fn count(&self, commands: &mut Commands, counts: &Image, kernel: &Kernel, vertices: u32) {
         commands.pass("shading.count", |pass| {
             let colors = [Target { image: counts, clear: Some([0.0; 4]) }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), vertices, 1));
+            pass.render(self.targets.color.size(), &colors, None, |draw| draw.draw(kernel, &(), vertices, 1));
         });
     }
 
     fn density(&self, commands: &mut Commands, kernel: &Kernel<DensityPush>, push: &DensityPush) {
         commands.pass("shading.density", |pass| {
-            let colors = [Target { image: &self.color, clear: None }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, push, 3, 1));
+            let colors = [Target { image: &self.targets.color, clear: None }];
+            pass.render(self.targets.color.size(), &colors, None, |draw| draw.draw(kernel, push, 3, 1));
         });
     }
 }

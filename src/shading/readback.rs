@@ -1,10 +1,10 @@
 //! Buffers that passes wrote, read back for tests that compare them with those of the twins.
 
-use super::Renderer;
 use super::interleaved::PartReadback;
 use super::kernels::{Casters, Kernels, Meshes};
 use super::many_lights::TileReadback;
 use super::painter::ListReadback;
+use super::{Renderer, lock};
 use crate::Result;
 
 impl Renderer {
@@ -13,12 +13,12 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where it cannot be read back.
     pub fn read_tiles(&self) -> Result<Option<TileReadback>> {
-        self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
+        self.shared.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
     }
 
     /// Bytes of the buffers of `shading=tiled`; none where no tiled kernels were made.
     pub fn tiles_bytes(&self) -> Option<u64> {
-        self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
+        self.shared.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }
 
     /// The lists of casters of the last frame that compute passes painted, and the order of all casters; none where no such kernels were made.
@@ -27,8 +27,8 @@ impl Renderer {
     /// [`crate::Error::Gpu`] where it cannot be read back.
     pub fn read_lists(&self) -> Result<Option<(ListReadback, Vec<u32>)>> {
         let casters = self.blending.casters;
-        let Some(lists) = &*self.lists.borrow() else { return Ok(None) };
-        let seen = lists.borrow().seen(casters)?;
+        let Some(lists) = self.shared.lists.get() else { return Ok(None) };
+        let seen = lock(lists).seen(casters)?;
         Ok(Some((seen, self.blending.order.read(casters as usize)?)))
     }
 
@@ -65,9 +65,9 @@ impl Renderer {
             reservoirs,
             numbers: gbuffer.numbers()?,
             estimates: estimates.read(estimates.bytes() as usize / 12)?,
-            albedo: self.albedo.read()?,
-            normal: self.normal.read()?,
-            z: self.distance.read()?,
+            albedo: self.targets.albedo.read()?,
+            normal: self.targets.normal.read()?,
+            z: self.targets.distance.read()?,
         }))
     }
 }

@@ -60,7 +60,7 @@ pub(super) struct Reservoirs {
 
 impl Reservoirs {
     pub(super) fn new(renderer: &Renderer, answer: &Answer) -> Result<Self> {
-        let (context, size) = (&renderer.context, renderer.color.size());
+        let (context, size) = (&renderer.context, renderer.targets.color.size());
         let what = format!("{} × {} pixels with shading=reservoir", size[0], size[1]);
         let bytes = size_of::<ReservoirData>() as u64 * u64::from(size[0]) * u64::from(size[1]);
         let buffer = |name| sized(context, name, bytes, &what);
@@ -75,7 +75,7 @@ impl Reservoirs {
                 before: &before,
             };
             let kept = kept.bind(context, "reservoir.kept")?;
-            let sets = [&renderer.scene, answer.bindings, &renderer.buffers, &kept];
+            let sets = [&renderer.scene.set, answer.bindings, &renderer.targets.surfaces, &kept];
             Kernel::compute(context, shaders::ASK.of(answer.folder), &sets, answer.constants)
         };
         let ask = [ask([&kept[0], &kept[1]])?, ask([&kept[1], &kept[0]])?];

@@ -57,9 +57,9 @@ impl Renderer {
             colors: &[(Format::R32_SFLOAT, Blend::None)],
             depth: Some(Format::D32_SFLOAT),
         };
-        let (format, size) = (Format::R32_SFLOAT, self.color.size());
+        let (format, size) = (Format::R32_SFLOAT, self.targets.color.size());
         Ok(StepsKernel {
-            kernel: Kernel::graphics(&self.context, &state, &[&self.scene, answer.bindings], answer.constants)?,
+            kernel: Kernel::graphics(&self.context, &state, &[&self.scene.set, answer.bindings], answer.constants)?,
             counts: Image::new(&self.context, "picture.steps", format, size, ImageUse::Color)?,
         })
     }
@@ -68,9 +68,9 @@ impl Renderer {
     pub fn record_steps(&self, commands: &mut Commands, kernel: &StepsKernel) {
         commands.pass("shading.steps", |pass| {
             let colors = [Target { image: &kernel.counts, clear: Some([NONE; 4]) }];
-            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
-            pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.draw(&kernel.kernel, &(), self.triangle_vertices, 1);
+            let depth = Target { image: &self.targets.depth, clear: Some([1.0; 4]) };
+            pass.render(self.targets.color.size(), &colors, Some(depth), |draw| {
+                draw.draw(&kernel.kernel, &(), self.scene.triangle_vertices, 1);
             });
         });
     }

@@ -180,12 +180,12 @@ impl Renderer {
     /// Makes the kernel that marches volumes, lit by `answer`; none where there are no volumes.
     pub(super) fn volume_kernel(&self, answer: &Answer) -> Result<Option<VolumeKernel>> {
         let Some(volumes) = &self.volumes else { return Ok(None) };
-        let sets = [&self.scene, answer.bindings, &self.distances, &volumes.bindings];
+        let sets = [&self.scene.set, answer.bindings, &self.targets.distances, &volumes.bindings];
         let kernel = |(blend, constants): (Blend, Constants)| {
             let state = Graphics {
                 vertex: &shaders::FULLSCREEN_VERT,
                 fragment: shaders::VOLUME_FRAG.of(answer.folder),
-                colors: &[(self.color_format, blend)],
+                colors: &[(self.targets.format, blend)],
                 depth: None,
             };
             Kernel::graphics(&self.context, &state, &sets, &constants)

@@ -26,11 +26,11 @@
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, MediaContent, media_limit, voxels_per_side};
-use crate::maps::{Map, Maps, OpaqueWay};
+use crate::maps::{Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{constant, folder, set};
 use crate::world::{Parts, World};
@@ -180,13 +180,15 @@ impl Technique for DensityGrid {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::DENSITY_GRID, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::DENSITY_GRID, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for DensityGrid {
     fn resolution(&self) -> Vec<Resolution> {
         self.maps.opaque_resolution()
     }

@@ -22,11 +22,10 @@
 //! ```
 
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, Placement};
-use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::{constant, folder, set};
 use crate::world::{Parts, World};
@@ -132,13 +131,15 @@ impl Technique for GridQuery {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::GRID_QUERY, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::GRID_QUERY, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for GridQuery {
     fn resolution(&self) -> Vec<Resolution> {
         self.resolution.clone()
     }

@@ -28,7 +28,7 @@
 use super::keys::{Name, words};
 use super::painter::{Painter, PainterKernels};
 use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{CasterQuads, DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, QuadsPush};
 use crate::scene::LightKind;
@@ -36,7 +36,7 @@ use crate::shaders::constant::{ENDS_AT_MESHES, GAUSSIANS, STRANDS};
 use crate::shaders::{folder, half_angle as shaders};
 use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
-use std::rc::Rc;
+use std::sync::Arc;
 
 words! {
     /// What a texel of the light's buffer is kept in.
@@ -101,7 +101,7 @@ pub struct HalfAngle {
     quads: CasterQuads,
     draw: Kernel<QuadsPush>,
     written: BuildStamp,
-    painter: Rc<Painter>,
+    painter: Arc<Painter>,
     look_up: Bindings,
     constants: Constants,
 }
@@ -144,7 +144,7 @@ impl HalfAngle {
         };
         Ok(Self {
             draw: quads.kernel(context, &maps, kernels.fragment, &[(format, Blend::Multiply)], &[], &cut)?,
-            painter: Rc::new(Painter::new(context, world, &maps, &kernels)?),
+            painter: Arc::new(Painter::new(context, world, &maps, &kernels)?),
             look_up: maps.look_up(context, "half_angle.look_up", &[Resource::Texture(whole.clone())])?,
             written: BuildStamp::of(Maps::VOLUME.and(Maps::OPAQUE)),
             maps,
@@ -178,7 +178,7 @@ impl Technique for HalfAngle {
         if let (true, Some(LightKind::Directional { direction } | LightKind::Spot { direction, .. })) =
             (world.knows_lights(), world.all_lights().first().map(|light| light.kind))
         {
-            self.painter.forward.set(direction.normalize().as_vec3().into());
+            self.painter.set_forward(direction.normalize().as_vec3().into());
         }
         if self.written.make(world) {
             self.quads.record(commands, world, &self.maps, None);
@@ -193,19 +193,21 @@ impl Technique for HalfAngle {
             self.written.forget();
         }
         if let Some(map) = self.maps.all().first() {
-            self.painter.forward.set(map.caster_view.forward);
+            self.painter.set_forward(map.caster_view.forward);
         }
         Ok(BuildStatus::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::HALF_ANGLE, bindings: &self.look_up, constants: &self.constants }
+        Answer { painter: Some(&self.painter), ..Answer::new(folder::HALF_ANGLE, &self.look_up, &self.constants) }
     }
 
-    fn painter(&self) -> Option<&Rc<Painter>> {
-        Some(&self.painter)
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for HalfAngle {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

@@ -25,7 +25,7 @@
 use super::keys::Name;
 use super::map_settings::map_settings;
 use super::settings::{Keyed, LEVELS, SIZE, Setting};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory};
 use crate::grid::{Grid, MediaContent, media_limit};
@@ -206,9 +206,15 @@ impl Technique for Marched {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::MARCHED, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::MARCHED, &self.look_up, &self.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl Inspect for Marched {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

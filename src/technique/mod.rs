@@ -81,7 +81,7 @@ use crate::shaders::Folder;
 use crate::world::{Parts, World};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 macro_rules! registry {
     ($($folder:ident),*) => {
@@ -104,7 +104,7 @@ pub mod usual {
 }
 
 /// A technique, opened for one world. [`Opened`] builds it; the technique itself never submits, waits or loops.
-pub trait Technique {
+pub trait Technique: Send {
     /// The parts of the world from which the technique is built, or on which its facts depend. While none of these parts changes, no build
     /// is recorded. By default these are all parts.
     fn made_of(&self) -> Parts {
@@ -134,14 +134,16 @@ pub trait Technique {
     /// How shaders ask the technique.
     fn answer(&self) -> Answer<'_>;
 
-    /// The painter of a picture's casters, for a technique that cannot answer for a point among casters: its look-up is right only behind
-    /// all casters, where surfaces ask. By default none.
-    fn painter(&self) -> Option<&Rc<Painter>> {
-        None
-    }
+    /// What the technique tells to whoever measures it.
+    fn inspect(&self) -> &dyn Inspect;
+}
 
+/// What a technique tells to whoever measures or shows it. No picture needs it.
+pub trait Inspect {
     /// The technique's maps, as the last build fitted them: none before the first build, and none for techniques without maps.
-    fn maps(&self) -> &[Map];
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
 
     /// The resolution with which the technique knows where opaque shadows begin and end: one entry for each map of all lights. Empty where
     /// the technique is exact, or the host does not know the meshes or the lights. By default it is the resolution of the opaque maps.
@@ -202,7 +204,7 @@ impl BuildStatus {
     }
 }
 
-/// How to ask a technique: constants and bindings of a shader with `#include "visibility.glsl"`.
+/// How to ask a technique: constants and bindings of a shader with `#include "visibility.glsl"`, or what paints casters instead.
 #[derive(Clone, Copy)]
 pub struct Answer<'a> {
     /// The folder of the technique's visibility.glsl.
@@ -211,6 +213,16 @@ pub struct Answer<'a> {
     pub bindings: &'a Bindings,
     /// Specialization constants.
     pub constants: &'a Constants,
+    /// What paints a picture's casters, for a technique that cannot answer for a point among casters: its look-up is right only behind all
+    /// casters, where surfaces ask. Most techniques have none.
+    pub painter: Option<&'a Arc<Painter>>,
+}
+
+impl<'a> Answer<'a> {
+    /// The answer of a technique that has a look-up for all points.
+    pub fn new(folder: Folder, bindings: &'a Bindings, constants: &'a Constants) -> Self {
+        Self { folder, bindings, constants, painter: None }
+    }
 }
 
 /// Figures of a technique after a build.

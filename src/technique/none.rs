@@ -19,10 +19,9 @@
 //! # Ok(()) });
 //! ```
 
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
-use crate::maps::Map;
 use crate::shaders::folder;
 use crate::world::{Parts, World};
 
@@ -73,13 +72,15 @@ impl Technique for Unshadowed {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::NONE, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::NONE, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for Unshadowed {
     fn facts(&self) -> Result<Facts> {
         Ok(Facts { path: LIT, reason: "the only path".into(), ..Facts::default() })
     }

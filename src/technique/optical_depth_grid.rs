@@ -23,10 +23,10 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups, push_struct};
 use crate::grid::{Grid, GridData, MediaContent};
-use crate::maps::{Map, Maps, OpaqueWay};
+use crate::maps::{Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{self, constant, folder, set};
 use crate::world::{BuildStamp, Parts, World};
@@ -275,13 +275,15 @@ impl Technique for OpticalDepthGrid {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::OPTICAL_DEPTH_GRID, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::OPTICAL_DEPTH_GRID, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for OpticalDepthGrid {
     fn resolution(&self) -> Vec<Resolution> {
         self.maps.opaque_resolution()
     }

@@ -13,8 +13,8 @@ use crate::shaders::set;
 use crate::world::World;
 use crate::{Error, Result};
 use glam::Vec3;
-use std::cell::Cell;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 push_struct! {
     /// Twin: HalfPush in glsl/technique/half_angle/keys.comp.
@@ -35,7 +35,7 @@ pub struct Painter {
     keys: Kernel<HalfPush>,
     order: Order,
     /// The direction of the light, at the last build.
-    pub(super) forward: Cell<[f32; 3]>,
+    forward: Mutex<[f32; 3]>,
     /// Bindings with which a look-up reads the light's buffer.
     pub look_up: Bindings,
     /// The casters' order: glsl/shading/sliced.vert.
@@ -69,7 +69,7 @@ pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
 /// [`Error::Refused`] where the technique paints casters.
 pub fn answers_in_space(technique: &dyn Technique) -> Result<()> {
     let needs = "a technique that answers at points in space, and this one paints the picture: name another";
-    if technique.painter().is_none() { Ok(()) } else { Err(Error::Refused(needs.into())) }
+    if technique.answer().painter.is_none() { Ok(()) } else { Err(Error::Refused(needs.into())) }
 }
 
 impl Painter {
@@ -85,22 +85,31 @@ impl Painter {
             keys: Kernel::compute(context, keys, &[maps.scene(), &items], &Constants::new())?,
             look_up: maps.look_up(context, name, &[Resource::Texture(light.clone())])?,
             sorted: set::SlicedOrder { sorted: &order.sorted }.bind(context, name)?,
-            forward: Cell::default(),
+            forward: Mutex::default(),
             light,
             quads,
             order,
         })
     }
 
+    fn forward(&self) -> [f32; 3] {
+        *self.forward.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says in which direction the light shines.
+    pub(super) fn set_forward(&self, direction: [f32; 3]) {
+        *self.forward.lock().unwrap_or_else(PoisonError::into_inner) = direction;
+    }
+
     /// Whether this camera meets the slices from near to far: then a slice is blended behind the picture so far, not
     /// over it.
     pub fn near_to_far(&self, camera: &View) -> bool {
-        half_vector(camera.forward.into(), self.forward.get().into()).1
+        half_vector(camera.forward.into(), self.forward().into()).1
     }
 
     /// Sorts the first `count` casters into the order of the slices for this camera.
     pub fn sort(&self, commands: &mut Commands, camera: &View, count: u32) {
-        let (half, _) = half_vector(camera.forward.into(), self.forward.get().into());
+        let (half, _) = half_vector(camera.forward.into(), self.forward().into());
         let [x, y] = groups(u64::from(count).div_ceil(64));
         let push = HalfPush { half_vector: half.into(), count };
         commands.pass("half_angle.keys", |pass| pass.dispatch(&self.keys, &push, [x, y, 1]));

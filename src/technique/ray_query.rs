@@ -24,13 +24,12 @@
 
 use super::keys::words;
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{
     AccelerationStructure, BOX_BYTES, Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement,
     groups, push_struct,
 };
-use crate::maps::Map;
 use crate::shaders::constant::{GAUSSIANS, HITS_RANDOM, MEDIA, STRANDS};
 use crate::shaders::{folder, ray_query as shaders, set};
 use crate::world::{BuildStamp, Parts, TriangleData, World};
@@ -242,13 +241,15 @@ impl Technique for RayQuery {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::RAY_QUERY, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::RAY_QUERY, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for RayQuery {
     fn facts(&self) -> Result<Facts> {
         let of_casters = || self.cast.iter().flat_map(|cast| [&cast.bottom, &cast.top]);
         let structures = || [&self.bottom, &self.top].into_iter().chain(of_casters());

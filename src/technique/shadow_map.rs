@@ -23,7 +23,7 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, Limit};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind, Resolution, gutter_texels};
@@ -199,9 +199,15 @@ impl Technique for ShadowMap {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::SHADOW_MAP, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::SHADOW_MAP, &self.look_up, &self.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl Inspect for ShadowMap {
     fn maps(&self) -> &[Map] {
         &self.all
     }

@@ -25,7 +25,7 @@ use super::keys::{Name, words};
 use super::map_settings::map_settings;
 use super::settings::{Keyed, SIZE, Setting};
 use super::texel_map::{BINNED, RASTER};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, Requirement};
 use crate::maps::{Bins, CasterQuads, DrawingOrder, Entries, Map, Maps, OpaqueMaps, QuadsPush, TexelWay, Use, stacked};
 use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
@@ -230,9 +230,15 @@ impl Technique for Stochastic {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::STOCHASTIC, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::STOCHASTIC, &self.look_up, &self.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl Inspect for Stochastic {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

@@ -3,7 +3,7 @@
 
 use super::keys::word;
 use super::settings::Setting;
-use super::{Answer, BuildStatus, Entry, Facts, Technique};
+use super::{Answer, BuildStatus, Entry, Facts, Inspect, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelPasses, TexelWay, Texels};
@@ -124,7 +124,7 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
     }
 }
 
-impl<S, P: TexelPasses> Technique for TexelMap<S, P> {
+impl<S: Send, P: TexelPasses> Technique for TexelMap<S, P> {
     fn made_of(&self) -> Parts {
         Maps::VOLUME.and(Maps::OPAQUE)
     }
@@ -149,9 +149,15 @@ impl<S, P: TexelPasses> Technique for TexelMap<S, P> {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: self.folder, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(self.folder, &self.look_up, &self.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl<S: Send, P: TexelPasses> Inspect for TexelMap<S, P> {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

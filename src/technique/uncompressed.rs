@@ -23,7 +23,7 @@
 use super::keys::Name;
 use super::promises::ROUNDING;
 use super::settings::Keyed;
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{CasterQuads, DrawingOrder, Keep, List, Map, Maps, OpaqueMaps};
@@ -121,9 +121,15 @@ impl Technique for Uncompressed {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::UNCOMPRESSED, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::UNCOMPRESSED, &self.look_up, &self.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl Inspect for Uncompressed {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

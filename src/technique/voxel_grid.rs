@@ -24,10 +24,9 @@
 
 use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
 use crate::grid::{Grid, GridBuffers, Placement, Refinement, Voxelizer, media_limit};
-use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;
 use crate::shaders::{constant, folder};
@@ -317,13 +316,15 @@ impl Technique for VoxelGrid {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::VOXEL_GRID, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::VOXEL_GRID, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for VoxelGrid {
     fn resolution(&self) -> Vec<Resolution> {
         self.resolution.clone()
     }

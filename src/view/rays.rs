@@ -288,7 +288,7 @@ fn found(context: &Context, casters: &Casters, standing: &BuiltTechniques, key: 
     let place: DVec3 =
         place.ok_or_else(|| Error::input(format!("pixel {x},{y}"), "nothing is seen there", "point at something"))?;
     let map = scene.lights[0].map_at(place.as_vec3().into());
-    let view = standing.opened[0].technique.maps().get(map).map(|map| map.caster_view);
+    let view = standing.opened[0].technique.inspect().maps().get(map).map(|map| map.caster_view);
     let (at, z) = view.map_or_else(Default::default, |view| view.project(place));
     // A point outside the map gets a texel outside the map, which is refused with a message.
     let texel = at.to_array().map(|at| if at >= 0.0 { at as u32 } else { u32::MAX });

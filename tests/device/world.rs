@@ -11,6 +11,7 @@ mod parts;
 mod pictured;
 mod refused;
 mod splats;
+mod threads;
 mod time;
 mod volumes;
 
@@ -153,7 +154,7 @@ fn is_exact(spec: &Spec) -> bool {
 }
 
 fn bytes(technique: &dyn Technique) -> u64 {
-    let facts = technique.facts().expect("counted");
+    let facts = technique.inspect().facts().expect("counted");
     facts.bytes_resident + facts.bytes_transient
 }
 
@@ -200,11 +201,11 @@ fn a_world_that_moved_is_a_new_world() {
                 let new_world = self::world(context, scene);
                 let mut fresh = opened(context, &new_world, &spec);
                 build(&mut fresh, &new_world, &what);
-                assert_eq!(moved.technique.maps(), fresh.technique.maps(), "{what}");
+                assert_eq!(moved.technique.inspect().maps(), fresh.technique.inspect().maps(), "{what}");
                 let (now, expected) = (asked.answers(), answers(context, fresh.technique.as_ref(), 2, &points));
                 let difference = largest_difference(&now, &expected);
                 assert!(difference <= if is_exact(&spec) { 0.0 } else { 1e-6 }, "{what}: {difference}");
-                let [facts, expected] = [&moved, &fresh].map(|o| o.technique.facts().expect("counted"));
+                let [facts, expected] = [&moved, &fresh].map(|o| o.technique.inspect().facts().expect("counted"));
                 assert_eq!(facts.counters, expected.counters, "{what}");
                 assert!(now != before, "{what}: nothing has changed");
                 if *state == "large" {
@@ -325,7 +326,7 @@ fn facts_come_before_the_first_build() {
     gpu_test(name, |context| {
         let world = world(context, &fewer());
         for spec in specs(name, context) {
-            let facts = opened(context, &world, &spec).technique.facts().expect("no counts");
+            let facts = opened(context, &world, &spec).technique.inspect().facts().expect("no counts");
             assert!(!facts.counters.contains_key("culled_casters"), "{}: {:?}", spec.short(), facts.counters);
         }
     });
@@ -400,7 +401,7 @@ fn an_unchanged_world_takes_no_pass() {
             assert_eq!(names(&rebuilt), rest, "{what}");
             // What stands in no light's view has none of these; grids of smoke have opaque maps, and no maps of their own.
             let opaque_alone = ["density-grid", "optical-depth-grid"].contains(&spec.entry.name);
-            let fits = opaque_alone || !opened.technique.maps().is_empty();
+            let fits = opaque_alone || !opened.technique.inspect().maps().is_empty();
             assert_eq!(rest.len() < first.len(), timed && fits, "{what}");
         }
     });

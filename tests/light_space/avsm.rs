@@ -262,7 +262,7 @@ fn a_tile_of_many_casters() {
     let scene = scenes::dense();
     gpu_test("a_tile_of_many_casters_is_one", |context| {
         let avsm = built_avsm(context, &scene, "avsm:path=binned,resolve=streaming,size=8");
-        let counters = avsm.facts().expect("counted").counters;
+        let counters = avsm.inspect().facts().expect("counted").counters;
         assert!(counters["tiles"] == 1 && counters["bin_entries"] > 1024, "{counters:?}");
     });
     binned("a_tile_of_many_casters", &scene, 8);
@@ -369,7 +369,7 @@ fn paths_are_what_the_device_can_do() {
         let open = |text: &str| {
             let mut avsm = Opened::new(context, Box::new(Avsm::new(context, &world, &spec(text).settings())?), true);
             avsm.build(&world)?;
-            avsm.technique.facts()
+            avsm.technique.inspect().facts()
         };
         let features = context.features();
         let interlock = features.fragment_shader_pixel_interlock;
@@ -399,7 +399,7 @@ fn paths_are_what_the_device_can_do() {
             assert!(error.to_string().contains("fit=refined"), "{error}");
         }
         let auto = |scene: &Scene, text: &str| {
-            let facts = built_avsm(context, scene, text).facts().expect("counted");
+            let facts = built_avsm(context, scene, text).inspect().facts().expect("counted");
             assert!(facts.reason.starts_with("auto: "), "{}", facts.reason);
             facts.path
         };

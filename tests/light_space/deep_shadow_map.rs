@@ -173,7 +173,7 @@ fn cases() -> Vec<(Scene, u32)> {
 }
 
 fn facts(technique: &dyn Technique) -> Facts {
-    technique.facts().expect("counted")
+    technique.inspect().facts().expect("counted")
 }
 
 /// Node by node where rounding decides nothing; elsewhere both are within the error of the same curve.
@@ -189,7 +189,7 @@ fn nodes_are_the_twins() {
                     continue;
                 }
                 let technique = built(context, &scene, &text);
-                let views: Vec<View> = technique.maps().iter().map(|map| map.caster_view).collect();
+                let views: Vec<View> = technique.inspect().maps().iter().map(|map| map.caster_view).collect();
                 let (mut all, mut alike, mut covered, mut counted) = (0u64, 0u64, 0u64, 0u64);
                 for (map, view) in views.iter().enumerate() {
                     let twins = Twins::new(&scene, *view);
@@ -198,7 +198,8 @@ fn nodes_are_the_twins() {
                     let texels =
                         (0..view.texels() as u32).step_by(if crate::support::all() || is_small { 1 } else { 3 });
                     for texel in texels.filter(|texel| twins.grazed(*texel) == 0) {
-                        let found = technique.nodes(map, [texel % view.width, texel / view.width]).expect("nodes");
+                        let found =
+                            technique.inspect().nodes(map, [texel % view.width, texel / view.width]).expect("nodes");
                         let segments = twins.texel(texel, Order::Entry).segments;
                         let expected = nodes(&segments, removal, 0.01);
                         assert_eq!(found.is_empty(), expected.is_empty(), "{} {text}, texel {texel}", scene.name);
@@ -266,7 +267,7 @@ fn casters_have_no_order() {
             other.strands.rotate_left(17);
             let [a, b] = [&scene, &other].map(|scene| built(context, scene, &text));
             for texel in 0..400 {
-                let nodes = |t: &dyn Technique| t.nodes(0, [texel % 20, texel / 20]).expect("nodes");
+                let nodes = |t: &dyn Technique| t.inspect().nodes(0, [texel % 20, texel / 20]).expect("nodes");
                 assert_eq!(nodes(a.as_ref()), nodes(b.as_ref()), "{text}, texel {texel}");
             }
         }
@@ -292,9 +293,10 @@ fn texels_without_casters_have_no_nodes() {
             assert_eq!((none["nodes"], none["covered_texels"]), (0, 0), "{text}");
             let technique = built(context, &scenes::beside(), &text);
             let counters = facts(technique.as_ref()).counters;
-            let texels = (0..technique.maps().len()).flat_map(|map| (0..21 * 21).map(move |i| (map, [i % 21, i / 21])));
+            let texels = (0..technique.inspect().maps().len())
+                .flat_map(|map| (0..21 * 21).map(move |i| (map, [i % 21, i / 21])));
             let counts: Vec<_> =
-                texels.map(|(map, at)| technique.nodes(map, at).expect("nodes").len() as u64).collect();
+                texels.map(|(map, at)| technique.inspect().nodes(map, at).expect("nodes").len() as u64).collect();
             assert_eq!(counts.iter().sum::<u64>(), counters["nodes"], "{text}");
             assert_eq!(counts.iter().filter(|count| **count > 0).count() as u64, counters["covered_texels"], "{text}");
             assert!(counters["covered_texels"] < 5 * 21 * 21, "{text}: {counters:?}");
@@ -362,8 +364,11 @@ fn packed_nodes_are_the_same_rounded() {
             let [full, packed] =
                 ["full", "packed"].map(|storage| built(context, &scene, &format!("{text},storage={storage}")));
             let (mut all, mut most) = (0, [0f64; 2]);
-            for (map, texel) in (0..full.maps().len()).flat_map(|map| (0..size * size).map(move |texel| (map, texel))) {
-                let [a, b] = [&full, &packed].map(|t| t.nodes(map, [texel % size, texel / size]).expect("nodes"));
+            for (map, texel) in
+                (0..full.inspect().maps().len()).flat_map(|map| (0..size * size).map(move |texel| (map, texel)))
+            {
+                let [a, b] =
+                    [&full, &packed].map(|t| t.inspect().nodes(map, [texel % size, texel / size]).expect("nodes"));
                 assert_eq!(a.len(), b.len(), "{}", scene.name);
                 all += a.len() as u64;
                 for (a, b) in a.iter().zip(&b) {

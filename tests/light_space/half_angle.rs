@@ -28,7 +28,7 @@ fn painted(context: &Context, scene: &Scene, text: &str, painter: PainterKind) -
     let first = renderer.picture_of(technique, Shading::Forward, Lighting::Fragment).expect(text);
     let again = renderer.picture_of(technique, Shading::Forward, Lighting::Fragment).expect(text);
     assert!(first == again, "{text}: the second picture differs");
-    (first, camera, technique.maps().first().map(|map| map.caster_view))
+    (first, camera, technique.inspect().maps().first().map(|map| map.caster_view))
 }
 
 /// Seen along the light, against it and across.
@@ -177,7 +177,7 @@ fn the_light_on_walls_equals_its_twin() {
         let world = World::new(context, &scene).expect("room for the scene");
         let mut opened = crate::support::opened(open(context, &world, &spec(text)), text);
         opened.build(&world).expect("built");
-        let map = opened.technique.maps()[0];
+        let map = opened.technique.inspect().maps()[0];
         let corner = |mesh: &Mesh, i: u32| mesh.positions[i as usize];
         let triangles: Vec<_> =
             scene.meshes.iter().flat_map(|m| m.triangles.iter().map(|t| t.map(|i| corner(m, i)))).collect();

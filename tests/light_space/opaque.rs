@@ -162,7 +162,7 @@ fn reach(scene: &Scene, size: u32, filter: u32) -> [f64; 2] {
 /// At points in space and on the meshes of the scene's first light.
 fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Counted {
     const POINTS: usize = 8000;
-    let (casters, light, resolution) = (Casters::new(scene), scene.lights[0], technique.resolution());
+    let (casters, light, resolution) = (Casters::new(scene), scene.lights[0], technique.inspect().resolution());
     let of = |p: &[f32; 3]| resolution.get(light.map_at(*p));
     let camera = View::camera(&scene.camera, scene, [320, 180]);
     let mut all = Vec::new();
@@ -325,7 +325,7 @@ fn a_moved_world_is_a_new_world() {
             let passes = moving.build(&world).expect("built again").passes;
             assert!(!passes.is_empty() || context.features().timestamp_valid_bits == 0, "{text}: it was not built");
             let fresh = built(context, &second, &text);
-            assert!(moving.technique.maps() == fresh.maps(), "{text}: maps");
+            assert!(moving.technique.inspect().maps() == fresh.inspect().maps(), "{text}: maps");
             for (light, before) in before.iter().enumerate() {
                 let [moved, fresh] =
                     [moving.technique.as_ref(), fresh.as_ref()].map(|of| ask(context, of, light, &points));
@@ -346,7 +346,7 @@ fn facts_are_there() {
         let mut scene = scenes::directional("facts", [0.4, 0.2, -0.8], Vec::new());
         scene.meshes = plates();
         for text in specs(name, context) {
-            let facts = built(context, &scene, &text).facts().expect("facts");
+            let facts = built(context, &scene, &text).inspect().facts().expect("facts");
             assert!(facts.bytes_resident > 0 && facts.nodes.is_none() && !facts.path.is_empty(), "{text}: {facts:?}");
         }
     });

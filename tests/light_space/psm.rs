@@ -135,7 +135,7 @@ fn cases() -> Vec<(Scene, &'static str)> {
 /// Calls `check` for every texel of every map that no caster grazes, and wants nearly all of them to be such.
 fn each_ray(scene: &Scene, psm: &Psm, mut check: impl FnMut(usize, &View, u32, [u32; 2])) {
     let (mut seen, mut grazed) = (0, 0);
-    for (map, view) in psm.maps().iter().map(|m| &m.caster_view).enumerate() {
+    for (map, view) in psm.inspect().maps().iter().map(|m| &m.caster_view).enumerate() {
         let twins = Twins::new(scene, *view);
         for texel in 0..view.texels() as u32 {
             seen += 1;

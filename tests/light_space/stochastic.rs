@@ -44,7 +44,7 @@ fn samples(context: &Context, scene: &Scene, text: &str) -> (Vec<u32>, Vec<View>
     let all = read();
     opened.rebuild(&world).expect(text);
     assert!(all == read(), "{} {text}: the second build differs", scene.name);
-    let views = opened.technique.maps().iter().map(|m| m.caster_view).collect();
+    let views = opened.technique.inspect().maps().iter().map(|m| m.caster_view).collect();
     (all, views)
 }
 

@@ -90,7 +90,7 @@ fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<V
 }
 
 /// The same of one that is open.
-fn stored<S>(
+fn stored<S: Send>(
     context: &Context,
     world: &World,
     opened: gobo::Result<TexelMap<S>>,
@@ -113,7 +113,7 @@ fn stored<S>(
     let all = read();
     opened.rebuild(world).expect(text);
     assert!(all == read(), "{} {text}: the second build differs", world.name());
-    let views = opened.technique.maps().iter().map(|m| m.caster_view).collect();
+    let views = opened.technique.inspect().maps().iter().map(|m| m.caster_view).collect();
     (all, views)
 }
 
@@ -280,7 +280,7 @@ fn an_infinite_texel_is_a_number() {
         let texels = image.read::<[u16; 4]>().expect("read");
         // SwiftShader makes it no number at all.
         assert!(texels.iter().all(|t| !f16::from_bits(t[3]).is_finite()), "{:?}", texels[0]);
-        let view = opened.technique.maps()[0].caster_view;
+        let view = opened.technique.inspect().maps()[0].caster_view;
         let ray = view.ray(glam::DVec2::splat(4.0));
         let at = [0.1, 0.25, 0.5, 0.75, 0.9].map(|depth| ray.at(view.z(depth)).as_vec3().to_array());
         let query = Query::new(context, 0, &at).expect("room for the points");

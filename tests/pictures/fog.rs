@@ -242,7 +242,7 @@ fn fog_is_between_what_the_truth_allows() {
             }
             let technique = built(context, scene, text);
             let [clear, foggy] = drawn(context, scene, technique.as_ref(), &air);
-            let (casters, camera, resolution) = (Casters::new(scene), camera(scene), technique.resolution());
+            let (casters, camera, resolution) = (Casters::new(scene), camera(scene), technique.inspect().resolution());
             let bound = |of_boundary: f64| {
                 fog(&casters, &camera, &clear, &air, |light, position| {
                     let unknown = in_boundary(scene, &casters, &resolution, light, position);

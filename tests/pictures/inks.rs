@@ -385,7 +385,7 @@ fn cost(context: &Context, scene: &Scene, text: &str) -> (u64, u64, f64) {
     let mut opened = technique::open(context, &world, &spec(text)).expect(text);
     let builds = (0..5).map(|_| opened.rebuild(&world).expect(text).host_ns / 1e6);
     let least = builds.fold(f64::INFINITY, f64::min);
-    let facts = opened.technique.facts().expect("facts");
+    let facts = opened.technique.inspect().facts().expect("facts");
     (facts.bytes_resident, facts.bytes_transient, least)
 }
 

@@ -337,7 +337,12 @@ pub fn built(context: &Context, scene: &Scene, text: &str) -> Box<dyn Technique>
 /// The volume views that the device fits to `scene`, those of the first light first: twins that are compared text by text
 /// start from the same numbers.
 pub fn views(context: &Context, scene: &Scene, size: u32) -> Vec<View> {
-    built(context, scene, &format!("beer-shadow-map:size={size}")).maps().iter().map(|map| map.caster_view).collect()
+    built(context, scene, &format!("beer-shadow-map:size={size}"))
+        .inspect()
+        .maps()
+        .iter()
+        .map(|map| map.caster_view)
+        .collect()
 }
 
 /// What the technique answers at `points` of one of the scene's lights.

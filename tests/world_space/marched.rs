@@ -50,7 +50,7 @@ fn made(context: &Context, scene: &Scene, text: &str) -> Made {
     opened.build(&world).expect(text);
     let data = opened.technique.grid().data().expect("read");
     let place = Place { origin: data.origin, voxel: data.voxel, per_unit: data.per_unit, size: data.size };
-    let views: Vec<View> = opened.technique.maps().iter().map(|map| map.caster_view).collect();
+    let views: Vec<View> = opened.technique.inspect().maps().iter().map(|map| map.caster_view).collect();
     let (all, counts) = (nodes(&opened.technique), opened.technique.counts().expect("read"));
     let (side, tiles) = (settings.size as usize, settings.size.div_ceil(8) as usize);
     let curve = |texel: usize| {

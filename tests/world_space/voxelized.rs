@@ -316,13 +316,13 @@ fn a_first_bake_counts_all_of_it() {
             let mut opened = Opened::new(context, Box::new(technique), false);
             let names = |passes: &[PassTime]| passes.iter().map(|p| p.name.clone()).collect::<BTreeSet<_>>();
             let first = opened.build(&world).expect("baked").passes;
-            let facts = opened.technique.facts().expect("facts");
+            let facts = opened.technique.inspect().facts().expect("facts");
             let second = opened.build(&world).expect("baked").passes;
             assert_eq!(names(&first), names(&second));
             if context.features().timestamp_valid_bits > 0 {
                 assert!(names(&first).contains("voxelized.columns") && names(&first).contains("voxelized.root"));
             }
-            assert_eq!(facts, opened.technique.facts().expect("facts"));
+            assert_eq!(facts, opened.technique.inspect().facts().expect("facts"));
             assert!(facts.counters.values().all(|count| *count > 0), "{facts:?}");
         }
     });

@@ -27,7 +27,7 @@ impl BuiltTechniques {
         for spec in specs {
             let mut technique = open(context, &world, spec)?;
             technique.build(&world)?;
-            names.push(format!("{} ({})", spec.short(), technique.technique.facts()?.path));
+            names.push(format!("{} ({})", spec.short(), technique.technique.inspect().facts()?.path));
             opened.push(technique);
         }
         Ok(Self { opened, names, world })

@@ -295,7 +295,7 @@ impl SceneCase<'_> {
             Ok(built)
         })?;
         row.first_host_ns = Some(first.host_ns);
-        let path = if self.alike.is_empty() { "" } else { opened.technique.facts()?.path };
+        let path = if self.alike.is_empty() { "" } else { opened.technique.inspect().facts()?.path };
         let first = self.builds_once(spec.entry.name, path, &first).then_some(first);
         let mut timed = self.time_builds(&mut opened, spec.entry.lifetime, shading, first)?;
         row.host_ns = Timing::of(&timed.host_ns());
@@ -305,7 +305,7 @@ impl SceneCase<'_> {
         if self.effort.counts {
             row.counts = self.counted(|| Ok(opened.rebuild(&self.world)?.passes))?;
         }
-        let facts = opened.technique.facts()?;
+        let facts = opened.technique.inspect().facts()?;
         row.path = facts.path.into();
         row.reason = facts.reason;
         row.bytes_resident = Some(facts.bytes_resident);
@@ -315,7 +315,7 @@ impl SceneCase<'_> {
         row.counters = facts.counters;
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
         // A painter has no look-up in space: its errors there are absent.
-        if self.effort.lookups > 0 && opened.technique.painter().is_none() {
+        if self.effort.lookups > 0 && opened.technique.answer().painter.is_none() {
             timed.built.lookups = self.time_lookups(opened.technique.as_ref())?;
             timed.built.lookups_clock = self.context.calibrate();
             let samples: Vec<f64> = timed.built.lookups.iter().filter_map(LookupTimes::ns_per_million).collect();
@@ -384,7 +384,7 @@ impl SceneCase<'_> {
             let seen = asked.seen.error();
             row.error = Some(RowError { seen, map, space, surface, casters: asked.surface.caster_error(), image });
         }
-        if self.effort.footprints && opened.technique.painter().is_none() {
+        if self.effort.footprints && opened.technique.answer().painter.is_none() {
             self.show(0)?;
             opened.build(&self.world)?;
             row.footprints = self.ask_footprints(opened.technique.as_ref())?;

@@ -70,12 +70,12 @@ impl SceneCase<'_> {
             }
             let technique = opened.technique.as_ref();
             self.with_truth(frame, |truth| {
-                if count > 1 && technique.painter().is_none() {
-                    let resolution = technique.resolution();
+                if count > 1 && technique.answer().painter.is_none() {
+                    let resolution = technique.inspect().resolution();
                     let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
                     flicker.frame(watched, truth.watched(), truth.scene());
                 }
-                if technique.painter().is_none() {
+                if technique.answer().painter.is_none() {
                     self.ask_seen(technique, truth, &mut asked.seen)?;
                 }
                 let is_wanted = moments.contains(&frame) && self.effort.truth.has_reasons();
@@ -87,15 +87,15 @@ impl SceneCase<'_> {
 
     /// Asks for errors in one frame.
     fn ask_moment(&self, technique: &dyn Technique, truth: &Truth, asked: &mut SampledErrors) -> Result<()> {
-        let resolution = technique.resolution();
-        let paints = technique.painter().is_some();
+        let resolution = technique.inspect().resolution();
+        let paints = technique.answer().painter.is_some();
         if !paints {
             asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
         }
         asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
         self.ask_colors(technique, truth, &mut asked.colors)?;
         // A technique without maps has no map error.
-        let views: Vec<View> = technique.maps().iter().map(|m| m.caster_view).collect();
+        let views: Vec<View> = technique.inspect().maps().iter().map(|m| m.caster_view).collect();
         if !views.is_empty() && !paints {
             let maps = truth.maps(views);
             asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);

@@ -54,7 +54,7 @@ impl SceneCase<'_> {
         asked: &mut ColorAnswers,
     ) -> Result<()> {
         let ratio = self.world.extinction_ratio();
-        let space: &[Points] = if technique.painter().is_some() { &[] } else { truth.space() };
+        let space: &[Points] = if technique.answer().painter.is_some() { &[] } else { truth.space() };
         if self.world.colors() > 1 {
             // Lights stand once per color, and each has its color alone.
             let scene = truth.scene();

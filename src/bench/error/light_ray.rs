@@ -85,7 +85,7 @@ fn view_of(opened: &[Opened], map: usize) -> Result<View> {
 
 /// The view of a technique's map, if it has one.
 fn seen(opened: &Opened, map: usize) -> Option<View> {
-    opened.technique.maps().get(map).map(|map: &Map| map.caster_view)
+    opened.technique.inspect().maps().get(map).map(|map: &Map| map.caster_view)
 }
 
 impl LightRay {
@@ -116,7 +116,7 @@ impl LightRay {
         let mut nodes = Vec::new();
         for opened in opened {
             let stands_in_it = seen(opened, map) == Some(view);
-            nodes.push(if stands_in_it { opened.technique.nodes(map, texel)? } else { Vec::new() });
+            nodes.push(if stands_in_it { opened.technique.inspect().nodes(map, texel)? } else { Vec::new() });
         }
 
         // Points are asked about as three floats, so depths are rounded. No two points are closer than floats can tell

@@ -44,8 +44,8 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     let mut world = World::new(context, subject.scene)?;
     let mut opened = technique::open(context, &world, spec)?;
     opened.build(&world)?;
-    *path = opened.technique.facts()?.path.into();
-    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.caster_view).collect();
+    *path = opened.technique.inspect().facts()?.path.into();
+    let views: Vec<_> = opened.technique.inspect().maps().iter().map(|map| map.caster_view).collect();
     let has_smoke = !subject.scene.has_only_meshes();
     // With meshes alone, most points on rays are in the boundary, so only points in space and on meshes are asked about.
     let on_rays = if views.is_empty() || !has_smoke { Arc::default() } else { subject.maps(&views) };
@@ -53,7 +53,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     let kinds = [&maps[..], subject.space(), subject.surface()];
     let mut figures = Figures::default();
     let first = answers(context, &opened, &kinds, &mut figures)?;
-    let resolution = opened.technique.resolution();
+    let resolution = opened.technique.inspect().resolution();
     let mut asked = Vec::new();
     for (points, said) in kinds.iter().zip(&first) {
         asked.push(Some(compared(subject, points, said, &resolution)?).filter(|asked| asked.points > 0));
@@ -195,8 +195,9 @@ fn step_rms(
     before: &[f32],
     figures: &mut Figures,
 ) -> Result<Option<f64>> {
-    let mut boundary = subject.boundary_after(0, &opened.technique.resolution());
-    let views = |opened: &Opened| opened.technique.maps().iter().map(|map| map.caster_view).collect::<Vec<_>>();
+    let mut boundary = subject.boundary_after(0, &opened.technique.inspect().resolution());
+    let views =
+        |opened: &Opened| opened.technique.inspect().maps().iter().map(|map| map.caster_view).collect::<Vec<_>>();
     let has_maps = !views(opened).is_empty() && !subject.scene.has_only_meshes();
     let mut truth_before: Arc<Vec<f64>> = match has_maps {
         true => subject.filtered(0, &views(opened)),
@@ -210,7 +211,7 @@ fn step_rms(
         let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
         let truth = if has_maps { subject.filtered(step, &views(opened)) } else { visibility.clone() };
         // Points in the boundary before or after the step are left out.
-        let boundary_now = subject.boundary_after(step, &opened.technique.resolution());
+        let boundary_now = subject.boundary_after(step, &opened.technique.inspect().resolution());
         for i in (0..now.len()).filter(|i| !boundary[*i] && !boundary_now[*i]) {
             let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);
             if more.is_finite() {

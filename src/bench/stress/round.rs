@@ -104,7 +104,7 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
             case: String::new(),
             value: frame as f64,
             technique: spec.short(),
-            path: opened.technique.facts()?.path.into(),
+            path: opened.technique.inspect().facts()?.path.into(),
             outcome: Outcome::Answered,
             reason: String::new(),
             figures: Some(figures),
@@ -113,7 +113,7 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
     }
     let (Some(mut opened), Some(scene)) = (moved, drawn.frames.last()) else { return Ok(broken) };
     let ask = |opened: &Opened| anywhere(context, opened, scene, seed, &mut Figures::default());
-    let promises = (spec.entry.promises)(spec, opened.technique.facts()?.path);
+    let promises = (spec.entry.promises)(spec, opened.technique.inspect().facts()?.path);
     if promises.repeats {
         opened.rebuild(&world)?;
         let again = ask(&opened)?;
@@ -156,7 +156,7 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
 
 /// Checks answers on the rays of texels, in scenes for which a truth is known.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
-    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.caster_view).collect();
+    let views: Vec<_> = opened.technique.inspect().maps().iter().map(|map| map.caster_view).collect();
     // With meshes, answers depend on the resolution of opaque shadows; with wider filters, on other texels' rays. Neither has a truth here.
     let is_plain = ["", word_of(FILTER.default)].contains(&spec.text(Name::FILTER));
     if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
@@ -165,7 +165,7 @@ fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figur
     let on_rays = Subject::new(scene).maps(&views);
     let said = answers(context, opened, &[&on_rays.0], figures)?.concat();
     let truth: Vec<f64> = on_rays.0.iter().flat_map(|points| &points.visibility).copied().collect();
-    let finer = (spec.entry.promises)(spec, opened.technique.facts()?.path).finer;
+    let finer = (spec.entry.promises)(spec, opened.technique.inspect().facts()?.path).finer;
     (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1, finer);
     Ok(())
 }

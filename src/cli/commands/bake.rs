@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut opened = open(&context, &world, &spec)?;
     opened.build(&world)?;
     check_messages()?;
-    let Some(bytes) = opened.technique.file(&world)? else {
+    let Some(bytes) = opened.technique.inspect().file(&world)? else {
         return wrong("it is not baked here, so that there is nothing to write", "leave file= out".into());
     };
     store.write_file(name, &bytes)?;

@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
     opened.build(&world)?;
-    let distances = opened.technique.distances(arguments.light)?;
+    let distances = opened.technique.inspect().distances(arguments.light)?;
     check_messages()?;
     if distances.is_empty() {
         let cause = "its maps have no distances";

@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colors: Colors
     for time_s in times_s {
         simulation.move_to(&mut world, *time_s)?;
         opened.build(&world)?;
-        path = opened.technique.facts()?.path;
+        path = opened.technique.inspect().facts()?.path;
         let answer = opened.technique.answer();
         let kernels = renderer.kernels(&answer, arguments.shading(&spec), Lighting::Fragment)?;
         let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colors)?;

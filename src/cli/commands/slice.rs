@@ -100,10 +100,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             world.replace(scene)?;
         }
         opened.build(&world)?;
-        path = opened.technique.facts()?.path;
+        path = opened.technique.inspect().facts()?.path;
         let technique = &opened.technique;
         answers_in_space(technique.as_ref())?;
-        let Some(view) = technique.maps().get(map).map(|m| m.caster_view) else {
+        let Some(view) = technique.inspect().maps().get(map).map(|m| m.caster_view) else {
             return Err(Error::usage("--technique", "it has no maps", "name one that has"));
         };
         let sweeps = frames > 1 && !moves;

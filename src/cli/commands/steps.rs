@@ -35,7 +35,7 @@ pub(in crate::cli) fn by_technique(
         renderer.look(&world, &View::camera(&scene.camera, scene, size))?;
         counts.push(renderer.steps(&opened.technique.answer())?);
     }
-    let path = opened.technique.facts()?.path;
+    let path = opened.technique.inspect().facts()?.path;
     let range = StepRange::of(&counts);
     let ends = range.map_or(["no mesh".into(), String::new()], |range| range.ends().map(|n| n.to_string()));
     for counts in &counts {

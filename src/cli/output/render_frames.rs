@@ -107,7 +107,7 @@ pub(in crate::cli) fn by_technique(
             world.replace(scene)?;
         }
         opened.build(&world)?;
-        path = opened.technique.facts()?.path;
+        path = opened.technique.inspect().facts()?.path;
         shown.look(&world, scene)?;
         let picture = draws.picture(&shown, &opened, shading, lighting)?;
         if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {

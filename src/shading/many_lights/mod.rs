@@ -9,7 +9,7 @@ pub(super) use dispatch::Asking;
 pub use dispatch::QueueData;
 pub use frame::FrameData;
 
-use super::Tiled;
+use super::{Tiled, lock};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, push_struct};
 use crate::scene::{SKY, View};
 use crate::shaders::set;
@@ -17,7 +17,7 @@ use crate::shaders::{Folder, constant, many_lights as shaders};
 use crate::technique::Answer;
 use crate::{Error, Result};
 use dispatch::Queue;
-use std::cell::RefCell;
+use std::sync::Mutex;
 
 /// Pixels per side of a tile. Twin: TILE.
 pub const TILE: u32 = 16;
@@ -74,7 +74,7 @@ pub(super) struct ManyLights {
     frame: Bindings,
     cull: Kernel<ManyLightsPush>,
     shade: Kernel<ManyLightsPush>,
-    kept: RefCell<FrameHistory>,
+    kept: Mutex<FrameHistory>,
 }
 
 /// With `history=on`: surfaces and shadows of the frame before.
@@ -183,7 +183,7 @@ impl ManyLights {
             shadows,
             geometry,
             frame,
-            kept: RefCell::default(),
+            kept: Mutex::default(),
         })
     }
 
@@ -197,7 +197,7 @@ impl ManyLights {
     /// Makes the kernels that ask a technique. A history of another technique's answers is forgotten.
     pub(super) fn asking(&self, answer: &Answer) -> Result<Asking> {
         let asked = (answer.folder, answer.constants.clone());
-        let mut kept = self.kept.borrow_mut();
+        let mut kept = lock(&self.kept);
         if kept.asked.as_ref() != Some(&asked) {
             (kept.asked, kept.before) = (Some(asked), None);
         }
@@ -206,7 +206,7 @@ impl ManyLights {
 
     /// Readies the device for a frame seen with `camera`, and returns the passes' push constants.
     pub(super) fn begin(&self, camera: &View) -> Result<ManyLightsPush> {
-        let mut kept = self.kept.borrow_mut();
+        let mut kept = lock(&self.kept);
         let frames = [*camera, kept.before.unwrap_or(*camera)].map(|view| FrameData::of(&view));
         if kept.written != Some(frames) {
             kept.written = None;
@@ -249,7 +249,7 @@ impl ManyLights {
 
     /// To be called after a frame seen with `camera` was submitted: that frame becomes the frame before.
     pub(super) fn end(&self, camera: &View) {
-        let mut kept = self.kept.borrow_mut();
+        let mut kept = lock(&self.kept);
         (kept.before, kept.is_odd) = (Some(*camera), !kept.is_odd);
     }
 

@@ -5,7 +5,6 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, ImageUse, Kernel};
 use crate::shaders::{painter as shaders, set};
 use crate::shading::Renderer;
-use std::rc::Rc;
 
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
@@ -38,13 +37,13 @@ impl Copies {
 }
 
 impl Canvas {
-    fn new(renderer: &Renderer) -> Result<Self> {
-        let (context, color) = (&renderer.context, &renderer.color);
-        let has_halves = renderer.color_format != Format::R32G32B32A32_SFLOAT;
+    pub(in crate::shading) fn new(renderer: &Renderer) -> Result<Self> {
+        let (context, color) = (&renderer.context, &renderer.targets.color);
+        let has_halves = renderer.targets.format != Format::R32G32B32A32_SFLOAT;
         let copies = if has_halves { Some(Copies::new(context, color)?) } else { None };
         let colors = copies.as_ref().map_or(color, |copies| &copies.floats);
         let bindings =
-            set::PainterPicture { distances: &renderer.distance, colors }.bind(context, "painter.picture")?;
+            set::PainterPicture { distances: &renderer.targets.distance, colors }.bind(context, "painter.picture")?;
         Ok(Self { bindings, colors: colors.clone(), copies, size: color.size() })
     }
 
@@ -64,18 +63,5 @@ impl Canvas {
     pub(in crate::shading) fn end(&self, commands: &mut Commands) {
         let Some(copies) = &self.copies else { return };
         commands.pass("painter.narrow", |pass| pass.dispatch(&copies.narrow, &(), self.groups()));
-    }
-}
-
-impl Renderer {
-    /// The canvas that all kernels of this renderer share.
-    pub(in crate::shading) fn canvas(&self) -> Result<Rc<Canvas>> {
-        let mut kept = self.canvas.borrow_mut();
-        if let Some(canvas) = &*kept {
-            return Ok(canvas.clone());
-        }
-        let canvas = Rc::new(Canvas::new(self)?);
-        *kept = Some(canvas.clone());
-        Ok(canvas)
     }
 }

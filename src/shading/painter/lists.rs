@@ -22,7 +22,7 @@ const THREADS: u32 = 128;
 /// Entries that a part has at least, but where its tile has fewer. A part takes as long as its casters one after the other: on an H200,
 /// parts of 64, 32, 16 and 8 of plume_8k took 0.156, 0.133, 0.107 and 0.098 ms, and putting them over each other 0.005, 0.006, 0.008 and
 /// 0.012.
-pub(super) const LEAST_PART: u32 = 16;
+const LEAST_PART: u32 = 16;
 
 /// The least length with which each list is one part.
 pub(super) const WHOLE: u32 = 1 << 31;
@@ -200,11 +200,22 @@ impl SizedBuffers {
     }
 }
 
+/// The least length of a part where nothing else was said. Software devices have few threads, and paint each list as one part.
+pub(in crate::shading) fn usual_part(context: &Context) -> u32 {
+    if context.features().is_software() { WHOLE } else { LEAST_PART }
+}
+
 impl Lists {
+    /// For all casters in the pictures of `renderer`, from far to near.
+    pub(in crate::shading) fn of_all(renderer: &Renderer) -> Result<Self> {
+        let (order, room) = (&renderer.blending.order, renderer.blending.room());
+        Self::new(renderer, &ListSource { order, room, least: renderer.least_part, by_place: false })
+    }
+
     /// For the pictures of `renderer`.
     pub(super) fn new(renderer: &Renderer, listed: &ListSource) -> Result<Self> {
         let ListSource { order, room, least, by_place } = *listed;
-        let (context, size) = (&renderer.context, renderer.color.size());
+        let (context, size) = (&renderer.context, renderer.targets.color.size());
         let [x, y] = size.map(|side| side.div_ceil(TILE));
         let (tiles, casters) = (x * y, room.max(1));
         let cut = [least, MOST_PARTS];
@@ -217,7 +228,7 @@ impl Lists {
         let ranges = buffer("painter.ranges", 8 * u64::from(tiles))?;
         let splits = buffer("painter.splits", u64::from(tiles) * size_of::<PartData>() as u64)?;
         let set = set::PainterLists {
-            casters: &renderer.caster_buffer,
+            casters: &renderer.scene.casters,
             order,
             boxes: &boxes,
             sums: &sums,
@@ -226,13 +237,13 @@ impl Lists {
             parts: &grown.parts,
             splits: &splits,
             totals: &totals,
-            camera: &renderer.camera_data,
+            camera: &renderer.scene.camera,
         };
         let set = set.bind(context, "painter.lists")?;
         let scene = set::PainterScene {
-            lights: &renderer.lights,
-            casters: &renderer.caster_buffer,
-            splats: &renderer.splats,
+            lights: &renderer.scene.lights,
+            casters: &renderer.scene.casters,
+            splats: &renderer.scene.splats,
             items: &grown.order.items,
             ranges: &ranges,
             parts: &grown.parts,

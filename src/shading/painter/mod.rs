@@ -9,24 +9,23 @@ mod slices;
 mod vertices;
 
 pub(super) use canvas::Canvas;
-pub(super) use lists::Lists;
 pub use lists::{ListReadback, PaintTotals, PartData};
+pub(super) use lists::{Lists, usual_part};
 pub(super) use shade::Shade;
 pub(super) use slices::Slices;
 pub use vertices::PatchData;
 
 use super::volumes::VolumePush;
-use super::{Lighting, Renderer};
+use super::{Lighting, Renderer, lock};
 use crate::Result;
 use crate::gpu::{Commands, Constants, Kernel};
 use crate::scene::{Blended, Scene};
 use crate::shaders::{constant, painter as shaders, shading};
 use crate::technique::Answer;
 use crate::world::CameraPush;
-use lists::ListSource;
 use std::cell::RefCell;
 use std::ops::Range;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 use vertices::Vertices;
 
 /// Runs of casters that are measured in one submission, of which each is some passes.
@@ -34,14 +33,14 @@ const RUNS: usize = 64;
 
 /// Paints casters and volumes.
 pub(super) struct Painter {
-    canvas: Rc<Canvas>,
+    canvas: Arc<Canvas>,
     /// None where there are no casters but cells of volumes.
     casters: Option<CasterPainter>,
     volumes: Option<Kernel<VolumePush>>,
 }
 
 struct CasterPainter {
-    lists: Rc<RefCell<Lists>>,
+    lists: Arc<Mutex<Lists>>,
     /// Where light is asked for at vertices.
     vertices: Option<RefCell<Vertices>>,
     paint: Kernel<CameraPush>,
@@ -57,12 +56,14 @@ impl CasterPainter {
         constants: &Constants,
     ) -> Result<Self> {
         let lists = renderer.lists()?;
-        let (scene, split) = (lists.borrow().scene.clone(), lists.borrow().split.clone());
+        let (scene, split, is_staged) = {
+            let lists = lock(&lists);
+            (lists.scene.clone(), lists.split.clone(), lists.may_split())
+        };
         let vertices = match lighting {
             Lighting::Fragment => None,
             Lighting::Vertex { spacing } => Some(Vertices::new(renderer, answer, constants, spacing)?),
         };
-        let is_staged = lists.borrow().may_split();
         let spreads = renderer.context.features().is_software();
         let constants = constants.clone().set(constant::SPREAD, spreads).set(constant::STAGED, is_staged);
         let kernel = |shader, sets: &[_]| Kernel::compute(&renderer.context, shader, sets, &constants);
@@ -75,7 +76,7 @@ impl CasterPainter {
     }
 
     fn record(&self, commands: &mut Commands, renderer: &Renderer, run: &Range<u32>, is_first: bool) {
-        let (lists, push) = (self.lists.borrow(), CameraPush::of(&renderer.camera));
+        let (lists, push) = (lock(&self.lists), CameraPush::of(&renderer.camera));
         lists.record(commands, run, is_first);
         self.light(commands, run, is_first, true);
         commands.pass("painter.paint", |pass| lists.per_part(pass, &self.paint, &push));
@@ -86,7 +87,7 @@ impl CasterPainter {
 
     /// What [`CasterPainter::record`] needs room for.
     fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
-        self.lists.borrow().measure(commands, run, is_first);
+        lock(&self.lists).measure(commands, run, is_first);
         self.light(commands, run, is_first, false);
     }
 
@@ -97,7 +98,7 @@ impl CasterPainter {
     }
 
     fn settle(&self, frame: u64) -> Result<bool> {
-        let mut lists = self.lists.borrow_mut();
+        let mut lists = lock(&self.lists);
         let has_grown = lists.settle(frame)?;
         let Some(vertices) = &self.vertices else { return Ok(has_grown) };
         Ok(vertices.borrow_mut().settle(frame, &mut lists)? || has_grown)
@@ -114,7 +115,7 @@ impl Painter {
             _ => Some(CasterPainter::new(renderer, &canvas, answer, lighting, &constants)?),
         };
         let march = |fields| {
-            let sets = [&renderer.scene, answer.bindings, &canvas.bindings, fields];
+            let sets = [&renderer.scene.set, answer.bindings, &canvas.bindings, fields];
             Kernel::compute(&renderer.context, shading::VOLUME.of(answer.folder), &sets, &constants)
         };
         let volumes = renderer.volumes.as_ref().map(|volumes| march(&volumes.bindings)).transpose()?;
@@ -129,7 +130,7 @@ impl Painter {
         for next in renderer.blending.within(part) {
             match (next, &self.casters, &self.volumes) {
                 (Blended::Casters(places), Some(casters), _) => {
-                    let runs = casters.lists.borrow().runs(&places, renderer.blending.casters);
+                    let runs = lock(&casters.lists).runs(&places, renderer.blending.casters);
                     for run in runs {
                         casters.record(commands, renderer, &run, is_first);
                         is_first = false;
@@ -157,7 +158,7 @@ impl Painter {
                 Blended::Casters(places) => Some(places),
                 Blended::Volume(_) => None,
             });
-            let lists = casters.lists.borrow();
+            let lists = lock(&casters.lists);
             let runs: Vec<_> = places.flat_map(|places| lists.runs(places, renderer.blending.casters)).collect();
             drop(lists);
             for runs in runs.chunks(RUNS) {
@@ -177,7 +178,7 @@ impl Painter {
 
     /// How many runs all casters are painted in, one after the other.
     pub(super) fn run_count(&self) -> u32 {
-        self.casters.as_ref().map_or(1, |casters| casters.lists.borrow().run_count())
+        self.casters.as_ref().map_or(1, |casters| lock(&casters.lists).run_count())
     }
 
     /// See [`Renderer::settle`].
@@ -189,38 +190,24 @@ impl Painter {
     pub(super) fn bytes(&self) -> Option<u64> {
         let casters = self.casters.as_ref()?;
         let vertices = casters.vertices.as_ref().map_or(0, |vertices| vertices.borrow().bytes());
-        Some(casters.lists.borrow().bytes() + vertices)
+        Some(lock(&casters.lists).bytes() + vertices)
     }
 }
 
 impl Renderer {
     /// Constants of passes that paint all three colors at once.
     pub(super) fn painted(&self, constants: &Constants) -> Constants {
-        let constants = self.with_kinds(crate::query::colored(constants, self.extinction_ratio));
-        if self.caster_room > 0 { constants.set(constant::CASTER_ROOM, self.caster_room) } else { constants }
+        let constants = self.with_kinds(crate::query::colored(constants, self.kinds.extinction_ratio));
+        if self.kinds.room_per_color > 0 {
+            constants.set(constant::CASTER_ROOM, self.kinds.room_per_color)
+        } else {
+            constants
+        }
     }
 
     /// Cuts the lists of casters per tile into parts of at least so many, which are painted side by side; to be called before kernels are made.
     /// By default software devices, which have few threads, paint each list as one part, and stop where nothing more is seen.
     pub fn cut_lists(&mut self, least: u32) {
-        self.cut = Some(least.max(1));
-    }
-
-    fn least_part(&self) -> u32 {
-        let is_software = self.context.features().is_software();
-        self.cut.unwrap_or(if is_software { lists::WHOLE } else { lists::LEAST_PART })
-    }
-
-    /// The lists that all kernels of this renderer share.
-    fn lists(&self) -> Result<Rc<RefCell<Lists>>> {
-        let mut kept = self.lists.borrow_mut();
-        if let Some(lists) = &*kept {
-            return Ok(lists.clone());
-        }
-        let (order, room) = (&self.blending.order, self.blending.room());
-        let listed = ListSource { order, room, least: self.least_part(), by_place: false };
-        let lists = Rc::new(RefCell::new(Lists::new(self, &listed)?));
-        *kept = Some(lists.clone());
-        Ok(lists)
+        self.least_part = least.max(1);
     }
 }

@@ -10,7 +10,7 @@ use crate::shaders::{painter as shaders, set};
 use crate::shading::Renderer;
 use crate::technique::{Answer, Painter};
 use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::Arc;
 
 push_struct! {
     /// Twin: SlicedPush in glsl/shading/painter/slice.comp.
@@ -22,8 +22,8 @@ push_struct! {
 
 /// Paints casters slice by slice.
 pub(in crate::shading) struct Slices {
-    painter: Rc<Painter>,
-    canvas: Rc<Canvas>,
+    painter: Arc<Painter>,
+    canvas: Arc<Canvas>,
     lists: RefCell<Lists>,
     /// Slices from far to near, over the picture.
     over: Kernel<SlicedPush>,
@@ -35,10 +35,15 @@ pub(in crate::shading) struct Slices {
 
 impl Slices {
     /// `answer` and `painter` must be those of the same technique.
-    pub(in crate::shading) fn new(renderer: &Renderer, answer: &Answer, painter: &Rc<Painter>) -> Result<Self> {
+    pub(in crate::shading) fn new(renderer: &Renderer, answer: &Answer, painter: &Arc<Painter>) -> Result<Self> {
         let (context, canvas) = (&renderer.context, renderer.canvas()?);
-        let seen =
-            Image::new(context, "picture.seen", Format::R32G32B32A32_SFLOAT, renderer.color.size(), ImageUse::Storage)?;
+        let seen = Image::new(
+            context,
+            "picture.seen",
+            Format::R32G32B32A32_SFLOAT,
+            renderer.targets.color.size(),
+            ImageUse::Storage,
+        )?;
         let listed = ListSource {
             order: painter.order(),
             room: (painter.order().bytes() / 4) as u32,
@@ -46,11 +51,11 @@ impl Slices {
             by_place: true,
         };
         let lists = Lists::new(renderer, &listed)?;
-        let alone = set::PainterPicture { distances: &renderer.distance, colors: &seen };
+        let alone = set::PainterPicture { distances: &renderer.targets.distance, colors: &seen };
         let alone = alone.bind(context, "painter.alone")?;
         let constants = renderer.with_kinds(answer.constants.clone());
         let kernel = |picture: &Bindings, under| {
-            let sets = [&renderer.scene, &painter.look_up, picture, &lists.slices];
+            let sets = [&renderer.scene.set, &painter.look_up, picture, &lists.slices];
             Kernel::compute(context, &shaders::SLICE, &sets, &constants.clone().set(UNDER, under))
         };
         let all = set::PainterBehind { seen: &seen, colors: &canvas.colors }.bind(context, "painter.behind")?;
@@ -66,7 +71,7 @@ impl Slices {
     }
 
     pub(in crate::shading) fn record(&self, commands: &mut Commands, renderer: &Renderer) {
-        let count = renderer.caster_count;
+        let count = renderer.scene.caster_count;
         if count == 0 {
             return;
         }
@@ -108,7 +113,7 @@ impl Slices {
 
     /// As [`super::Painter::make_room`].
     pub(in crate::shading) fn make_room(&self, renderer: &Renderer) -> Result<()> {
-        let count = renderer.caster_count;
+        let count = renderer.scene.caster_count;
         loop {
             let mut frame = 0;
             renderer.context.submit(|commands| {

@@ -83,14 +83,14 @@ impl Vertices {
         let light = light_buffer(context, capacity)?;
         let counts = Buffer::new(context, "painter.counts", size_of::<Counts>() as u64, Memory::Device)?;
         let set = set::PainterVertices {
-            distances: &renderer.distance,
+            distances: &renderer.targets.distance,
             patches: &patches,
             vertex_light: &light,
             counts: &counts,
         };
         let set = set.bind(context, "painter.vertices")?;
         let lit = set::PainterPatches { patches: &patches, vertex_light: &light }.bind(context, "painter.lit")?;
-        let sets = [&renderer.scene, answer.bindings, &set];
+        let sets = [&renderer.scene.set, answer.bindings, &set];
         Ok(Self {
             context: context.clone(),
             spacing,

@@ -45,7 +45,7 @@ use self::plan::{Cells, Plan};
 use self::raster_order::RasterOrder;
 use self::two_pass::TwoPass;
 use super::settings::Keyed;
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, push_struct};
 use crate::maps::{Bins, Levels, Map, Maps, OpaqueMaps, Use};
@@ -212,9 +212,15 @@ impl Technique for Avsm {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::AVSM, bindings: &self.look_up, constants: &self.plan.constants }
+        Answer::new(folder::AVSM, &self.look_up, &self.plan.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl Inspect for Avsm {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

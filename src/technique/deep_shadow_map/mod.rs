@@ -30,7 +30,7 @@ use self::curves::Curves;
 use self::lists::Lists;
 use super::keys::Name;
 use super::settings::Keyed;
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, push_struct};
 use crate::maps::{Map, Maps, OpaqueMaps};
@@ -211,9 +211,15 @@ impl Technique for DeepShadowMap {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::DEEP_SHADOW_MAP, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::DEEP_SHADOW_MAP, &self.look_up, &self.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl Inspect for DeepShadowMap {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

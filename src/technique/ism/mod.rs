@@ -40,9 +40,8 @@ use self::adapt::Adapt;
 use self::sample::Sample;
 use super::keys::word_of;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Promises, Runs, Technique};
+use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context};
-use crate::maps::Map;
 use crate::scene::{Light, LightKind, Resolution, View};
 use crate::shaders::set;
 use crate::shaders::{constant, folder};
@@ -202,13 +201,15 @@ impl Technique for Ism {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::ISM, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::ISM, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for Ism {
     fn resolution(&self) -> Vec<Resolution> {
         self.resolution.clone()
     }

@@ -40,7 +40,7 @@ use super::keys::{Name, word_of, words};
 use super::map_settings::map_settings;
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
 use super::settings::{Keyed, Setting};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Limit, Requirement, Resource};
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps, OpaqueMaps};
 use crate::shaders::constant::FETCH_AHEAD;
@@ -290,9 +290,15 @@ impl Technique for Psm {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::PSM, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::PSM, &self.look_up, &self.constants)
     }
 
+    fn inspect(&self) -> &dyn Inspect {
+        self
+    }
+}
+
+impl Inspect for Psm {
     fn maps(&self) -> &[Map] {
         self.maps.all()
     }

@@ -5,12 +5,11 @@ use super::file::{Baked, scene_hash};
 use super::settings::{Plan, Settings};
 use super::{COUNTS, OF, TreeData, counters};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Mapped, Memory};
-use crate::maps::Map;
 use crate::scene::Resolution;
 use crate::shaders::folder;
 use crate::shaders::set;
 use crate::technique::settings::Keyed;
-use crate::technique::{Answer, Facts, Key, Technique};
+use crate::technique::{Answer, Facts, Inspect, Key, Technique};
 use crate::world::{Parts, World};
 use crate::{Error, Result, WayOut};
 use std::path::Path;
@@ -104,13 +103,15 @@ impl Technique for Loaded {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::VOXELIZED, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::VOXELIZED, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for Loaded {
     fn resolution(&self) -> Vec<Resolution> {
         resolution(&self.cubes, &self.plan)
     }

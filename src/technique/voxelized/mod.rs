@@ -43,9 +43,8 @@ use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
 use self::cube::{Cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
 use super::settings::Keyed;
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory};
-use crate::maps::Map;
 use crate::scene::Resolution;
 use crate::shaders::folder;
 use crate::shaders::set;
@@ -445,13 +444,15 @@ impl Technique for Voxelized {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::VOXELIZED, bindings: &self.look_up, constants: &self.constants }
+        Answer::new(folder::VOXELIZED, &self.look_up, &self.constants)
     }
 
-    fn maps(&self) -> &[Map] {
-        &[]
+    fn inspect(&self) -> &dyn Inspect {
+        self
     }
+}
 
+impl Inspect for Voxelized {
     fn resolution(&self) -> Vec<Resolution> {
         resolution(&self.cubes, &self.plan)
     }

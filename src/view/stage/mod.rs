@@ -39,6 +39,50 @@ enum Values {
     Steps,
 }
 
+/// A or B.
+enum Pane {
+    /// Nothing is shown, or the reference.
+    Closed,
+    Open(Box<Lit>),
+    /// A technique that cannot be shown: its spec and look, and why.
+    Refused {
+        wanted: String,
+        cause: String,
+    },
+}
+
+impl Pane {
+    fn lit(&self) -> Option<&Lit> {
+        if let Self::Open(lit) = self { Some(lit) } else { None }
+    }
+
+    fn lit_mut(&mut self) -> Option<&mut Lit> {
+        if let Self::Open(lit) = self { Some(lit) } else { None }
+    }
+
+    fn cause(&self) -> Option<&str> {
+        if let Self::Refused { cause, .. } = self { Some(cause) } else { None }
+    }
+}
+
+/// What is made from the pictures of A and B.
+struct Output {
+    present: Option<Present>,
+    values: Values,
+    counting: Option<Counting>,
+    /// What the window's bytes show; none where they are out of date.
+    shown: Option<Shown>,
+}
+
+impl Output {
+    const NOTHING: Self = Self { present: None, values: Values::Nothing, counting: None, shown: None };
+
+    /// The values are others: the window's bytes are out of date.
+    fn set_values(&mut self, values: Values) {
+        (self.values, self.shown) = (values, None);
+    }
+}
+
 /// The scene, A and B.
 pub struct Stage {
     /// The scene as its file says, at the state's time.
@@ -65,18 +109,12 @@ pub struct Stage {
     simulation: Option<Simulation>,
     /// Copies the particles that the device has moved to the host, whose scene takes them over once they stand still.
     simulated: Option<Simulated>,
-    sides: [Option<Lit>; 2],
-    /// Specs that cannot be shown, and why.
-    refused: [Option<(String, String)>; 2],
+    panes: [Pane; 2],
     /// A view of A, other than a picture, that cannot be shown: which view, of which spec, and why.
     unanswered: Option<(Show, String, String)>,
     truth: Truth,
-    present: Option<Present>,
-    values: Values,
-    counting: Option<Counting>,
+    output: Output,
     steps: Option<StepRange>,
-    /// What the window's bytes show; none where they are out of date.
-    shown: Option<Shown>,
     /// Pixels of a picture.
     size: [u32; 2],
     /// Pixels of the window's bytes.
@@ -105,15 +143,11 @@ impl Stage {
             smoke: Smoke::default(),
             simulation: None,
             simulated: None,
-            sides: [None, None],
-            refused: [None, None],
+            panes: [Pane::Closed, Pane::Closed],
             unanswered: None,
             truth: Truth::default(),
-            present: None,
-            values: Values::Nothing,
-            counting: None,
+            output: Output::NOTHING,
             steps: None,
-            shown: None,
             size: picture_size(state.show, area),
             area: area.map(|side| side.max(1)),
             context: context.clone(),
@@ -150,7 +184,7 @@ impl Stage {
 
     /// How often A and B were built since they were opened.
     pub fn builds(&self) -> u64 {
-        self.sides.iter().flatten().map(|lit| lit.builds).sum()
+        self.panes.iter().filter_map(Pane::lit).map(|lit| lit.builds).sum()
     }
 
     /// Pixels of a picture.
@@ -182,20 +216,23 @@ impl Stage {
     pub fn resize(&mut self, show: Show, area: [u32; 2]) {
         let (size, area) = (picture_size(show, area), area.map(|side| side.max(1)));
         if (size, area) != (self.size, self.area) {
-            (self.size, self.area, self.sides) = (size, area, [None, None]);
+            (self.size, self.area) = (size, area);
+            for pane in self.panes.iter_mut().filter(|pane| pane.lit().is_some()) {
+                *pane = Pane::Closed;
+            }
             self.forget();
         }
     }
 
     /// Drops everything that was made from the present pictures.
     fn forget(&mut self) {
-        (self.present, self.values, self.counting, self.shown) = (None, Values::Nothing, None, None);
+        self.output = Output::NOTHING;
     }
 
     /// Views of A and B that cannot be shown, one line each.
     pub fn refused(&self) -> impl Iterator<Item = &str> {
         let unanswered = self.unanswered.iter().map(|(.., cause)| cause.as_str());
-        self.refused.iter().flatten().map(|(_, cause)| cause.as_str()).chain(unanswered)
+        self.panes.iter().filter_map(Pane::cause).chain(unanswered)
     }
 
     /// The range of the steps that are shown as colors.
@@ -210,12 +247,12 @@ impl Stage {
 
     /// The path that A or B runs.
     pub fn path(&self, side: usize) -> Option<&'static str> {
-        self.sides[side].as_ref().and_then(|lit| lit.technique.facts().ok()).map(|facts| facts.path)
+        self.panes[side].lit().and_then(|lit| lit.technique.inspect().facts().ok()).map(|facts| facts.path)
     }
 
     /// The bytes that the window shows.
     pub fn bytes(&self) -> Option<&Buffer> {
-        self.present.as_ref().map(Present::shown)
+        self.output.present.as_ref().map(Present::shown)
     }
 
     /// Whether the picture is final until the next change.
@@ -225,24 +262,24 @@ impl Stage {
 
     /// As [`Stage::is_whole`], but without the reference, which makes progress without frames.
     pub fn is_drawn(&self, state: &State) -> bool {
-        let side = |i: usize| match (&state.sides[i], &self.sides[i]) {
-            _ if !state.show.draws()[i] || self.refused[i].is_some() => true,
-            (Side::Reference, _) => true,
-            (Side::Technique(_), Some(lit)) => {
+        let side = |i: usize| match (&state.sides[i], &self.panes[i]) {
+            _ if !state.show.draws()[i] => true,
+            (Side::Reference, _) | (_, Pane::Refused { .. }) => true,
+            (Side::Technique(_), Pane::Open(lit)) => {
                 lit.is_current(&self.world) && (lit.is_drawn() || !state.show.is_picture())
             }
-            (Side::Technique(_), None) => false,
+            (Side::Technique(_), Pane::Closed) => false,
         };
         let is_answered = match state.show {
-            Show::Slice => self.values == Values::Slice(state.light, state.depth),
-            Show::Steps => self.values == Values::Steps,
+            Show::Slice => self.output.values == Values::Slice(state.light, state.depth),
+            Show::Steps => self.output.values == Values::Steps,
             Show::A | Show::B | Show::Wipe | Show::Difference | Show::Wireframe | Show::Beside => true,
         };
         side(0)
             && side(1)
             && !self.simulated.as_ref().is_some_and(|simulated| simulated.is_moving)
-            && (is_answered || self.refused[0].is_some() || self.unanswered.is_some())
-            && self.shown.is_some()
+            && (is_answered || self.panes[0].cause().is_some() || self.unanswered.is_some())
+            && self.output.shown.is_some()
     }
 
     /// Records the frame of `state`, without waiting for anything.
@@ -251,7 +288,7 @@ impl Stage {
     /// [`Error::Gpu`] where the device is lost or has no room; [`Error::Input`] where the scene cannot have this state.
     pub fn record(&mut self, host: &Host, commands: &mut Commands, state: &State) -> Result<()> {
         if let Some(over) = commands.frame().checked_sub(host.frames_in_flight()) {
-            for lit in self.sides.iter_mut().flatten() {
+            for lit in self.panes.iter_mut().filter_map(Pane::lit_mut) {
                 lit.settle(over)?;
             }
             self.paint_steps(over)?;
@@ -265,18 +302,18 @@ impl Stage {
             self.open(i, state, &camera)?;
         }
         self.ask_of_a(state)?;
-        for (i, lit) in self.sides.iter_mut().enumerate() {
-            let Some(lit) = lit else { continue };
+        for (i, pane) in self.panes.iter_mut().enumerate() {
+            let Pane::Open(lit) = pane else { continue };
             if !state.show.draws()[i] {
                 continue;
             }
             let (seen, lines) = ((self.version, camera), state.show == Show::Wireframe);
             let recorded = lit.record(commands, &self.world, seen, state.show.is_picture(), lines)?;
-            if recorded.changed && self.values != Values::Reference {
-                (self.values, self.counting) = (Values::Nothing, None);
+            if recorded.changed && self.output.values != Values::Reference {
+                (self.output.values, self.output.counting) = (Values::Nothing, None);
             }
             if recorded.changed || recorded.drawn {
-                self.shown = None;
+                self.output.shown = None;
             }
         }
         self.show(commands, state, host.is_blue_first())
@@ -303,47 +340,45 @@ impl Stage {
             Side::Technique(spec) if state.show.draws()[i] => spec,
             Side::Technique(_) => return Ok(()),
             Side::Reference => {
-                if self.sides[i].take().is_some() {
+                let was = std::mem::replace(&mut self.panes[i], Pane::Closed);
+                if was.lit().is_some() {
                     self.forget();
                 }
-                self.refused[i] = None;
                 return Ok(());
             }
         };
         let look = state.look();
         let is = |lit: &Lit| (lit.spec.to_string(), lit.look) == (wanted.to_string(), look);
-        if self.sides[i].as_ref().is_some_and(is) {
-            return Ok(());
-        }
         let text = format!("{wanted} {look:?}");
-        if self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
-            return Ok(());
+        match &self.panes[i] {
+            Pane::Open(lit) if is(lit) => return Ok(()),
+            Pane::Refused { wanted, .. } if *wanted == text => return Ok(()),
+            _ => self.panes[i] = Pane::Closed,
         }
-        (self.sides[i], self.refused[i]) = (None, None);
         self.forget();
-        match Lit::open(&self.context, &self.world, wanted, (self.version, *camera), look) {
-            Ok(lit) => self.sides[i] = Some(lit),
+        self.panes[i] = match Lit::open(&self.context, &self.world, wanted, (self.version, *camera), look) {
+            Ok(lit) => Pane::Open(Box::new(lit)),
             Err(error) if is_lost(&error) => return Err(error),
-            Err(error) => self.refused[i] = Some((text, error.to_string())),
-        }
+            Err(error) => Pane::Refused { wanted: text, cause: error.to_string() },
+        };
         Ok(())
     }
 
     /// Notes that A cannot be shown in this way.
     fn refuse(&mut self, show: Show, error: &Error) {
-        let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
+        let spec = self.panes[0].lit().map_or_else(String::new, |lit| lit.spec.to_string());
         self.unanswered = Some((show, spec, error.to_string()));
     }
 
     /// Prepares A for what is shown of it. Where A cannot show it, it is not tried again.
     fn ask_of_a(&mut self, state: &State) -> Result<()> {
-        let spec = self.sides[0].as_ref().map_or_else(String::new, |lit| lit.spec.to_string());
+        let spec = self.panes[0].lit().map_or_else(String::new, |lit| lit.spec.to_string());
         // A slice may be of another light now, so it is tried again.
         self.unanswered.take_if(|(show, of, _)| *show != state.show || *of != spec || *show == Show::Slice);
         if self.unanswered.is_some() {
             return Ok(());
         }
-        let outcome = match (state.show, &mut self.sides[0]) {
+        let outcome = match (state.show, self.panes[0].lit_mut()) {
             (Show::Slice | Show::Steps | Show::Wireframe, _) if matches!(state.sides[0], Side::Reference) => {
                 Err(Error::input("the reference", "it is only shown as a picture", "choose a technique"))
             }
@@ -360,10 +395,10 @@ impl Stage {
 
     /// Records the pass that makes the window's bytes, if they have changed.
     fn show(&mut self, commands: &mut Commands, state: &State, blue_first: bool) -> Result<()> {
-        if self.present.is_none() {
+        if self.output.present.is_none() {
             let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;
-            let image = |i: usize| self.sides[i].as_ref().map_or(&none, Lit::image);
-            self.present = Some(Present::new(&self.context, image(0), image(1), self.area)?);
+            let image = |i: usize| self.panes[i].lit().map_or(&none, Lit::image);
+            self.output.present = Some(Present::new(&self.context, image(0), image(1), self.area)?);
         }
         let is_answered = match state.show {
             Show::Slice | Show::Steps if self.unanswered.is_some() => false,
@@ -372,10 +407,10 @@ impl Stage {
             Show::Wireframe => self.unanswered.is_none(),
             Show::A | Show::B | Show::Wipe | Show::Difference | Show::Beside => self.fill_in(state)?,
         };
-        let truth = if self.values == Values::Reference { Source::Values } else { Source::Nobody };
-        let source = |i: usize| match (&state.sides[i], &self.sides[i]) {
+        let truth = if self.output.values == Values::Reference { Source::Values } else { Source::Nobody };
+        let source = |i: usize| match (&state.sides[i], &self.panes[i]) {
             (Side::Reference, _) => truth,
-            (Side::Technique(_), Some(_)) => Source::Image,
+            (Side::Technique(_), Pane::Open(_)) => Source::Image,
             _ => Source::Nobody,
         };
         let is = Shown {
@@ -386,39 +421,41 @@ impl Stage {
             sources: if is_answered { [source(0), source(1), truth] } else { [Source::Nobody; 3] },
             blue_first,
         };
-        if let Some(present) = self.present.as_ref().filter(|_| self.shown != Some(is)) {
+        let Output { present, shown, .. } = &mut self.output;
+        if let Some(present) = present.as_ref().filter(|_| *shown != Some(is)) {
             present.record(commands, is);
-            self.shown = Some(is);
+            *shown = Some(is);
         }
         Ok(())
     }
 
     /// Copies new rows of the reference into the values.
     fn fill_in(&mut self, state: &State) -> Result<bool> {
-        self.counting = None;
-        let Some(present) = self.present.as_ref().filter(|_| has_reference(state)) else { return Ok(true) };
-        if let Some(picture) = self.truth.news(self.values != Values::Reference) {
+        self.output.counting = None;
+        let Some(present) = self.output.present.as_ref().filter(|_| has_reference(state)) else { return Ok(true) };
+        if let Some(picture) = self.truth.news(self.output.values != Values::Reference) {
             present.values().write(&picture.pixels)?;
-            (self.values, self.shown) = (Values::Reference, None);
+            self.output.set_values(Values::Reference);
         }
         Ok(true)
     }
 
     /// Asks A for a slice, once A's maps are built. Returns whether the values hold the slice.
     fn slice(&mut self, commands: &mut Commands, light: usize, depth: f32) -> Result<bool> {
-        if self.values == Values::Slice(light, depth) {
+        if self.output.values == Values::Slice(light, depth) {
             return Ok(true);
         }
-        let (Some(lit), Some(present)) = (&self.sides[0], &self.present) else { return Ok(false) };
+        let (Some(lit), Some(present)) = (self.panes[0].lit(), &self.output.present) else { return Ok(false) };
         if !lit.is_current(&self.world) {
             return Ok(false);
         }
         let lights = self.world.all_lights();
         let first = lights.iter().take(light).map(Light::map_count).sum::<usize>();
-        let Some(view) = lit.technique.maps().get(first).filter(|_| light < lights.len()).map(|map| map.caster_view)
+        let Some(view) =
+            lit.technique.inspect().maps().get(first).filter(|_| light < lights.len()).map(|map| map.caster_view)
         else {
             let name = lit.spec.entry.name;
-            let error = match lit.technique.maps().is_empty() {
+            let error = match lit.technique.inspect().maps().is_empty() {
                 true => Error::input(name, "it has no maps to slice", "choose one that has"),
                 false => Error::input(format!("light {light}"), "there is no such light", "choose another"),
             };
@@ -430,16 +467,16 @@ impl Stage {
         slice.record(commands);
         let bytes = slice.buffer().bytes();
         commands.pass("view.copy", |pass| pass.copy(slice.buffer(), present.values(), bytes));
-        (self.values, self.shown) = (Values::Slice(light, depth), None);
+        self.output.set_values(Values::Slice(light, depth));
         Ok(true)
     }
 
     /// Makes A count its steps, once A is built. Returns whether the values hold the steps.
     fn count_steps(&mut self, commands: &mut Commands) -> Result<bool> {
-        if self.values == Values::Steps || self.counting.is_some() {
-            return Ok(self.values == Values::Steps);
+        if self.output.values == Values::Steps || self.output.counting.is_some() {
+            return Ok(self.output.values == Values::Steps);
         }
-        let Some(lit) = self.sides[0].as_mut().filter(|lit| lit.is_current(&self.world)) else { return Ok(false) };
+        let Some(lit) = self.panes[0].lit_mut().filter(|lit| lit.is_current(&self.world)) else { return Ok(false) };
         if lit.steps.is_none() {
             match lit.renderer().steps_kernel(&lit.technique.answer()) {
                 Ok(kernel) => lit.steps = Some(kernel),
@@ -457,15 +494,15 @@ impl Stage {
         let read = ReadBack::new(&self.context, "view.steps", 4 * pixels as u64)?;
         commands.pass("view.copy", |pass| pass.copy_image(kernel.image(), &copy));
         commands.read_back(&copy, &read);
-        self.counting = Some(Counting { read, pixels, frame: commands.frame() });
+        self.output.counting = Some(Counting { read, pixels, frame: commands.frame() });
         Ok(false)
     }
 
     /// Paints the steps that were counted in a frame, once that frame is over.
     fn paint_steps(&mut self, over: u64) -> Result<()> {
-        let Some(counting) = self.counting.take_if(|counting| counting.frame <= over) else { return Ok(()) };
+        let Some(counting) = self.output.counting.take_if(|counting| counting.frame <= over) else { return Ok(()) };
         let (Some(present), Some(counts)) =
-            (&self.present, counting.read.read::<f32>(counting.frame, counting.pixels)?)
+            (&self.output.present, counting.read.read::<f32>(counting.frame, counting.pixels)?)
         else {
             return Ok(());
         };
@@ -474,7 +511,7 @@ impl Stage {
         let painted = StepRange::paint(self.steps, &counts);
         let packed = |rgb: &[u8]| u32::from_le_bytes([rgb[0], rgb[1], rgb[2], 0]);
         present.values().write(&painted.chunks_exact(3).map(packed).collect::<Vec<_>>())?;
-        (self.values, self.shown) = (Values::Steps, None);
+        self.output.set_values(Values::Steps);
         Ok(())
     }
 }

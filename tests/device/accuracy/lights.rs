@@ -80,7 +80,7 @@ fn a_sphere_around_a_point_light_has_a_closed_form() {
         const SIZE: u32 = 32;
         let technique = built(context, &scene, &format!("uncompressed:size={SIZE}"));
         let (mut points, mut expected) = (Vec::new(), Vec::new());
-        for (face, view) in technique.maps().iter().map(|m| m.caster_view).enumerate() {
+        for (face, view) in technique.inspect().maps().iter().map(|m| m.caster_view).enumerate() {
             for (x, y, share) in
                 (4..28).flat_map(|x| (4..28).map(move |y| (x, y, 0.05 + 0.03 * f64::from((x + y) % 29))))
             {

@@ -76,7 +76,7 @@ fn looks_up_what_the_nodes_say() {
                 let text = format!("avsm:nodes={count},curve=exponential,path=two-pass,size={SIZE},storage={storage}");
                 let avsm = built_avsm(context, &scene, &text);
                 let nodes = nodes_of(&avsm, &text, (SIZE * SIZE) as usize);
-                let view = avsm.maps()[0].caster_view;
+                let view = avsm.inspect().maps()[0].caster_view;
                 // Rounded to what the device is asked for.
                 let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
                 let answers = ask(context, avsm.as_ref(), 0, &asked);
@@ -111,7 +111,7 @@ fn filters_weigh_as_their_twins() {
                 let text = format!("avsm:nodes=8,path=two-pass,size={SIZE},filter={name},radius={radius}");
                 let avsm = built_avsm(context, &scene, &text);
                 let nodes: Vec<NodeData> = avsm.curves().read((SIZE * SIZE) as usize * 8).expect("the nodes");
-                let view = avsm.maps()[0].caster_view;
+                let view = avsm.inspect().maps()[0].caster_view;
                 let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
                 let visibility = |at: DVec3, depth_error: f64| {
                     let (texel, z) = view.project(at);

@@ -22,7 +22,7 @@ fn ground(direction: [f64; 3]) -> Scene {
 
 /// The light's view of the meshes that answers for a point, as the opaque map has it.
 fn opaque_view(scene: &Scene, technique: &dyn Technique) -> impl Fn(&[f32; 3]) -> View + use<> {
-    let (light, maps) = (scene.lights[0], technique.maps().to_vec());
+    let (light, maps) = (scene.lights[0], technique.inspect().maps().to_vec());
     move |point| maps[light.map_at(*point)].opaque
 }
 
@@ -50,7 +50,7 @@ fn a_plane_does_not_shadow_itself() {
         for scene in lights() {
             let technique = built(context, &scene, "uncompressed:size=8");
             let view = opaque_view(&scene, technique.as_ref());
-            let (light, resolutions) = (scene.lights[0], technique.resolution());
+            let (light, resolutions) = (scene.lights[0], technique.inspect().resolution());
             let resolution = |point: &[f32; 3]| resolutions[light.map_at(*point)];
             let points = on_ground(5000, 0.05);
             let light = scene.lights[0].kind;

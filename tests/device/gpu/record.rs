@@ -155,7 +155,7 @@ fn submitted(context: &Context) -> Consumed {
     }
     renderer.fog(&answer, &FOG).expect("drawn");
     all.pictures.push(picture(context, renderer.image()));
-    let view = avsm.technique.maps()[0].caster_view;
+    let view = avsm.technique.inspect().maps()[0].caster_view;
     all.slice = slice(context, 0, &view, &answer, 0.5, SIZE).expect("asked");
     let mut vpls = Vpls::new(context, &world, 64).expect("room");
     vpls.make(&world).expect("made");
@@ -222,7 +222,7 @@ fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
     });
     all.pictures.push(read.read(last, words).expect("read").expect("copied"));
 
-    let slice = Slice::new(context, 0, &avsm.maps()[0].caster_view, &answer, 0.5, SIZE).expect("room");
+    let slice = Slice::new(context, 0, &avsm.inspect().maps()[0].caster_view, &answer, 0.5, SIZE).expect("room");
     let pixels = (SIZE[0] * SIZE[1]) as usize;
     let read = ReadBack::new(context, "slice", 4 * pixels as u64).expect("room");
     let last = frame(foreign, context, |commands| {

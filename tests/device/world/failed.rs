@@ -4,9 +4,8 @@ use super::{answers, build, fewer, opened, points, world};
 use crate::support::{gpu_test, scenes, spec};
 use gobo::Error;
 use gobo::gpu::Commands;
-use gobo::maps::Map;
 use gobo::scene::{Scene, Strand};
-use gobo::technique::{Answer, BuildStatus, Facts, Opened, Technique};
+use gobo::technique::{Answer, BuildStatus, Inspect, Opened, Technique};
 use gobo::world::World;
 
 /// A technique that fails once, half-way.
@@ -32,12 +31,8 @@ impl Technique for Fails<'_> {
         self.inner.answer()
     }
 
-    fn maps(&self) -> &[Map] {
-        self.inner.maps()
-    }
-
-    fn facts(&self) -> gobo::Result<Facts> {
-        self.inner.facts()
+    fn inspect(&self) -> &dyn Inspect {
+        self.inner.inspect()
     }
 }
 

@@ -56,7 +56,7 @@ fn views_are_aimed_as_the_host_aims() {
             let world = filled(context, &scene, from);
             let mut opened = opened(context, &world, &spec);
             build(&mut opened, &world, "aimed");
-            opened.technique.maps().to_vec()
+            opened.technique.inspect().maps().to_vec()
         });
         assert_eq!(host.len(), device.len());
         let data = LightData::of(&scene.lights, true);

@@ -388,7 +388,7 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
         context.try_submit(|commands| baked.technique.record(commands, &known)).expect("the host knows them");
         let mut grid = opened(context, &device, &spec("voxel-grid:size=64"));
         build(&mut grid, &device, "voxel-grid");
-        assert!(grid.technique.resolution().is_empty(), "it is not known where edges are seen from");
+        assert!(grid.technique.inspect().resolution().is_empty(), "it is not known where edges are seen from");
         assert_eq!(needs(&device, "ism"), gobo::Need::VirtualLights);
     });
 }

@@ -212,7 +212,7 @@ fn what_did_not_change_is_not_built() {
                 let [now, then] = [&moved, &fresh].map(|o| answers(context, o.technique.as_ref(), 2, &points));
                 let difference = largest_difference(&now, &then);
                 assert!(difference <= if is_exact(&spec) { 0.0 } else { 1e-6 }, "{what}: {difference}");
-                assert_eq!(moved.technique.resolution(), fresh.technique.resolution(), "{what}");
+                assert_eq!(moved.technique.inspect().resolution(), fresh.technique.inspect().resolution(), "{what}");
             }
             // The same once more is no change; a request for all of it gets all but what follows from the casters alone.
             world.replace(&scene).expect("the same");

@@ -27,7 +27,7 @@ struct Built {
 impl Built {
     fn new(context: &Context, scene: &Scene, text: &str) -> Self {
         let avsm = built_avsm(context, scene, text);
-        let views: Vec<View> = avsm.maps().iter().map(|map| map.caster_view).collect();
+        let views: Vec<View> = avsm.inspect().maps().iter().map(|map| map.caster_view).collect();
         let tiles = views.iter().map(|v| (v.width.div_ceil(8) * v.height.div_ceil(8)) as usize).sum::<usize>();
         let detail = avsm.bins().and_then(|bins| bins.detail()).expect("detail");
         let known: Vec<Survey> = detail.surveys().read(tiles).expect("the surveys");
@@ -79,7 +79,7 @@ fn the_choice_equals_its_twin() {
                 let text = format!("avsm:path=binned,detail=adaptive,nodes=4,size={size},bytes={bytes},skip={skip}");
                 let built = Built::new(context, &scene, &text);
                 let what = format!("{}, {text}", scene.name);
-                let facts = built.avsm.facts().expect("facts");
+                let facts = built.avsm.inspect().facts().expect("facts");
                 let [blocks, at_most] = ["blocks", "blocks_at_most"].map(|name| facts.counters[name]);
                 assert!(blocks <= at_most, "{what}");
                 let known = |tile: &Tile| Tile { cells: if skip == "on" { tile.cells } else { 0xFFFF }, ..*tile };
@@ -124,7 +124,7 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
     let text = format!("avsm:path=binned,detail=adaptive,size={size},bytes={bytes},{settings}{storage}");
     let built = Built::new(context, scene, &text);
     let build = build(&spec(&text));
-    let blocks = built.avsm.facts().expect("facts").counters["blocks"] as usize;
+    let blocks = built.avsm.inspect().facts().expect("facts").counters["blocks"] as usize;
     let nodes = nodes_of(&built.avsm, &text, blocks * BLOCK);
     let (mut compared, mut covered, mut elsewhere, mut empty, mut sides) = (0, 0, 0, 0, [0; 9]);
     for (map, view) in built.views.iter().enumerate() {
@@ -224,7 +224,7 @@ fn look_ups_go_through_the_table() {
             let text = format!("avsm:path=binned,detail=adaptive,size=64,storage={storage}");
             let built = Built::new(context, &scene, &text);
             let (view, interpolation) = (built.views[0], build(&spec(&text)).interpolation);
-            let blocks = built.avsm.facts().expect("facts").counters["blocks"] as usize;
+            let blocks = built.avsm.inspect().facts().expect("facts").counters["blocks"] as usize;
             let nodes = if storage == "full" {
                 nodes_of(&built.avsm, &text, blocks * BLOCK)
             } else {
@@ -334,7 +334,7 @@ fn adaptive_maps_have_no_order() {
                 let text = format!("avsm:path=binned,detail=adaptive,size=64,bytes=200000,nodes=4,storage={storage}");
                 let [a, b] = [&scene, &turned].map(|scene| Built::new(context, scene, &text));
                 assert!(a.slots == b.slots && a.known == b.known, "{}, {text}: another choice", scene.name);
-                let facts = a.avsm.facts().expect("facts");
+                let facts = a.avsm.inspect().facts().expect("facts");
                 let bytes = facts.bytes_resident - a.avsm.opaque_image().bytes();
                 assert!(bytes <= 200_000, "{}, {text}: {bytes} bytes", scene.name);
                 let words = facts.counters["blocks"] as usize
@@ -360,12 +360,12 @@ fn alone_it_has_less_error() {
             let casters = Casters::new(&scene);
             let of = |text: &str| {
                 let avsm = built_avsm(context, &scene, text);
-                let points = points(&avsm.maps()[0].caster_view);
+                let points = points(&avsm.inspect().maps()[0].caster_view);
                 let answers = ask(context, &*avsm, 0, &points);
                 let off = points.iter().zip(answers).map(|(point, answer)| {
                     (f64::from(answer) - casters.visibility(0, glam::DVec3::from(point.map(f64::from)))).abs()
                 });
-                let facts = avsm.facts().expect("facts");
+                let facts = avsm.inspect().facts().expect("facts");
                 (off.sum::<f64>() / points.len() as f64, facts.bytes_resident - avsm.opaque_image().bytes())
             };
             let (even, bytes) = of("avsm:path=binned,size=64");

@@ -26,7 +26,7 @@ struct Levels {
 impl Levels {
     fn new(context: &Context, scene: &Scene, text: &str, count: u32) -> Self {
         let avsm = built_avsm(context, scene, text);
-        let views: Vec<View> = avsm.maps().iter().map(|map| map.caster_view).collect();
+        let views: Vec<View> = avsm.inspect().maps().iter().map(|map| map.caster_view).collect();
         let size = [views[0].width, views[0].height];
         let texels = |level: u32| level_size(size, level).iter().product::<u32>() as usize * views.len();
         let nodes = nodes_of(&avsm, text, (0..count).map(texels).sum());
@@ -187,7 +187,7 @@ fn squares_see_means() {
         let scene = scenes::locks();
         let casters = Casters::new(&scene);
         let avsm = built_avsm(context, &scene, "avsm:path=binned,size=64,levels=5");
-        let view = avsm.maps()[0].caster_view;
+        let view = avsm.inspect().maps()[0].caster_view;
         for texels in [4.0, 10.0] {
             let (points, sides) = squares(&view, texels);
             let mean = |point: &[f32; 3]| {

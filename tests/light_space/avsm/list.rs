@@ -13,7 +13,7 @@ const SIZE: u32 = 8;
 
 /// What a build of `text` counts.
 fn counters(context: &Context, scene: &Scene, text: &str) -> (u64, u64, String) {
-    let facts = built_avsm(context, scene, text).facts().expect("counted");
+    let facts = built_avsm(context, scene, text).inspect().facts().expect("counted");
     (facts.counters["fragments"], facts.counters["overflowed"], facts.reason)
 }
 
@@ -139,7 +139,7 @@ fn nothing_casts_nothing() {
         let avsm = opened(Avsm::new(context, &world, &spec(text).settings()), text);
         let mut avsm = Opened::new(context, Box::new(avsm), false);
         let passes = avsm.build(&world).expect("builds").passes;
-        let counters = avsm.technique.facts().expect("counted").counters;
+        let counters = avsm.technique.inspect().facts().expect("counted").counters;
         assert_eq!((counters["fragments"], counters["overflowed"], counters["covered_texels"]), (0, 0, 0));
         let names: Vec<_> = passes.iter().map(|p| p.name.as_str()).collect();
         if context.features().timestamp_valid_bits > 0 {

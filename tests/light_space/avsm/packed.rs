@@ -125,7 +125,7 @@ fn bytes_and_nodes_of_packed_curves() {
                 let mut packed = Opened::new(context, packed, true);
                 let passes = packed.build(&world).expect(&text).passes;
                 let packed = packed.technique;
-                let [full_facts, packed_facts] = [&full, &packed].map(|avsm| avsm.facts().expect("counted"));
+                let [full_facts, packed_facts] = [&full, &packed].map(|avsm| avsm.inspect().facts().expect("counted"));
                 let saved = full_facts.bytes_resident - packed_facts.bytes_resident;
                 assert_eq!(saved, texels * (8 * count - (8 + 4 * count)), "{text}");
                 let more = packed_facts.bytes_transient - full_facts.bytes_transient;
@@ -142,8 +142,8 @@ fn bytes_and_nodes_of_packed_curves() {
                 let (step, least) = if all() { (13, 15) } else { (29, 5) };
                 for (texel, nodes) in (0u32..).zip(unpacked.chunks_exact(count as usize)).step_by(step) {
                     let (map, at) = (texel / 361, [texel % 19, texel % 361 / 19]);
-                    let told = packed.nodes(map as usize, at).expect("the nodes");
-                    let full = full.nodes(map as usize, at).expect("the nodes");
+                    let told = packed.inspect().nodes(map as usize, at).expect("the nodes");
+                    let full = full.inspect().nodes(map as usize, at).expect("the nodes");
                     assert!(
                         told.len() <= full.len() && told.is_empty() == full.is_empty(),
                         "{text}: {told:?} {full:?}"

@@ -52,7 +52,7 @@ fn skipping_changes_no_answer() {
                     let answers = |skip: &str| {
                         let text = format!("avsm:{path},size=40,filter={filter},skip={skip}");
                         let avsm = built_avsm(context, &scene, &text);
-                        let counters = avsm.facts().expect("counted").counters;
+                        let counters = avsm.inspect().facts().expect("counted").counters;
                         (ask(context, avsm.as_ref(), 0, &points()), counters)
                     };
                     let ((all, _), (skipped, counters)) = (answers("off"), answers("on"));
@@ -116,7 +116,7 @@ fn casters_in_the_dark_are_culled() {
         for path in paths(context) {
             let error = |skip: &str| {
                 let avsm = built_avsm(context, &scene, &format!("avsm:{path},size=64,skip={skip}"));
-                let counters = avsm.facts().expect("counted").counters;
+                let counters = avsm.inspect().facts().expect("counted").counters;
                 if skip == "on" {
                     assert_eq!(counters["culled_casters"], below, "{path}");
                 }
@@ -144,7 +144,7 @@ fn the_horizon_equals_its_twin() {
             for (size, filter, reach) in [(40u32, "bilinear", 1), (64, "box,radius=3", 4)] {
                 let text = format!("avsm:path=binned,size={size},filter={filter}");
                 let avsm = built_avsm(context, &scene, &text);
-                let map = avsm.maps()[0];
+                let map = avsm.inspect().maps()[0];
                 let opaque: Vec<f32> = avsm.opaque_image().read().expect("the opaque map");
                 let bins = avsm.bins().expect("binned");
                 let tiles = size.div_ceil(TILE_TEXELS);

@@ -35,7 +35,7 @@ fn casters_of_the_same_key_are_sorted_too() {
                 for (all, batch) in all.iter_mut().zip(["auto", "shared"]) {
                     let text = format!("avsm:path=binned,resolve=streaming,nodes=8,size=8,batch={batch}");
                     let avsm = built_avsm(context, &scene, &text);
-                    let counters = avsm.facts().expect("counted").counters;
+                    let counters = avsm.inspect().facts().expect("counted").counters;
                     assert!(counters["bin_entries"] as usize > alike * centres / 2, "{counters:?}");
                     all.push(crate::avsm::nodes(&avsm, 64, 8));
                 }

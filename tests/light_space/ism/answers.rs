@@ -194,7 +194,7 @@ fn a_room_is_about_what_rays_say() {
         let error = |text: &str, shift: usize| {
             let ism = built(context, &scene, text);
             let radius = f64::from(ism.points().expect("the points").0.radius);
-            let resolution = ism.resolution();
+            let resolution = ism.inspect().resolution();
             let mut found = [Found::default(); 2];
             for light in 0..scene.lights.len() {
                 let asked = (light + shift) % scene.lights.len();

@@ -80,7 +80,7 @@ fn depths(context: &Context, scene: &Scene, text: &str) -> (Box<ShadowMap>, Vec<
 
 /// The texels of one map.
 fn of_map(technique: &ShadowMap, depths: &[f32], map: usize) -> Vec<f32> {
-    let view = technique.maps()[map].opaque;
+    let view = technique.inspect().maps()[map].opaque;
     let [x, y] = opaque_corner(technique.image(), [view.width, view.height], map as u32);
     let across = technique.image().size()[0];
     (0..view.height)
@@ -92,7 +92,7 @@ fn of_map(technique: &ShadowMap, depths: &[f32], map: usize) -> Vec<f32> {
 /// How many texels hold something, after each was held against the twin.
 fn compare(what: &str, technique: &ShadowMap, depths: &[f32], triangles: &[Corners]) -> usize {
     let mut drawn = 0;
-    for (map, views) in technique.maps().iter().enumerate() {
+    for (map, views) in technique.inspect().maps().iter().enumerate() {
         let (found, twin) = (of_map(technique, depths, map), draw(&views.opaque, triangles));
         let differ: Vec<_> = (0..twin.len()).filter(|i| found[*i].to_bits() != twin[*i].to_bits()).collect();
         let first = differ.first().map(|i| (*i, found[*i], twin[*i]));

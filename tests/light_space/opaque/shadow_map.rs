@@ -46,10 +46,10 @@ fn the_look_up_equals_its_twin() {
                 let answers = ask_on(context, technique.as_ref(), 0, &points, &normals);
                 for ((point, normal), answer) in points.iter().zip(&normals).zip(answers) {
                     let (point, normal) = (Vec3::from(*point), Vec3::from(*normal));
-                    let aimed = technique.maps()[scene.lights[0].map_at(point.into())].opaque;
+                    let aimed = technique.inspect().maps()[scene.lights[0].map_at(point.into())].opaque;
                     let point = moved(&aimed, point, normal, 0.15 * filter as f32);
                     let map = scene.lights[0].map_at(point.into());
-                    let view = technique.maps()[map].opaque;
+                    let view = technique.inspect().maps()[map].opaque;
                     let (at, z) = view.project(point.as_dvec3());
                     let at = at.as_vec2();
                     let receiver = Receiver::new(&view, point, normal);
@@ -128,7 +128,7 @@ fn cascades() {
         let below = [[0.613 + 0.4 * 0.8, 0.587 + 0.3 * 0.8, 0.0]];
         let of = |text: &str| {
             let map = built(context, &scene, text);
-            let bytes = map.facts().expect("facts").bytes_resident;
+            let bytes = map.inspect().facts().expect("facts").bytes_resident;
             (ask_on(context, map.as_ref(), 0, &below, &[[0.0, 0.0, 1.0]])[0], bytes)
         };
         assert_eq!(of("shadow-map:size=64,cascades=4"), (0.0, 4 * 4 * 64 * 64));
@@ -168,7 +168,7 @@ fn sixteen_bits_are_half_the_bytes() {
     gpu_test("sixteen_bits_are_half_the_bytes", |context| {
         let mut scene = scenes::directional("bytes", [0.0, 0.0, -1.0], Vec::new());
         scene.meshes = plates();
-        let bytes = |text: &str| built(context, &scene, text).facts().expect("facts").bytes_resident;
+        let bytes = |text: &str| built(context, &scene, text).inspect().facts().expect("facts").bytes_resident;
         assert_eq!(bytes("shadow-map:size=200"), 4 * 200 * 200);
         assert_eq!(bytes("shadow-map:size=200,bits=16"), 2 * 200 * 200);
     });

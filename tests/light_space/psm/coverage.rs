@@ -100,7 +100,7 @@ fn coverage_marks_what_casters_touch() {
                 .expect(&text);
             let texels: Vec<[u8; 4]> = psm.volume.read().expect("read");
             let coverage = &texels[(4 * size * size) as usize..];
-            let view = psm.maps()[0].caster_view;
+            let view = psm.inspect().maps()[0].caster_view;
             let (mut marked, mut all) = (0, 0);
             for y in 0..tiles {
                 for x in 0..tiles {

@@ -92,7 +92,7 @@ fn look_up_equals_its_twin() {
             let psm = built(context, &scene, &text);
             let spec = spec(&text);
             let rays = rays(&psm, &spec, scene.map_count());
-            let view = psm.maps()[light].caster_view;
+            let view = psm.inspect().maps()[light].caster_view;
             let mut points = Vec::new();
             let mut expected = Vec::new();
             for _ in 0..4000 {
@@ -128,7 +128,7 @@ fn skipping_changes_no_answer() {
         let points: Vec<_> = (0..4000).map(|_| random.point(-1.3, 1.3)).collect();
         let [on, off] = ["on", "off"].map(|skip| {
             let psm = built(context, &scene, &format!("psm:path=fused,size=40,slices=64,skip={skip}"));
-            (ask(context, psm.as_ref(), 0, &points), psm.facts().expect("counted").counters["culled_casters"])
+            (ask(context, psm.as_ref(), 0, &points), psm.inspect().facts().expect("counted").counters["culled_casters"])
         });
         assert!(on.1 > off.1, "nothing is culled");
         for (on, off) in on.0.iter().zip(&off.0) {
@@ -156,7 +156,7 @@ fn thin(opacity: f64) -> Scene {
 
 fn map_error(context: &Context, scene: &Scene, text: &str) -> PointError {
     let psm = built(context, scene, text);
-    let views: Vec<_> = psm.maps().iter().map(|m| m.caster_view).collect();
+    let views: Vec<_> = psm.inspect().maps().iter().map(|m| m.caster_view).collect();
     let truth = map_truths(&Casters::new(scene), scene, &views).remove(0);
     let answers = ask(context, psm.as_ref(), 0, &truth.points);
     point_error(&answers, &truth.visibility).expect("numbers").expect("points")

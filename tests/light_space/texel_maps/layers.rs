@@ -38,7 +38,7 @@ fn words(context: &Context, scene: &Scene, settings: &Settings) -> (Vec<u32>, Ve
     let all = read();
     opened.rebuild(&world).expect(text);
     assert!(all == read(), "{} {text}: the second build differs", world.name());
-    let views = opened.technique.maps().iter().map(|m| m.caster_view).collect();
+    let views = opened.technique.inspect().maps().iter().map(|m| m.caster_view).collect();
     (all, views)
 }
 

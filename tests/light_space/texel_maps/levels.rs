@@ -29,7 +29,12 @@ struct Kept {
     maps: u32,
 }
 
-fn kept<S>(context: &Context, scene: &Scene, open: impl Fn(&World) -> gobo::Result<TexelMap<S>>, text: &str) -> Kept {
+fn kept<S: Send>(
+    context: &Context,
+    scene: &Scene,
+    open: impl Fn(&World) -> gobo::Result<TexelMap<S>>,
+    text: &str,
+) -> Kept {
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened = Opened::new(context, Box::new(support::opened(open(&world), text)), true);
     opened.build(&world).expect(text);
@@ -44,7 +49,7 @@ fn kept<S>(context: &Context, scene: &Scene, open: impl Fn(&World) -> gobo::Resu
         }
     };
     let coarser = texels.coarser.read(texels.coarser.bytes() as usize / 4).expect("read");
-    let view = opened.technique.maps()[0].caster_view;
+    let view = opened.technique.inspect().maps()[0].caster_view;
     Kept { image, coarser, size: [view.width, view.height], maps: height / view.height }
 }
 
@@ -229,7 +234,7 @@ fn levels_do_not_drift() {
             let text = format!("{name}{}path=binned,size={SIZE},levels=6", if name.contains(':') { ',' } else { ':' });
             let mut opened = support::opened(open(context, &world, &spec(&text)), &text);
             opened.build(&world).expect(&text);
-            let view = opened.technique.maps()[0].caster_view;
+            let view = opened.technique.inspect().maps()[0].caster_view;
             let point = |x: f64, y: f64, k: u32| {
                 view.ray(DVec2::new(x, y)).at(view.z((f64::from(k) + 0.5) / f64::from(DEPTHS)))
             };

@@ -42,7 +42,7 @@ struct Built {
 }
 
 fn built(context: &Context, scene: &Scene, text: &str) -> Built {
-    fn of<S: Clone + 'static>(
+    fn of<S: Clone + Send + 'static>(
         context: &Context,
         world: &World,
         opened: gobo::Result<TexelMap<S, Sums>>,
@@ -55,7 +55,7 @@ fn built(context: &Context, scene: &Scene, text: &str) -> Built {
         let words = read();
         opened.rebuild(world).expect(text);
         assert!(words == read(), "{} {text}: the second build differs", world.name());
-        let views = opened.technique.maps().iter().map(|m| m.caster_view).collect();
+        let views = opened.technique.inspect().maps().iter().map(|m| m.caster_view).collect();
         Built { technique: opened.technique, words, views }
     }
     let (spec, world) = (spec(text), World::new(context, scene).expect("room for the scene"));

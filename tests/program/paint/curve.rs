@@ -29,7 +29,7 @@ fn built(context: &Context, scene: &Scene, specs: &[&str], size: u32) -> Vec<Ope
     let of = |text: &&str| {
         let text = format!("{text}size={size}");
         let mut opened = opened(open(context, &world, &spec(&text)), &text);
-        assert!(opened.technique.maps().is_empty(), "{text}: nobody plots in maps that no build has fitted");
+        assert!(opened.technique.inspect().maps().is_empty(), "{text}: nobody plots in maps that no build has fitted");
         opened.build(&world).expect(&text);
         opened
     };
@@ -75,7 +75,7 @@ fn found(context: &Context, scene: &Scene, opened: &[Opened], size: u32) -> Foun
     let fitted = View::volumes(scene, size);
     let mut found = Found { darkest: 1.0, ..Found::default() };
     for (light, map) in maps(scene) {
-        let resolution = opened[0].technique.resolution()[map];
+        let resolution = opened[0].technique.inspect().resolution()[map];
         for texel in TEXELS.map(|texel| texel.map(|i| i * size / 128)) {
             let ray = match LightRay::new(context, &casters, opened, map, texel) {
                 Ok(ray) => ray,

@@ -14,10 +14,10 @@ fn volumes_over_a_ground_are_wrong_at_it_alone() {
         let scene = Scene::load("cloud:samples=24", 0.0).expect("built in");
         let casters = Casters::new(&scene);
         let technique = built(context, &scene, "uncompressed:size=128");
-        let views: Vec<View> = technique.maps().iter().map(|map| map.caster_view).collect();
+        let views: Vec<View> = technique.inspect().maps().iter().map(|map| map.caster_view).collect();
         let truth = sample_maps(&casters, &scene, &views, 1500).0.remove(0);
         let answers = ask(context, technique.as_ref(), 0, &truth.points);
-        let opaque = technique.maps()[0].opaque;
+        let opaque = technique.inspect().maps()[0].opaque;
         let texel = 2.0 / f64::from(opaque.scale_x.abs().min(opaque.scale_y.abs())) / f64::from(opaque.width);
         // A texel to each side, for the bilinear filter, and a 16th, to which corners are rounded (truth.md); along the diagonal. Across
         // the light's rays the ground rises by the tangent, of which the height is the cosine.

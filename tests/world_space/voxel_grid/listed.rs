@@ -188,7 +188,7 @@ struct Counted {
 /// count.
 fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usize, points: &[[f32; 3]]) -> Counted {
     let casters = Casters::new(scene);
-    let (resolution, kind) = (technique.resolution()[0], scene.lights[light].kind);
+    let (resolution, kind) = (technique.inspect().resolution()[0], scene.lights[light].kind);
     let mut counted = Counted::default();
     let mut count = |point: DVec3, cosine: f64, lit: bool, within: bool, answer: f32| {
         let wrong = lit != (answer > 0.5);

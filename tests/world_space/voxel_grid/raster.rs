@@ -124,7 +124,9 @@ fn paths_say_what_they_are() {
     gpu_test("paths_say_what_they_are", |context| {
         let scene = slivers();
         let world = World::new(context, &scene).expect("room for the scene");
-        let of = |text: &str| open(context, &world, &spec(text)).map(|opened| opened.technique.facts().expect("facts"));
+        let of = |text: &str| {
+            open(context, &world, &spec(text)).map(|opened| opened.technique.inspect().facts().expect("facts"))
+        };
         for text in ["voxel-grid", "voxel-grid:path=compute"] {
             assert_eq!(of(text).expect(text).path, "compute");
         }

@@ -34,7 +34,7 @@ fn open(context: &Context, world: &World, file: &Path, filter: u32) -> gobo::Res
 /// The file of a small bake.
 fn bytes(context: &Context, scene: &Scene) -> Vec<u8> {
     let opened = baked(context, scene, PLAIN);
-    opened.technique.file(&world(context, scene)).expect("read back").expect("baked")
+    opened.technique.inspect().file(&world(context, scene)).expect("read back").expect("baked")
 }
 
 /// With the right checksum.
@@ -71,7 +71,7 @@ fn a_file_answers_as_its_bake() {
                 let settings = Settings { size: 128, structure, tile, coverage, filter: 3, ..PLAIN };
                 let what = format!("{}, {settings:?}", scene.name);
                 let (world, bake) = (world(context, &scene), baked(context, &scene, settings));
-                let bytes = bake.technique.file(&world).expect("read back").expect("baked");
+                let bytes = bake.technique.inspect().file(&world).expect("read back").expect("baked");
                 let words: Vec<u32> =
                     bytemuck::pod_collect_to_vec(&bytes[TREES + TREE * scene.lights.len()..bytes.len() - LAST]);
                 assert_eq!(words, bake.technique.nodes().expect("read"), "{what}");
@@ -79,7 +79,8 @@ fn a_file_answers_as_its_bake() {
                 std::fs::write(&file, &bytes).expect("written");
                 let mut opened = open(context, &world, &file, 3).unwrap_or_else(|error| panic!("{what}: {error}"));
                 assert!(opened.build(&world).expect("nothing to do").passes.is_empty(), "{what}");
-                let [was, is] = [bake.technique.facts(), opened.technique.facts()].map(|facts| facts.expect("known"));
+                let [was, is] = [bake.technique.inspect().facts(), opened.technique.inspect().facts()]
+                    .map(|facts| facts.expect("known"));
                 assert_eq!((was.bytes_on_disk, is.bytes_on_disk), (Some(bytes.len() as u64), Some(bytes.len() as u64)));
                 assert_eq!((is.path, is.bytes_resident, is.bytes_transient), ("file", was.bytes_resident, 0), "{what}");
                 assert_eq!(is.counters, was.counters, "{what}");
@@ -90,7 +91,7 @@ fn a_file_answers_as_its_bake() {
                     assert_eq!(was, is, "{what}, light {light}");
                 }
                 let views = |technique: &dyn Technique| -> Vec<_> {
-                    technique.resolution().iter().map(|r| (r.view, r.reach_texels, r.depth)).collect()
+                    technique.inspect().resolution().iter().map(|r| (r.view, r.reach_texels, r.depth)).collect()
                 };
                 assert_eq!(views(bake.technique.as_ref()), views(opened.technique.as_ref()), "{what}");
             }
@@ -225,7 +226,7 @@ fn only_what_is_baked_is_written() {
         let scene = two_lights();
         let mut world = world(context, &scene);
         let mut opened = technique::open(context, &world, &spec("voxelized:size=64")).expect("opened");
-        let has_file = |opened: &Opened, world: &World| opened.technique.file(world).expect("read").is_some();
+        let has_file = |opened: &Opened, world: &World| opened.technique.inspect().file(world).expect("read").is_some();
         assert!(!has_file(&opened, &world));
         opened.build(&world).expect("baked");
         assert!(has_file(&opened, &world));

@@ -80,7 +80,7 @@ fn columns_end_where_rays_do() {
         let mut met = 0;
         for scene in support::some(spots(), 3) {
             let opened = baked(context, &scene, Settings { closed: false, free: FreeKey::Exit, ..PLAIN });
-            let view = opened.technique.resolution()[0].view;
+            let view = opened.technique.inspect().resolution()[0].view;
             assert!(view.projection() == Projection::Perspective && view.near == 0.0);
             let meshes = Meshes::new(&scene.meshes);
             let along = |at: DVec2| {

@@ -1,0 +1,107 @@
+//! What a picture shows: the world's buffers and counts, and the camera's.
+
+use crate::gpu::{Bindings, Buffer, Context, Memory};
+use crate::scene::View;
+use crate::shaders::set;
+use crate::world::World;
+use crate::{Error, Result};
+
+/// Buffers that passes of a picture read, and how much of these is in use.
+pub(super) struct PictureScene {
+    /// All of them: set 0 of most passes.
+    pub set: Bindings,
+    pub lights: Buffer,
+    pub casters: Buffer,
+    pub triangles: Buffer,
+    pub splats: Buffer,
+    pub camera: Buffer,
+    pub light_count: u32,
+    pub triangle_vertices: u32,
+    /// All casters of the world, with the cells of volumes.
+    pub caster_count: u32,
+}
+
+/// Which casters there may be: what shaders are specialized for.
+#[derive(Clone, Copy)]
+pub(super) struct CasterKinds {
+    /// See [`crate::scene::Scene::extinction_ratio`].
+    pub extinction_ratio: [f32; 3],
+    /// Where the buffer has casters once per color ([`World::colors`]), how many there is room for in each; else 0.
+    pub room_per_color: u32,
+    pub has_strands: bool,
+    /// Splats, and cells of volumes.
+    pub has_packed: bool,
+}
+
+/// Words of the buffer `Splats` of glsl/shading/picture_set.glsl: the index of the first splat or cell among the casters, then the color
+/// of each splat and cell.
+///
+/// # Errors
+/// [`Error::Refused`] where the host knows no scene.
+pub(super) fn splat_colors(world: &World) -> Result<Vec<u32>> {
+    if !world.has_packed() {
+        return Ok(vec![0; 4]);
+    }
+    let needs = "a scene that the host knows, for the colors of splats and volumes in a picture: draw these otherwise";
+    let scene = world.scene().map_err(|_| Error::Refused(needs.into()))?;
+    let first = (scene.particles.len() + scene.strands.len()) as u32;
+    let splats = scene.splats.iter().map(|g| g.color);
+    let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));
+    Ok(std::iter::once(first).chain(splats.chain(cells).flat_map(|color| color.map(f32::to_bits))).collect())
+}
+
+impl CasterKinds {
+    pub fn of(world: &World) -> Self {
+        Self {
+            extinction_ratio: world.extinction_ratio(),
+            room_per_color: if world.colors() > 1 { world.caster_capacity() } else { 0 },
+            has_strands: world.has_strands(),
+            has_packed: world.has_packed(),
+        }
+    }
+}
+
+impl PictureScene {
+    /// `order` has the places of casters from far to near; `colors` are [`splat_colors`].
+    pub fn new(context: &Context, world: &World, view: &View, order: &Buffer, colors: &[u32]) -> Result<Self> {
+        let camera = Buffer::with_data(context, "picture.camera", &[*view])?;
+        // A sequence of files may have more cells at other times; the buffer has room for the most.
+        let most = match world.scene() {
+            Ok(scene) if world.has_packed() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
+            _ => 0,
+        };
+        let words = colors.len().max(most) as u64;
+        let splats = Buffer::new(context, "picture.splats", 4 * words, Memory::Device)?;
+        splats.write(colors)?;
+        let set = set::PictureScene {
+            lights: &world.lights,
+            camera: &camera,
+            triangles: &world.triangles,
+            casters: &world.casters,
+            order,
+            sides: &world.sides,
+            splats: &splats,
+        };
+        Ok(Self {
+            set: set.bind(context, "picture.scene")?,
+            lights: world.lights.clone(),
+            casters: world.casters.clone(),
+            triangles: world.triangles.clone(),
+            splats,
+            camera,
+            light_count: world.light_count(),
+            triangle_vertices: 3 * world.triangle_count(),
+            caster_count: world.caster_count(),
+        })
+    }
+
+    /// Takes over what the world has now.
+    pub fn look(&mut self, world: &World) -> Result<()> {
+        if world.has_packed() {
+            self.splats.write(&splat_colors(world)?)?;
+        }
+        (self.light_count, self.caster_count) = (world.light_count(), world.caster_count());
+        self.triangle_vertices = 3 * world.triangle_count();
+        Ok(())
+    }
+}

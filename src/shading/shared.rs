@@ -1,0 +1,68 @@
+//! Passes and buffers that all kernels of a renderer share, made when kernels first need them and kept from frame to frame.
+
+use super::many_lights::{ManyLights, Targets};
+use super::painter::{Canvas, Lists};
+use super::{Renderer, Tiled};
+use crate::Result;
+use crate::maps::SeenTriangles;
+use std::cell::{OnceCell, RefCell};
+use std::sync::{Arc, Mutex};
+
+/// What has been made so far.
+#[derive(Default)]
+pub(super) struct SharedPasses {
+    /// What compute passes paint into.
+    canvas: OnceCell<Arc<Canvas>>,
+    /// The triangles that compute passes see.
+    pub seen: OnceCell<Arc<Mutex<SeenTriangles>>>,
+    /// The lists of casters of compute passes.
+    pub lists: OnceCell<Arc<Mutex<Lists>>>,
+    /// Buffers and passes of `shading=tiled`, for the settings of the kernels that were made last.
+    pub tiles: RefCell<Option<Arc<ManyLights>>>,
+}
+
+fn get_or_make<T>(kept: &OnceCell<Arc<T>>, make: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
+    if let Some(made) = kept.get() {
+        return Ok(made.clone());
+    }
+    let made = Arc::new(make()?);
+    Ok(kept.get_or_init(|| made).clone())
+}
+
+impl Renderer {
+    /// The canvas.
+    pub(super) fn canvas(&self) -> Result<Arc<Canvas>> {
+        get_or_make(&self.shared.canvas, || Canvas::new(self))
+    }
+
+    /// What finds the triangles that pixels see.
+    pub(super) fn seen_triangles(&self) -> Result<Arc<Mutex<SeenTriangles>>> {
+        let (scene, camera) = (&self.scene, &self.camera);
+        let make = || SeenTriangles::new(&self.context, &scene.casters, &scene.triangles, camera).map(Mutex::new);
+        get_or_make(&self.shared.seen, make)
+    }
+
+    /// The lists of casters.
+    pub(super) fn lists(&self) -> Result<Arc<Mutex<Lists>>> {
+        get_or_make(&self.shared.lists, || Lists::of_all(self).map(Mutex::new))
+    }
+
+    /// The buffers and passes of `shading=tiled`: those kept from earlier kernels where the settings are the same, else new ones.
+    pub(super) fn tiles(&self, tiled: Tiled) -> Result<Arc<ManyLights>> {
+        let mut kept = self.shared.tiles.borrow_mut();
+        if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {
+            return Ok(tiles.clone());
+        }
+        let targets = Targets {
+            context: &self.context,
+            lights: &self.scene.lights,
+            light_count: self.scene.light_count,
+            gbuffer: &self.targets.surfaces,
+            color: &self.targets.color,
+            color_format: self.targets.format,
+        };
+        let tiles = Arc::new(ManyLights::new(&targets, tiled)?);
+        *kept = Some(tiles.clone());
+        Ok(tiles)
+    }
+}
