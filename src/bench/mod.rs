@@ -7,10 +7,11 @@ pub mod stress;
 mod timing;
 
 pub use case::built_techniques::BuiltTechniques;
+pub use case::effort::{Effort, LOOKUPS};
 pub use case::frames::{Frames, States, Traced};
 pub use case::truth::Extent;
 pub(crate) use case::truth::{Cached, Points, Truth, Wanted};
-pub use case::{CasePictures, Effort, LOOKUPS, SceneCase, with_case};
+pub use case::{CasePictures, SceneCase, with_case};
 pub use error::caster_error::{CLASSES as CASTER_CLASSES, CasterClass, CasterError};
 pub use error::color::{COLORS, ColorError};
 pub use error::error_metrics::{Answers, PartError, PointError, point_error};

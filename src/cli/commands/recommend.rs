@@ -297,7 +297,7 @@ impl Sweep<'_> {
                     if rows[place].is_some() {
                         continue;
                     }
-                    progress.begins(case.scene_name(), spec);
+                    progress.begins(&self.scene.name, spec);
                     let (mut row, _) = case.measure(spec);
                     row.marks = marks(&row, self.stages.as_ref());
                     progress.ends(&row, spec);
