@@ -3,6 +3,7 @@
 mod case;
 mod error;
 mod results;
+mod run;
 pub mod stress;
 mod timing;
 
@@ -29,6 +30,9 @@ pub use results::submission::{SUBMISSION, Submission, answers_hash, noise};
 pub use results::{
     DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
 };
+pub use run::observer::{Observer, RowPictures};
+pub use run::plan::{Plan, PlannedScene};
+pub use run::run;
 pub use timing::copy_bandwidth::copy_bytes_per_second;
 pub use timing::cost::Unshadowed;
 pub(crate) use timing::host_memory::host_bytes;
