@@ -4,7 +4,7 @@ use crate::Result;
 use crate::bench::case::camera_sweep::{references, sweep};
 use crate::bench::case::device_scene::DeviceScene;
 use crate::bench::case::frame_truths::FrameTruths;
-use crate::bench::case::frames::{States, Traced};
+use crate::bench::case::frames::Traced;
 use crate::bench::case::picture_settings::PictureSettings;
 use crate::bench::case::points::ask;
 use crate::bench::case::sampled_errors::{SampledErrors, moments};
@@ -22,11 +22,11 @@ use std::cell::OnceCell;
 /// See the module.
 pub(in crate::bench) struct ErrorSampler<'a> {
     extent: Extent,
-    states: States<'a>,
     truths: FrameTruths<'a>,
-    /// The bounce of light that virtual lights represent, and what it is computed from.
-    bounce: OnceCell<Bounce>,
+    /// How the bounce of light is computed that virtual lights represent; none where pictures are not compared with it.
     traced: Option<Traced<'a>>,
+    /// That bounce, once it is computed.
+    bounce: OnceCell<Bounce>,
     /// True pictures of consecutive frames, once a camera goes around.
     references: OnceCell<Vec<Picture>>,
     /// Means over areas, once they are needed.
@@ -34,9 +34,9 @@ pub(in crate::bench) struct ErrorSampler<'a> {
 }
 
 impl<'a> ErrorSampler<'a> {
-    pub fn new(extent: Extent, states: States<'a>, traced: Option<Traced<'a>>, truths: FrameTruths<'a>) -> Self {
+    pub fn new(extent: Extent, truths: FrameTruths<'a>, traced: Option<Traced<'a>>) -> Self {
         let (bounce, references, footprints) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { extent, states, truths, bounce, traced, references, footprints }
+        Self { extent, truths, traced, bounce, references, footprints }
     }
 
     /// Whether there is a truth at all.
@@ -55,14 +55,9 @@ impl<'a> ErrorSampler<'a> {
         self.bounce.get().map(|bounce| &bounce.picture)
     }
 
-    /// Calls `ask` with the truth in a frame. What is in no memory is read, and given back.
-    fn with_truth<R>(&self, frame: usize, ask: impl FnOnce(&Truth) -> Result<R>) -> Result<R> {
-        self.truths.with(self.states, frame, ask)
-    }
-
     /// Goes through all frames. Asks in all of them at seen points and for flicker, and in some of them for the other errors.
     pub fn sample(&self, scene: &mut DeviceScene, opened: &mut Opened) -> Result<SampledErrors> {
-        let count = self.states.count();
+        let count = self.truths.states.count();
         let (moments, mut sampled, mut flicker) = (moments(count), SampledErrors::default(), Flicker::default());
         for frame in 0..count {
             if count > 1 {
@@ -71,7 +66,7 @@ impl<'a> ErrorSampler<'a> {
             }
             let technique = opened.technique.as_ref();
             let has_look_up = technique.painter().is_none();
-            self.with_truth(frame, |truth| {
+            self.truths.with(frame, |truth| {
                 if count > 1 && has_look_up {
                     let watched = answers(scene, technique, truth, truth.watched(), &technique.resolution())?;
                     flicker.frame(watched, truth.watched(), truth.scene());
@@ -93,7 +88,7 @@ impl<'a> ErrorSampler<'a> {
         let areas = match self.footprints.get() {
             Some(areas) => areas,
             None => {
-                let made = self.with_truth(0, |truth| Ok(footprints(truth, truth.scene())))?;
+                let made = self.truths.with(0, |truth| Ok(footprints(truth, truth.scene())))?;
                 self.footprints.get_or_init(|| made)
             }
         };
@@ -135,7 +130,7 @@ impl<'a> ErrorSampler<'a> {
         if !self.has_truth() {
             return Ok([None; 2]);
         }
-        let seen = self.with_truth(self.states.count() - 1, |truth| truth.seen().unshadowed())?;
+        let seen = self.truths.with(self.truths.states.count() - 1, |truth| truth.seen().unshadowed())?;
         let mut flip_mean = None;
         if let Some(lit) = self.lit()? {
             let drawn = scene.picture(&lit.camera, none, settings)?;
@@ -154,7 +149,7 @@ impl<'a> ErrorSampler<'a> {
         let references = match self.references.get() {
             Some(references) => references,
             None => {
-                let made = references(&self.states)?;
+                let made = references(&self.truths.states)?;
                 self.references.get_or_init(|| made)
             }
         };
@@ -163,7 +158,7 @@ impl<'a> ErrorSampler<'a> {
 
     /// The last frame's picture, lit by the truth; none where none is wanted or it would take long.
     fn lit(&self) -> Result<Option<&LitPicture>> {
-        self.truths.make_picture(self.states)
+        self.truths.make_picture()
     }
 
     /// One bounce of light in the picture that the truth lights, where it is compared with one.

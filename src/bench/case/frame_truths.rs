@@ -21,6 +21,7 @@ const LEAST_SEEN: usize = 256;
 /// The truths that `with_case` owns.
 #[derive(Clone, Copy)]
 pub(in crate::bench) struct FrameTruths<'a> {
+    pub states: States<'a>,
     /// In each frame, of states that are in memory.
     pub truths: &'a [Truth<'a>],
     /// What is known of the truth in each frame.
@@ -106,11 +107,11 @@ pub(in crate::bench) fn compute_ahead(truths: &[Truth], stop: &AtomicBool) {
 
 impl<'a> FrameTruths<'a> {
     /// Calls `ask` with the truth in a frame. What is in no memory is read, and given back.
-    pub fn with<R>(&self, states: States, frame: usize, ask: impl FnOnce(&Truth) -> Result<R>) -> Result<R> {
+    pub fn with<R>(&self, frame: usize, ask: impl FnOnce(&Truth) -> Result<R>) -> Result<R> {
         if let Some(truth) = self.truths.get(frame) {
             return ask(truth);
         }
-        let state = states.at(frame)?;
+        let state = self.states.at(frame)?;
         ask(&Truth::of(&state, self.known[frame].clone()))
     }
 
@@ -121,10 +122,10 @@ impl<'a> FrameTruths<'a> {
     }
 
     /// The last frame's picture, made now; none where none is wanted or it would take long.
-    pub fn make_picture(&self, states: States) -> Result<Option<&'a LitPicture>> {
+    pub fn make_picture(&self) -> Result<Option<&'a LitPicture>> {
         let Some(last) = self.known.last().filter(|known| known.has_picture()) else { return Ok(None) };
         if !last.has_tried_picture() {
-            self.with(states, self.known.len() - 1, |truth| {
+            self.with(self.known.len() - 1, |truth| {
                 truth.picture();
                 Ok(())
             })?;

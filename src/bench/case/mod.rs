@@ -73,8 +73,8 @@ pub fn with_case<'a, R>(
     let lookups = bounds.points(lights, |light, all| points_within(all, &first.lights[light], count));
     let scene = DeviceScene::new(context, frames, world)?;
     let timer = Timer::new(effort, &scene, lookups);
-    let all = FrameTruths { truths: &truths, known: &known };
-    let errors = ErrorSampler::new(effort.truth, states, frames.bounce, all);
+    let all = FrameTruths { states, truths: &truths, known: &known };
+    let errors = ErrorSampler::new(effort.truth, all, frames.bounce);
     let mut case = SceneCase { effort, scene, timer, errors, unshadowed: Vec::new() };
     let spare = std::thread::available_parallelism().map_or(1, |n| n.get()).saturating_sub(KEPT_PROCESSORS);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(spare.max(1)).build().ok();

@@ -30,7 +30,7 @@ pub trait Observer {
     }
 }
 
-/// For a run of which only the results matter.
+/// For a run whose results alone matter.
 impl Observer for () {}
 
 /// The pictures of a row.

@@ -12,7 +12,6 @@ use crate::bench::timing::timed_runs::{BuildSamples, BuildTimes, DrawTimes, Look
 use crate::bench::{Row, Timing};
 use crate::gpu::PassTime;
 use crate::query::{PointBatch, Query};
-use crate::scene::View;
 use crate::shading::{Kernels, Renderer, Shading};
 use crate::technique::{Lifetime, Opened, Technique};
 use std::cell::Cell;
@@ -224,7 +223,7 @@ impl Timer {
         none: &Opened,
         settings: PictureSettings,
     ) -> Result<Option<Timing>> {
-        let camera: View = scene.camera(self.effort.picture)?;
+        let camera = scene.camera(self.effort.picture)?;
         if let Some(drawing) = scene.drawing(&camera, none, settings.shading)? {
             let frames = (0..self.effort.frames.max(1)).map(|_| drawing.draw()).collect::<Result<Vec<_>>>()?;
             let draws_ns: Vec<f64> = frames.iter().filter_map(|passes| frame_ns(passes)).collect();

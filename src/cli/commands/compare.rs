@@ -1,17 +1,18 @@
 //! `gobo compare`
 
 use crate::bench::{
-    self, DeviceFacts, Effort, Extent, Frames, LOOKUPS, Plan, PlannedScene, Results, Status, Traced,
-    copy_bytes_per_second, stage_rates,
+    self, DeviceFacts, Effort, Extent, Frames, LOOKUPS, Plan, PlannedScene, Results, Traced, copy_bytes_per_second,
+    stage_rates,
 };
 use crate::cli::baseline::{Baseline, BaselineArguments};
 use crate::cli::compared_frames::{Compared, name_apart};
 use crate::cli::default_specs::{all_specs, usual_specs};
+use crate::cli::output::exit_code::exit_code;
 use crate::cli::output::writer::Writer;
 use crate::cli::resume::{SCENE, files, kept};
 use crate::cli::{
-    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, load,
-    picture, say, test_reduction,
+    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, load, picture,
+    say, test_reduction,
 };
 use crate::gpu::{Context, Features};
 use crate::report::{Store, answers, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
@@ -393,28 +394,4 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
     .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))
     .map(|(name, value)| (name.to_owned(), value))
     .collect()
-}
-
-/// Success where every row is ok or refused, and not all are refused.
-pub(in crate::cli) fn exit_code(results: &Results) -> ExitCode {
-    let failed: Vec<_> = results.rows.iter().filter(|r| r.status == Status::Failed).collect();
-    for row in &failed {
-        complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, results.device.name, row.reason));
-    }
-    let nothing = nothing_measured(results);
-    nothing.iter().for_each(|why| complain(format!("gobo: {why}")));
-    if failed.is_empty() && nothing.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// Why there is nothing to compare, where every row is refused. A shard, which is a part of a run, may have refused rows alone.
-fn nothing_measured(results: &Results) -> Option<String> {
-    let first = results.rows.first().filter(|_| results.shard.is_none())?;
-    results.rows.iter().all(|row| row.status == Status::Refused).then(|| {
-        let (spec, scene, reason) = (first.spec(), &first.scene, &first.reason);
-        let which = match results.rows.len() {
-            1 => format!("{spec} on {scene} is"),
-            rows => format!("all {rows} rows ({spec} on {scene}, …) are"),
-        };
-        format!("nothing is measured: {which} {reason}; name what `gobo devices` lists with yes, or another scene")
-    })
 }
