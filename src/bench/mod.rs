@@ -3,14 +3,16 @@
 mod case;
 mod error;
 mod results;
+mod run;
 pub mod stress;
 mod timing;
 
 pub use case::built_techniques::BuiltTechniques;
+pub use case::effort::{Effort, LOOKUPS};
 pub use case::frames::{Frames, States, Traced};
 pub use case::truth::Extent;
 pub(crate) use case::truth::{Cached, Points, Truth, Wanted};
-pub use case::{CasePictures, Effort, LOOKUPS, SceneCase, with_case};
+pub use case::{CasePictures, SceneCase, with_case};
 pub use error::caster_error::{CLASSES as CASTER_CLASSES, CasterClass, CasterError};
 pub use error::color::{COLORS, ColorError};
 pub use error::error_metrics::{Answers, PartError, PointError, point_error};
@@ -28,6 +30,9 @@ pub use results::submission::{SUBMISSION, Submission, answers_hash, noise};
 pub use results::{
     DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
 };
+pub use run::observer::{Observer, RowPictures};
+pub use run::plan::{Plan, PlannedScene};
+pub use run::run;
 pub use timing::copy_bandwidth::copy_bytes_per_second;
 pub use timing::cost::Unshadowed;
 pub(crate) use timing::host_memory::host_bytes;

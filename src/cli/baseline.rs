@@ -119,18 +119,9 @@ impl Baseline<'_> {
         self.arguments.baseline.iter().zip(&self.runs).try_for_each(|(path, before)| in_common(path, before, &asked))
     }
 
-    /// Whether a row that was just measured is slower: then it is measured again, since something else may have run.
-    pub fn is_slower(&self, row: &Row) -> bool {
-        self.change(row).is_some_and(|change| change.is_slower())
-    }
-
-    /// Whether the row is seen to be no slower. A later measurement that is too unsteady to tell does not change that.
-    pub fn is_no_slower(&self, row: &Row) -> bool {
-        self.change(row).is_some_and(|change| change.is_no_slower())
-    }
-
-    fn change<'r>(&'r self, row: &'r Row) -> Option<Change<'r>> {
-        self.before.as_ref().and_then(|before| change_of(before, row, self.margins))
+    /// The earlier run, and the changes that are tolerated; none without `--baseline`.
+    pub fn before(&self) -> Option<(&Results, Margins)> {
+        self.before.as_ref().map(|before| (before, self.margins))
     }
 
     /// Prints the changes, or with `json` all results and the changes, and writes the files for other tools. Returns

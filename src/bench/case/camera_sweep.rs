@@ -1,12 +1,11 @@
 //! Pictures of consecutive frames compared with the true pictures, while the camera goes around.
 
 use crate::Result;
-use crate::bench::case::SceneCase;
-use crate::bench::picture_error;
-use crate::bench::{FramesError, States, picture_flicker};
+use crate::bench::case::device_scene::DeviceScene;
+use crate::bench::case::picture_settings::PictureSettings;
+use crate::bench::{FramesError, States, picture_error, picture_flicker};
 use crate::reference::truth::{Casters, picture};
 use crate::scene::{Picture, Scene, View};
-use crate::shading::{Lighting, Shading};
 use crate::technique::Opened;
 
 /// Pixels of a picture: few, since the truth draws each of them too.
@@ -21,31 +20,28 @@ pub(in crate::bench) fn references(states: &States) -> Result<Vec<Picture>> {
     (0..states.count().min(MOST_FRAMES)).map(|frame| Ok(of(states.at(frame)?.as_ref()))).collect()
 }
 
-impl SceneCase<'_> {
-    /// Draws each frame once, in order. Returns the errors against the truth, and the changes that the truth does not
-    /// have. The first frame is not counted, since it has no frame before it.
-    pub(in crate::bench) fn turn(
-        &mut self,
-        opened: &mut Opened,
-        shading: Shading,
-        lighting: Lighting,
-    ) -> Result<Option<FramesError>> {
-        let references = self.references()?;
-        let states = self.frames.states;
-        let camera = |frame| states.at(frame).map(|scene| View::camera(&scene.camera, &scene, PICTURE));
-        let mut renderer = self.renderer(&camera(0)?)?;
-        let mut pictures = Vec::new();
-        for frame in 0..references.len() {
-            self.show(frame)?;
-            opened.build(&self.world)?;
-            renderer.look(&self.world, &camera(frame)?)?;
-            renderer.draw(&renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?)?;
-            pictures.push(renderer.read()?);
-        }
-        let later = 1.min(pictures.len());
-        let (pictures, references) = (&pictures[later..], &references[later..]);
-        let squares = pictures.iter().zip(references).map(|(a, b)| picture_error(a, b).rmse.powi(2));
-        let rmse = (squares.sum::<f64>() / pictures.len().max(1) as f64).sqrt();
-        Ok(picture_flicker(pictures, references).map(|flicker_rms| FramesError { rmse, flicker_rms }))
+/// Draws each frame once, in order. Returns the errors against the truth, and the changes that the truth does not have. The first frame is
+/// not counted, since it has no frame before it.
+pub(in crate::bench) fn sweep(
+    scene: &mut DeviceScene,
+    opened: &mut Opened,
+    settings: PictureSettings,
+    references: &[Picture],
+) -> Result<Option<FramesError>> {
+    let states = scene.frames.states;
+    let camera = |frame| states.at(frame).map(|scene| View::camera(&scene.camera, &scene, PICTURE));
+    let mut renderer = scene.renderer(&camera(0)?, settings)?;
+    let mut pictures = Vec::new();
+    for frame in 0..references.len() {
+        scene.show(frame)?;
+        opened.build(&scene.world)?;
+        renderer.look(&scene.world, &camera(frame)?)?;
+        renderer.draw(&renderer.kernels_of(opened.technique.as_ref(), settings.shading, settings.lighting)?)?;
+        pictures.push(renderer.read()?);
     }
+    let later = 1.min(pictures.len());
+    let (pictures, references) = (&pictures[later..], &references[later..]);
+    let squares = pictures.iter().zip(references).map(|(a, b)| picture_error(a, b).rmse.powi(2));
+    let rmse = (squares.sum::<f64>() / pictures.len().max(1) as f64).sqrt();
+    Ok(picture_flicker(pictures, references).map(|flicker_rms| FramesError { rmse, flicker_rms }))
 }

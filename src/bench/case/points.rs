@@ -1,8 +1,11 @@
 //! How many points are asked per case, and how many at a time.
 
-use crate::bench::case::LOOKUPS;
+use crate::Result;
+use crate::bench::case::effort::LOOKUPS;
 use crate::bench::case::truth::Points;
-use crate::query::PointBatch;
+use crate::gpu::Context;
+use crate::query::{PointBatch, Query};
+use crate::technique::Technique;
 
 /// Up to so many lights, each gets its own full set of points. More lights share as many points as these have together.
 pub(in crate::bench) const FULLY_ASKED: usize = 8;
@@ -34,6 +37,19 @@ pub(in crate::bench) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -
         }
     }
     lists
+}
+
+/// Visibility of all lights at their points, asked about a million at a time.
+pub(in crate::bench) fn ask<'a>(
+    context: &Context,
+    technique: &dyn Technique,
+    all: impl IntoIterator<Item = &'a Points>,
+) -> Result<Vec<f32>> {
+    let mut answers = Vec::new();
+    for list in at_once(all) {
+        answers.extend(Query::of_lights(context, &list)?.ask(&technique.answer())?);
+    }
+    Ok(answers)
 }
 
 #[cfg(test)]

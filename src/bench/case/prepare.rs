@@ -3,6 +3,7 @@
 
 use crate::Result;
 use crate::bench::case::SceneCase;
+use crate::bench::case::device_scene::DeviceScene;
 use crate::gpu::{Context, fault};
 use crate::query::Query;
 use crate::shading::{Lighting, Renderer, Shading};
@@ -26,7 +27,8 @@ impl SceneCase<'_> {
         if threads < 2 || fault::is_asked() {
             return Ok(());
         }
-        let (context, world, camera) = (self.context, &self.world, self.camera(self.effort.picture)?);
+        let DeviceScene { context, world, .. } = &self.scene;
+        let camera = self.scene.camera(self.effort.picture)?;
         let next = AtomicUsize::new(0);
         std::thread::scope(|scope| {
             for _ in 0..threads {

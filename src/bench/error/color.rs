@@ -1,9 +1,10 @@
 //! How far answers are from the truth in each color, where smoke absorbs some colors more than others.
 
 use crate::Result;
-use crate::bench::case::points::at_once;
+use crate::bench::case::points::{ask, at_once};
 use crate::bench::case::truth::{Points, Truth};
-use crate::bench::{Answers, PointError, SceneCase};
+use crate::bench::{Answers, PointError};
+use crate::gpu::Context;
 use crate::query::Query;
 use crate::scene::Scene;
 use crate::technique::Technique;
@@ -42,28 +43,27 @@ impl ColorAnswers {
         let all = COLORS.iter().zip(ratio).zip(&self.0).filter(|_| ratio != Scene::GREY || !is_one);
         all.map(of).collect()
     }
-}
 
-impl SceneCase<'_> {
-    /// Asks the technique for each color of light at the points that the truth has at one moment, unless casters absorb
-    /// all colors alike. A technique that paints is not asked in space, where it has no look-up.
-    pub(in crate::bench) fn ask_colors(
-        &self,
+    /// Asks the technique for each color of light at the points that the truth has at one moment, unless casters absorb all colors alike. A
+    /// technique that paints is not asked in space, where it has no look-up.
+    pub(in crate::bench) fn ask(
+        &mut self,
+        context: &Context,
+        world: &World,
         technique: &dyn Technique,
         truth: &Truth,
-        asked: &mut ColorAnswers,
     ) -> Result<()> {
-        let ratio = self.world.extinction_ratio();
+        let ratio = world.extinction_ratio();
         let space: &[Points] = if technique.answer().painter.is_some() { &[] } else { truth.space() };
-        if self.world.colors() > 1 {
+        if world.colors() > 1 {
             // Lights stand once per color, and each has its color alone.
             let scene = truth.scene();
-            for (channel, answers) in asked.0.iter_mut().enumerate() {
+            for (channel, answers) in self.0.iter_mut().enumerate() {
                 for (points, answers) in [space, truth.surface()].into_iter().zip(answers) {
                     let of_color =
                         points.chunk_by(|a, b| scene.color_of_light(a.light) == scene.color_of_light(b.light));
                     for lights in of_color.filter(|lights| scene.color_of_light(lights[0].light) == channel) {
-                        answers.approximate.extend(self.ask(technique, lights)?);
+                        answers.approximate.extend(ask(context, technique, lights)?);
                         answers.truth.extend(lights.iter().flat_map(|points| &points.visibility));
                     }
                 }
@@ -73,10 +73,10 @@ impl SceneCase<'_> {
         if ratio == Scene::GREY {
             return Ok(());
         }
-        for (channel, (extinction, answers)) in ratio.into_iter().zip(&mut asked.0).enumerate() {
+        for (channel, (extinction, answers)) in ratio.into_iter().zip(&mut self.0).enumerate() {
             for (points, answers) in [space, truth.surface()].into_iter().zip(answers) {
                 for list in at_once(points) {
-                    let query = Query::of_lights(self.context, &list)?;
+                    let query = Query::of_lights(context, &list)?;
                     query.query(&query.color_kernel(&technique.answer(), extinction)?)?;
                     answers.approximate.extend(query.answers()?);
                 }

@@ -1,8 +1,7 @@
 //! Seen error: the share of the light in the picture that is wrong.
 
-use crate::bench::SceneCase;
 use crate::bench::case::points::{FULLY_ASKED, at_once};
-use crate::bench::case::truth::{Points, Truth};
+use crate::bench::case::truth::Points;
 use crate::gpu::Context;
 use crate::query::Query;
 use crate::reference::truth::{Casters, SeenQuery, seen_points, seen_queries};
@@ -211,19 +210,6 @@ impl SeenAnswers {
             left <= 0.0
         });
         reached.or(all.last()).map_or(0.0, |(_, error)| *error)
-    }
-}
-
-impl SceneCase<'_> {
-    /// Asks the technique at the seen points of one frame.
-    pub(in crate::bench) fn ask_seen(
-        &self,
-        technique: &dyn Technique,
-        truth: &Truth,
-        asked: &mut SeenAnswers,
-    ) -> Result<()> {
-        let seen = truth.seen();
-        asked.add(seen, &seen.ask(self.context, &self.world, technique)?)
     }
 }
 

@@ -293,6 +293,13 @@ pub fn built_from() -> (Option<String>, Option<bool>) {
 }
 
 impl Results {
+    /// No row yet, from this program.
+    pub fn new(command: String, conditions: BTreeMap<String, String>, device: DeviceFacts) -> Self {
+        let (commit, changed) = built_from();
+        let gobo = env!("CARGO_PKG_VERSION").into();
+        Self { schema: SCHEMA, gobo, commit, changed, command, conditions, device, ..Self::default() }
+    }
+
     /// The program that made the results: `0.1.0, commit 1a2b3c4d5, changed`, as far as the file says.
     pub fn edition(&self) -> String {
         let commit = self.commit.as_ref().map(|commit| format!(", commit {}", commit.get(..9).unwrap_or(commit)));

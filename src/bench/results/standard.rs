@@ -1,7 +1,7 @@
 //! The standard run: the same small rows of every technique on every machine. `gobo submit` measures them.
 
 use crate::Result;
-use crate::bench::{Effort, Extent, LOOKUPS, PointError, Row, Status, Submission, with_case};
+use crate::bench::{Effort, Extent, LOOKUPS, Plan, PlannedScene, PointError, Results, Row, Status, Submission, run};
 use crate::gpu::Context;
 use crate::scene::Scene;
 use crate::shading::{parse, runs};
@@ -107,39 +107,53 @@ pub struct Again {
 /// differs. With `few`, only the scenes that it names are measured, and at most as many rows of each as it says.
 ///
 /// # Errors
-/// Those of [`with_case`].
+/// Those of [`crate::bench::with_case`], and [`crate::Error::Gpu`] where the device is lost.
 pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
-    let mut found = vec![Again::default(); all.len()];
-    for scene in scenes()?.iter().filter(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str()))) {
-        let effort = Effort { frames: 1, warm_up: 0, lookups: 0, ..EFFORT };
-        with_case(context, std::slice::from_ref(scene), effort, |case| {
-            // Submissions have rows in common, each of which is measured once.
-            let mut known: BTreeMap<String, Row> = BTreeMap::new();
-            for (submission, found) in all.iter().zip(&mut found) {
-                let rows =
-                    submission.results.rows.iter().filter(|row| row.scene == scene.name && row.status == Status::Ok);
-                // With `few`, each row is of another technique. Submissions with the same techniques get the same rows.
-                let mut named = BTreeSet::new();
-                let rows: Vec<&Row> = rows.filter(|row| few.is_none() || named.insert(&row.technique)).collect();
-                let step = few.map_or(1, |(most, _)| rows.len().div_ceil(most).max(1));
-                for row in rows.into_iter().step_by(step) {
-                    let how = match spec_of(row) {
-                        Ok(spec) => {
-                            differs(row, known.entry(spec.to_string()).or_insert_with(|| case.measure(&spec).0))
-                        }
-                        Err(error) => Some(Some(format!("no row any more: {error}"))),
-                    };
-                    match how {
-                        None => {}
-                        Some(None) => found.agree += 1,
-                        Some(Some(how)) => found.against.push(format!("{} on {}: {how}", row.spec(), row.scene)),
-                    }
-                }
-            }
-            Ok(())
-        })?;
+    let mut scenes = scenes()?;
+    scenes.retain(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str())));
+    let rows = |submission: &Submission, scene: &Scene| few_rows(submission, &scene.name, few.map(|(most, _)| most));
+    let planned = |scene| {
+        // Submissions have rows in common, each of which is measured once.
+        let mut known = BTreeSet::new();
+        let specs = all.iter().flat_map(|submission| rows(submission, scene)).filter_map(|row| spec_of(&row).ok());
+        let specs = specs.filter(|spec| known.insert(spec.to_string())).collect();
+        PlannedScene { frames: std::slice::from_ref(scene).into(), specs }
+    };
+    let effort = Effort { frames: 1, warm_up: 0, lookups: 0, ..EFFORT };
+    let mut plan = Plan::new(effort, scenes.iter().map(planned).collect());
+    let mut now = Results::default();
+    run(context, &mut plan, &mut now, &mut ())?;
+    if context.is_lost() {
+        return Err(plan.lost(context));
     }
-    Ok(found)
+    let list = plan.list().into_iter().map(|(scene, spec)| (scene.to_owned(), spec.to_string()));
+    let now: BTreeMap<(String, String), Row> = list.zip(now.rows).collect();
+    let again = |submission: &&Submission| {
+        let mut found = Again::default();
+        for row in scenes.iter().flat_map(|scene| rows(submission, scene)) {
+            let how = match spec_of(&row) {
+                Ok(spec) => differs(&row, &now[&(row.scene.clone(), spec.to_string())]),
+                Err(error) => Some(Some(format!("no row any more: {error}"))),
+            };
+            match how {
+                None => {}
+                Some(None) => found.agree += 1,
+                Some(Some(how)) => found.against.push(format!("{} on {}: {how}", row.spec(), row.scene)),
+            }
+        }
+        found
+    };
+    Ok(all.iter().map(again).collect())
+}
+
+/// The rows of a submission that were measured on a scene. With `most`, so many at most, each of another technique: submissions with the
+/// same techniques have the same rows.
+fn few_rows(submission: &Submission, scene: &str, most: Option<usize>) -> Vec<Row> {
+    let rows = submission.results.rows.iter().filter(|row| row.scene == scene && row.status == Status::Ok);
+    let mut named = BTreeSet::new();
+    let rows: Vec<&Row> = rows.filter(|row| most.is_none() || named.insert(&row.technique)).collect();
+    let step = most.map_or(1, |most| rows.len().div_ceil(most).max(1));
+    rows.into_iter().step_by(step).cloned().collect()
 }
 
 /// The spec of a row. Values that the technique found by itself are no keys, and are left out.

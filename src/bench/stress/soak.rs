@@ -1,8 +1,15 @@
-//! The result of a soak: `soak.json`.
+//! A soak: rounds of random scenes, one after the other, and its result, `soak.json`.
 
 use super::round::{Failure, Round};
+use crate::Result;
 use crate::bench::DeviceFacts;
+use crate::bench::stress::Worker;
 use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
+
+/// Rounds until the device is opened again. A device keeps each pipeline until it closes, and every round makes new
+/// ones.
+const ROUNDS: u64 = 25;
 
 /// All rounds so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -67,6 +74,55 @@ impl Soaked {
         }
         self.failures.extend(round.failures);
     }
+}
+
+/// Runs rounds for so long, but at least one round. The first has the seed `soaked.seed`, and the seed rises by 1 from round to round.
+/// `round_ends` hears of the soak so far, and of the failures of the last round.
+///
+/// # Errors
+/// Those of [`Worker::round`] and `round_ends`.
+pub fn soak(
+    worker: &mut Worker,
+    soaked: &mut Soaked,
+    duration: Duration,
+    mut round_ends: impl FnMut(&Soaked, &[Failure]) -> Result<()>,
+) -> Result<()> {
+    let (start, mut is_closed) = (Instant::now(), true);
+    let is_over = || start.elapsed() >= duration;
+    for seed in soaked.seed.. {
+        let process = worker.processes;
+        if is_closed {
+            soaked.lives.push(Life { seed, process, ..Life::default() });
+        }
+        let failed = soaked.failures.len();
+        soaked.add(worker.round(seed)?);
+        // A lost device must not make the next round fail, so it is opened again.
+        let has_failed = soaked.failures.len() > failed;
+        let is_full = soaked.lives.last().is_some_and(|life| life.rounds == ROUNDS);
+        is_closed = worker.processes != process || has_failed || is_full || is_over();
+        soaked.seconds = start.elapsed().as_secs_f64();
+        if is_closed && worker.processes == process {
+            close(worker, soaked, seed)?;
+        }
+        soaked.processes = worker.processes;
+        round_ends(soaked, &soaked.failures[failed..])?;
+        if is_over() {
+            break;
+        }
+    }
+    soaked.is_flat = is_flat(&soaked.lives);
+    Ok(())
+}
+
+/// Closes the device after the round with that seed. Leaks or messages on closing count as a failure of that round.
+fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
+    let (host_bytes, said) = worker.reopen()?;
+    let failure = |said| Failure { seed, broken: format!("as the device closed: {said}"), ..Failure::default() };
+    soaked.failures.extend(said.into_iter().map(failure));
+    if let Some(life) = soaked.lives.last_mut() {
+        (life.host_bytes, life.seconds) = (host_bytes, soaked.seconds);
+    }
+    Ok(())
 }
 
 /// How much the last quarter may exceed the second: `APART` bytes for the fragmentation of the heap, beyond a factor of `SHARE`.

@@ -1,12 +1,6 @@
 //! What shadows add to a frame: the build, and the picture with the technique less the picture without shadows, drawn the same way.
 
-use crate::Result;
-use crate::bench::case::frames::Drawing;
-use crate::bench::picture_error;
-use crate::bench::timing::passes::frame_ns;
-use crate::bench::{Extent, Row, SceneCase, Timing};
-use crate::shading::{Lighting, Shading, parse};
-use crate::technique;
+use crate::bench::{Row, Timing};
 use serde::{Deserialize, Serialize};
 
 /// The picture without shadows, drawn in the same run and the same way as a row's.
@@ -38,44 +32,6 @@ pub(in crate::bench) fn add_cost(row: &mut Row, build: Option<Timing>, unshadowe
     let (below, above) = (|t: &Timing| t.median - t.p05, |t: &Timing| t.p95 - t.median);
     row.cost_ns = Some(median);
     row.cost_band_ns = Some([median - off(below, above), median + off(above, below)]);
-}
-
-impl SceneCase<'_> {
-    /// The picture without shadows in this shading and lighting, drawn when it is first asked for.
-    pub(in crate::bench) fn unshadowed(&mut self, shading: Shading, lighting: Lighting) -> Result<Unshadowed> {
-        let way_of = (shading, lighting, self.painter);
-        if let Some((_, known)) = self.unshadowed.iter().find(|(way, _)| *way == way_of) {
-            return Ok(*known);
-        }
-        let none = parse("none")?.remove(0);
-        let mut opened = technique::open(self.context, &self.world, &none)?;
-        opened.build(&self.world)?;
-        let camera = self.camera(self.effort.picture)?;
-        let draws_ns: Vec<f64>;
-        if let Some(simulation) = &self.simulation {
-            let drawing = Drawing::new(self.context, &self.world, simulation, &camera, &opened, shading)?;
-            let frames = (0..self.effort.frames.max(1)).map(|_| drawing.draw()).collect::<Result<Vec<_>>>()?;
-            draws_ns = frames.iter().filter_map(|passes| frame_ns(passes)).collect();
-        } else {
-            let renderer = self.renderer(&camera)?;
-            let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
-            draws_ns = self.time_draws(shading, &renderer, &kernels)?.counted_ns;
-        }
-        let draw_ns = Timing::of(&draws_ns);
-        let (mut seen, mut flip_mean) = (None, None);
-        if self.effort.truth != Extent::None {
-            let last = self.frames.states.count() - 1;
-            seen = self.with_truth(last, |truth| truth.seen().unshadowed())?.map(|error| error.mean);
-            if let Some(lit) = self.lit()? {
-                let renderer = self.renderer(&lit.camera)?;
-                let drawn = renderer.picture_of(opened.technique.as_ref(), shading, lighting)?;
-                flip_mean = Some(picture_error(&drawn, &lit.picture).flip_mean);
-            }
-        }
-        let made = Unshadowed { draw_ns, seen, flip_mean };
-        self.unshadowed.push((way_of, made));
-        Ok(made)
-    }
 }
 
 #[cfg(test)]

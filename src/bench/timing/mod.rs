@@ -11,3 +11,4 @@ pub(super) mod repetition;
 pub(super) mod stability;
 pub(super) mod stage_rates;
 pub(super) mod timed_runs;
+pub(super) mod timer;

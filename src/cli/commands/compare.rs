@@ -1,20 +1,20 @@
 //! `gobo compare`
 
 use crate::bench::{
-    DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, built_from,
-    copy_bytes_per_second, marks, stage_rates, with_case,
+    self, DeviceFacts, Effort, Extent, Frames, LOOKUPS, Plan, PlannedScene, Results, Traced, copy_bytes_per_second,
+    stage_rates,
 };
-use crate::cli::baseline::BaselineArguments;
+use crate::cli::baseline::{Baseline, BaselineArguments};
 use crate::cli::compared_frames::{Compared, name_apart};
 use crate::cli::default_specs::{all_specs, usual_specs};
-use crate::cli::output::progress::Progress;
+use crate::cli::output::exit_code::exit_code;
 use crate::cli::output::writer::Writer;
 use crate::cli::resume::{SCENE, files, kept};
 use crate::cli::{
-    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, load,
-    picture, say, test_reduction,
+    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, load, picture,
+    say, test_reduction,
 };
-use crate::gpu::Features;
+use crate::gpu::{Context, Features};
 use crate::report::{Store, answers, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Scene};
 use crate::technique::{Name, Spec};
@@ -23,10 +23,6 @@ use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// How many times a row that seems slower than its baseline is measured again. A build that is slower stays slower,
-/// while a disturbance by another program passes.
-const MEASURED_AGAIN: u32 = 2;
 
 /// Timed frames, and those on a software device where the world is still: its times are for ratios, and builds take a hundred times as long.
 const FRAMES: u32 = 30;
@@ -227,13 +223,26 @@ fn bounced(arguments: &Arguments, scenes: &[Compared]) -> Result<Vec<Scene>> {
     last.map(with_meshes).collect()
 }
 
+/// The specs that are named, or those of a scene where none is.
+fn specs(arguments: &Arguments, named: &[Spec], scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
+    let mut specs = match (named.is_empty(), arguments.all) {
+        (true, true) => test_reduction::specs(all_specs(scene, features, false)?),
+        (true, false) => test_reduction::specs(usual_specs(scene, features)?),
+        _ => named.to_vec(),
+    };
+    if arguments.no_skip {
+        specs.iter_mut().for_each(|spec| spec.set(Name::SKIP, "off"));
+    }
+    Ok(specs)
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene_names =
         if arguments.scenes.is_empty() { vec!["three-emitters".to_owned()] } else { arguments.scenes.clone() };
     // All errors in the input are found before the first measurement.
-    let mut specs: Vec<Spec> = Vec::new();
+    let mut named: Vec<Spec> = Vec::new();
     for text in &arguments.techniques {
-        specs.extend(test_reduction::specs(crate::cli::specs(text)?));
+        named.extend(test_reduction::specs(crate::cli::specs(text)?));
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
     test_reduction::first(&mut scenes, 1);
@@ -246,172 +255,97 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         arguments.vpls.light(&context, &mut compared.states)?;
     }
     name_apart(&mut scenes);
-    let of_scene = |compared: &Compared| {
-        let mut specs = if specs.is_empty() {
-            test_reduction::specs(match arguments.all {
-                true => all_specs(compared.first(), context.features(), false)?,
-                false => usual_specs(compared.first(), context.features())?,
-            })
-        } else {
-            specs.clone()
-        };
-        if arguments.no_skip {
-            specs.iter_mut().for_each(|spec| spec.set(Name::SKIP, "off"));
-        }
-        Ok(specs)
-    };
-    let specs = scenes.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
-    if arguments.pipeline_statistics && !context.features().pipeline_statistics_query {
+    let features = context.features();
+    let reads: Vec<_> = scenes.iter().map(|compared| move |frame| compared.at(frame)).collect();
+    let mut planned = Vec::new();
+    for (i, (compared, read)) in scenes.iter().zip(&reads).enumerate() {
+        let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
+        let frames = Frames { states: compared.states(read), times_s: &compared.times_s, bounce };
+        planned.push(PlannedScene { frames, specs: specs(arguments, &named, compared.first(), features)? });
+    }
+    if arguments.pipeline_statistics && !features.pipeline_statistics_query {
         return Err(Error::Refused("pipelineStatisticsQuery, for --pipeline-statistics".into()));
     }
+    let effort = effort(arguments, features);
+    let mut plan = Plan::new(effort, planned);
+    // On a software device, and where the driver is asked about its pipelines, each row makes its own pipelines. A software driver compiles a
+    // pipeline when it first draws, so making it early gains nothing; and the driver's reports must come in the order of the rows.
+    plan.makes_pipelines_first = !features.is_software() && !arguments.pipeline_statistics;
+    plan.baseline = baseline.before();
+    let mut conditions = conditions(arguments, &effort);
+    let print =
+        |(compared, print): (&Compared, u32)| (format!("{SCENE}{}", compared.first().name), format!("{print:08x}"));
+    conditions.extend(scenes.iter().zip(fingerprints).map(print));
+    conditions.extend(files(plan.list().into_iter().map(|(_, spec)| spec)));
+    let results = Results::new(command_line(), conditions, DeviceFacts::of(features));
+    measure(arguments, &context, plan, results, &baseline)
+}
+
+/// Measures the rows that an earlier run has not, and writes and prints all of them.
+fn measure(
+    arguments: &Arguments,
+    context: &Context,
+    mut plan: Plan,
+    mut results: Results,
+    baseline: &Baseline,
+) -> Result<ExitCode> {
     context.ask_of_executables(arguments.pipeline_statistics);
     let store = Store::open(&arguments.out)?;
-    let effort = effort(arguments, context.features());
-    let (commit, changed) = built_from();
-    let mut results = Results {
-        schema: SCHEMA,
-        gobo: env!("CARGO_PKG_VERSION").into(),
-        commit,
-        changed,
-        command: command_line(),
-        conditions: conditions(arguments, &effort),
-        shard: None,
-        device: DeviceFacts::of(context.features()),
-        rows: Vec::new(),
-        executables: Vec::new(),
-    };
-    let named = scenes.iter().zip(fingerprints);
-    let prints = named.map(|(compared, print)| (format!("{SCENE}{}", compared.first().name), format!("{print:08x}")));
-    results.conditions.extend(prints);
-    results.conditions.extend(files(specs.iter().flatten()));
     baseline.check(&results)?;
-    let asked = scenes.iter().zip(&specs).flat_map(|(compared, specs)| {
-        let name = compared.first().name.as_str();
-        specs.iter().map(move |spec| (name, spec))
-    });
-    let asked: Vec<(&str, &Spec)> = asked.collect();
-    baseline.check_rows(&asked)?;
-    if let Some([number, of]) = arguments.shard {
-        let list: Vec<_> = asked.iter().map(|(scene, spec)| (*scene, spec.to_string())).collect();
-        results.shard = Some(Shard::of_list(number, of, &list));
-    }
-    let shard = results.shard.clone();
-    let is_mine = |place: usize| shard.as_ref().is_none_or(|shard| shard.has(place));
-    let mine: Vec<usize> = (0..asked.len()).filter(|place| is_mine(*place)).collect();
-    let mut rows = vec![None; asked.len()];
+    baseline.check_rows(&plan.list())?;
+    results.shard = arguments.shard.map(|shard| plan.take_shard(shard));
     if arguments.resume {
-        let asked: Vec<_> = mine.iter().map(|place| asked[*place]).collect();
-        let kept = kept(store.dir(), &results, &asked)?;
-        mine.iter().zip(kept).for_each(|(place, row)| rows[*place] = row);
+        let kept = kept(store.dir(), &results, &plan.share())?;
+        plan.keep(kept);
     }
-    let is_left = |rows: &[Option<Row>], place: usize| rows[place].is_none() && is_mine(place);
-    let left = |rows: &[Option<Row>]| mine.iter().filter(|place| rows[**place].is_none()).count();
     if arguments.passes {
-        results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
+        results.device.copy_bytes_per_second = copy_bytes_per_second(context)?;
     }
-    results.device.stages = stage_rates(&context)?;
-    let progress = Progress::new(left(&rows));
-    let mut traced = Vec::new();
-    let mut writer = Writer { store: &store, failed: None };
-    if left(&rows) < mine.len() || mine.is_empty() {
-        results.rows = rows.iter().flatten().cloned().collect();
+    results.device.stages = stage_rates(context)?;
+    let mut writer = Writer::new(&store, plan.left(), arguments.trace.is_some());
+    if plan.left() < plan.count() || plan.count() == 0 {
+        results.rows = plan.measured();
         writer.write(|store| store.write(&results));
     }
-    // Where one scene does not fit on the device, the others are still measured. A lost device ends the run.
-    let mut ended: Result<()> = Ok(());
-    let mut first = 0;
-    for (i, (compared, specs)) in scenes.iter().zip(&specs).enumerate() {
-        let of_scene = first..first + specs.len();
-        first = of_scene.end;
-        if !of_scene.clone().any(|place| is_left(&rows, place)) || context.is_lost() {
-            continue;
-        }
-        let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
-        let read = |frame| compared.at(frame);
-        let frames = Frames { states: compared.states(&read), times_s: &compared.times_s, bounce };
-        let measured = with_case(&context, frames, effort, |case| {
-            // On a software device, and where the driver is asked about its pipelines, each row makes its own pipelines. A software driver
-            // compiles a pipeline when it first draws, so making it early gains nothing; and the driver's reports must come in the order of
-            // the rows.
-            if !context.features().is_software() && !arguments.pipeline_statistics {
-                let left = specs.iter().zip(of_scene.clone()).filter(|(_, place)| is_left(&rows, *place));
-                case.prepare(&left.map(|(spec, _)| spec).collect::<Vec<_>>())?;
-            }
-            for (place, (spec, row_place)) in specs.iter().zip(of_scene).enumerate() {
-                if !is_left(&rows, row_place) || context.is_lost() {
-                    continue;
-                }
-                progress.begins(&compared.first().name, spec);
-                let (mut row, mut drawn) = case.measure(spec);
-                for _ in 0..MEASURED_AGAIN {
-                    if !baseline.is_slower(&row) {
-                        break;
-                    }
-                    let again = case.measure(spec);
-                    let is_slower = baseline.is_slower(&again.0);
-                    if baseline.is_no_slower(&again.0) || is_slower && is_quicker(&again.0, &row) {
-                        (row, drawn) = again;
-                    }
-                }
-                row.marks = marks(&row, results.device.stages.as_ref());
-                if let Some(drawn) = drawn {
-                    if arguments.trace.is_some() {
-                        traced.push((row.clone(), drawn.builds.clone()));
-                    }
-                    writer.pictures(&mut row, place + 1, &results, case, &drawn);
-                }
-                progress.ends(&row, spec);
-                rows[row_place] = Some(row);
-                results.rows = rows.iter().flatten().cloned().collect();
-                results.executables = context.executables();
-                writer.write(|store| store.write(&results));
-            }
-            Ok(())
-        });
-        ended = ended.and(measured);
-    }
-    progress.finish();
+    bench::run(context, &mut plan, &mut results, &mut writer)?;
+    writer.progress.finish();
+    let ended = writer.ended.take().map_or(Ok(()), Err);
     if results.rows.is_empty() && ended.is_err() {
         return ended.map(|()| ExitCode::FAILURE);
     }
-    let printed = if arguments.json { Ok(()) } else { print(arguments, &results) };
-    for (file, svg) in plots(&results) {
+    let code = report(arguments, writer, &results, baseline)?;
+    if context.is_lost() {
+        let way_out =
+            "repeat the command with --resume; if it is lost again, leave the last row out, or update the driver";
+        return Err(plan.lost(context).with_way_out(way_out));
+    }
+    ended.map(|()| code)
+}
+
+/// Writes and prints what was measured.
+fn report(arguments: &Arguments, mut writer: Writer, results: &Results, baseline: &Baseline) -> Result<ExitCode> {
+    let printed = if arguments.json { Ok(()) } else { print(arguments, results) };
+    for (file, svg) in plots(results) {
         writer.write(|store| store.write_text(file, &svg));
     }
-    writer.write(|store| store.write_text("report.html", &page(&results, store.dir())?));
+    writer.write(|store| store.write_text("report.html", &page(results, store.dir())?));
     if let Some(error) = writer.failed {
         return Err(error);
     }
     if let Some(path) = &arguments.trace {
-        write_whole(path, trace(&results.device, &traced).as_bytes())?;
+        write_whole(path, trace(&results.device, &writer.traced.unwrap_or_default()).as_bytes())?;
     }
     printed?;
-    let holds = baseline.finish(&results, arguments.json)?;
+    let holds = baseline.finish(results, arguments.json)?;
     if !arguments.json {
-        for answer in answers(&results) {
+        for answer in answers(results) {
             say(format!("\n{answer}"))?;
         }
         say(format!("\n{}", arguments.out.join("report.html").display()))?;
     }
     check_messages()?;
-    let code = exit_code(&results);
-    let missing = left(&rows);
-    if context.is_lost() {
-        return Err(Error::Gpu {
-            operation: "go on with",
-            name: context.features().name.clone(),
-            cause: format!("the device is lost, and {missing} of {} rows are not measured", mine.len()).into(),
-            way_out:
-                "repeat the command with --resume; if it is lost again, leave the last row out, or update the driver"
-                    .into(),
-        });
-    }
-    ended.map(|()| if holds { code } else { ExitCode::FAILURE })
-}
-
-/// Whether a row's build is quicker than another's; other times do not count.
-fn is_quicker(row: &Row, other: &Row) -> bool {
-    row.status == Status::Ok && row.build_ns.zip(other.build_ns).is_some_and(|(a, b)| a.median < b.median)
+    let code = exit_code(results);
+    Ok(if holds { code } else { ExitCode::FAILURE })
 }
 
 /// Printed before plots and page are written, so that a full disk does not cost the output.
@@ -460,28 +394,4 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
     .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))
     .map(|(name, value)| (name.to_owned(), value))
     .collect()
-}
-
-/// Success where every row is ok or refused, and not all are refused.
-pub(in crate::cli) fn exit_code(results: &Results) -> ExitCode {
-    let failed: Vec<_> = results.rows.iter().filter(|r| r.status == Status::Failed).collect();
-    for row in &failed {
-        complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, results.device.name, row.reason));
-    }
-    let nothing = nothing_measured(results);
-    nothing.iter().for_each(|why| complain(format!("gobo: {why}")));
-    if failed.is_empty() && nothing.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// Why there is nothing to compare, where every row is refused. A shard, which is a part of a run, may have refused rows alone.
-fn nothing_measured(results: &Results) -> Option<String> {
-    let first = results.rows.first().filter(|_| results.shard.is_none())?;
-    results.rows.iter().all(|row| row.status == Status::Refused).then(|| {
-        let (spec, scene, reason) = (first.spec(), &first.scene, &first.reason);
-        let which = match results.rows.len() {
-            1 => format!("{spec} on {scene} is"),
-            rows => format!("all {rows} rows ({spec} on {scene}, …) are"),
-        };
-        format!("nothing is measured: {which} {reason}; name what `gobo devices` lists with yes, or another scene")
-    })
 }

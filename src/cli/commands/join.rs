@@ -1,7 +1,7 @@
 //! `gobo join`
 
 use crate::bench::{Results, Row, join};
-use crate::cli::commands::compare::exit_code;
+use crate::cli::output::exit_code::exit_code;
 use crate::cli::output::writer::picture_name;
 use crate::cli::resume::pictures;
 use crate::cli::{say, say_json};

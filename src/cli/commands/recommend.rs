@@ -1,7 +1,7 @@
 //! `gobo recommend`: which technique for a scene, from rows that were measured before or are measured now.
 
 use crate::bench::{
-    DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, StageRates, built_from, marks, stage_rates, with_case,
+    self, DeviceFacts, Effort, Extent, LOOKUPS, Observer, Plan, PlannedScene, Results, Row, StageRates, stage_rates,
 };
 use crate::cli::candidates::{
     candidates, may_be_far, neighbours, one_of_each, one_of_each_shading, promising, shadings, with, without_alike,
@@ -17,6 +17,7 @@ use crate::scene::Scene;
 use crate::technique::Spec;
 use crate::{Error, Result};
 use clap::Args;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -279,46 +280,29 @@ impl Sweep<'_> {
     /// Measures a row per spec, after the rows `before`. Rows are kept in `folder` as soon as they are measured; with `--resume`, rows that are
     /// already there are kept.
     fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>, before: &[Row]) -> Result<Results> {
-        let mut results = self.none(&effort);
+        let scene = PlannedScene { frames: std::slice::from_ref(self.scene).into(), specs: specs.to_vec() };
+        let mut plan = Plan::new(effort, vec![scene]);
+        (plan.makes_pipelines_first, plan.earlier) = (true, before);
+        let device = DeviceFacts { stages: self.stages, ..DeviceFacts::of(self.context.features()) };
+        let mut results = Results::new(command_line(), self.conditions(&effort), device);
         let store = folder.map(Store::open).transpose()?;
-        let asked: Vec<(&str, &Spec)> = specs.iter().map(|spec| (self.scene.name.as_str(), spec)).collect();
-        let mut rows = match &store {
-            Some(store) if self.arguments.resume => kept(store.dir(), &results, &asked)?,
-            _ => vec![None; specs.len()],
-        };
-        let left = rows.iter().filter(|row| row.is_none()).count();
-        if left > 0 {
-            let progress = Progress::new(left);
-            with_case(self.context, std::slice::from_ref(self.scene), effort, |case| {
-                let to_come = specs.iter().zip(&rows).filter(|(_, row)| row.is_none()).map(|(spec, _)| spec);
-                case.prepare(&to_come.collect::<Vec<_>>())?;
-                case.learn(before);
-                for (place, spec) in specs.iter().enumerate() {
-                    if rows[place].is_some() {
-                        continue;
-                    }
-                    progress.begins(case.scene_name(), spec);
-                    let (mut row, _) = case.measure(spec);
-                    row.marks = marks(&row, self.stages.as_ref());
-                    progress.ends(&row, spec);
-                    if self.context.is_lost() {
-                        return Err(lost(&row));
-                    }
-                    rows[place] = Some(row);
-                    results.rows = rows.iter().flatten().cloned().collect();
-                    store.as_ref().map_or(Ok(()), |store| store.write(&results))?;
-                }
-                Ok(())
-            })?;
-            progress.finish();
+        if let Some(store) = store.as_ref().filter(|_| self.arguments.resume) {
+            let kept = kept(store.dir(), &results, &plan.share())?;
+            plan.keep(kept);
         }
-        results.rows = rows.into_iter().flatten().collect();
+        let progress = Progress::new(plan.left());
+        let mut recorder = Recorder { progress, store, context: self.context };
+        bench::run(self.context, &mut plan, &mut results, &mut recorder)?;
+        if self.context.is_lost() {
+            return Err(plan.lost(self.context).with_way_out(RESUME));
+        }
+        recorder.progress.finish();
         Ok(results)
     }
 
-    /// Results without a row.
-    fn none(&self, effort: &Effort) -> Results {
-        let conditions = [
+    /// Conditions that figures depend on, beside specs and device.
+    fn conditions(&self, effort: &Effort) -> BTreeMap<String, String> {
+        [
             ("--frames", effort.frames.to_string()),
             ("errors", "over all points".into()),
             ("seen points", effort.seen_points.to_string()),
@@ -326,30 +310,38 @@ impl Sweep<'_> {
             ("--truth", effort.truth.word().into()),
             ("--time", self.arguments.load.time.to_string()),
             (&format!("{SCENE}{}", self.scene.name), format!("{:08x}", self.scene.fingerprint())),
-        ];
-        let (commit, changed) = built_from();
-        Results {
-            schema: SCHEMA,
-            gobo: env!("CARGO_PKG_VERSION").into(),
-            commit,
-            changed,
-            command: command_line(),
-            conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
-            shard: None,
-            device: DeviceFacts { stages: self.stages, ..DeviceFacts::of(self.context.features()) },
-            rows: Vec::new(),
-            executables: Vec::new(),
-        }
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+        .into()
     }
 }
 
-fn lost(row: &Row) -> Error {
-    Error::Gpu {
-        operation: "measure",
-        name: row.spec(),
-        cause: row.reason.clone().into(),
-        way_out: "the device is lost: repeat the command with --resume, which keeps what is in --out".into(),
+/// Keeps each row as soon as it is measured. No row is kept of a device that is lost.
+struct Recorder<'a> {
+    progress: Progress,
+    store: Option<Store>,
+    context: &'a Context,
+}
+
+impl Observer for Recorder<'_> {
+    fn row_begins(&mut self, scene: &str, spec: &Spec) {
+        self.progress.begins(scene, spec);
     }
+
+    fn row_ends(&mut self, row: &Row, spec: &Spec, results: &Results) -> Result<()> {
+        self.progress.ends(row, spec);
+        if self.context.is_lost() {
+            return Err(lost(row));
+        }
+        self.store.as_ref().map_or(Ok(()), |store| store.write(results))
+    }
+}
+
+/// The way out where the device is lost.
+const RESUME: &str = "the device is lost: repeat the command with --resume, which keeps what is in --out";
+
+fn lost(row: &Row) -> Error {
+    Error::Gpu { operation: "measure", name: row.spec(), cause: row.reason.clone().into(), way_out: RESUME.into() }
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! `gobo stress`
 
-use crate::bench::stress::{CaseResult, Outcome, Results, SCHEMA, StressCase, Sweep, Worker, cases, serve, verdicts};
+use crate::bench::stress::{
+    self, CaseResult, Outcome, Results, SCHEMA, StressCase, StressPlan, Sweep, Worker, cases, serve,
+};
 use crate::cli::{DeviceArguments, say, say_json, test_reduction};
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
 use crate::shading::runs;
@@ -11,7 +13,7 @@ use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -69,11 +71,8 @@ pub fn help() -> String {
     format!("Cases, and what is swept in each:\n{}", cases().map(line).collect::<String>())
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    if arguments.worker {
-        return serve(|| arguments.device.open()).map(|()| ExitCode::SUCCESS);
-    }
-    // Errors in the input are found before a device is opened.
+/// The sweeps that are named, with the specs that are named or, in the small sizes of a software device, every path of every technique.
+fn plan(arguments: &Arguments) -> Result<StressPlan> {
     let mut sweeps = Vec::new();
     for name in &arguments.asked {
         sweeps.extend(Sweep::named(name)?);
@@ -89,13 +88,21 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for text in &arguments.techniques {
         named.extend(crate::cli::specs(text)?);
     }
-    // Specs with the small sizes of a software device, on every device.
-    let asked = |list: List| -> Result<Vec<Spec>> {
-        let mut asked = if named.is_empty() { runs(list, false)? } else { named.clone() };
-        test_reduction::first(&mut asked, 2);
-        Ok(asked)
+    let specs = |list: List| -> Result<Vec<Spec>> {
+        let mut specs = if named.is_empty() { runs(list, false)? } else { named.clone() };
+        test_reduction::first(&mut specs, 2);
+        Ok(specs)
     };
-    let (of_smoke, of_meshes) = (asked(|runs| runs.stress_smoke)?, asked(|runs| runs.stress_meshes)?);
+    let (smoke_specs, mesh_specs) = (specs(|runs| runs.stress_smoke)?, specs(|runs| runs.stress_meshes)?);
+    Ok(StressPlan { sweeps, smoke_specs, mesh_specs })
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    if arguments.worker {
+        return serve(|| arguments.device.open()).map(|()| ExitCode::SUCCESS);
+    }
+    // Errors in the input are found before a device is opened.
+    let plan = plan(arguments)?;
     let store = Store::open(&arguments.out)?;
     let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;
     if let Some(minutes) = arguments.soak {
@@ -107,26 +114,21 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             arguments.json,
         );
     }
-    let (device, is_software) = worker.device.clone();
     let mut results = Results {
         schema: SCHEMA,
         gobo: env!("CARGO_PKG_VERSION").into(),
         command: crate::cli::command_line(),
-        device,
+        device: worker.device.0.clone(),
         limit_s: arguments.limit,
         ..Results::default()
     };
     if !arguments.json {
         say(stress_device(&results))?;
     }
-    for sweep in &sweeps {
-        ask_all(&mut worker, sweep, is_software, [&of_smoke, &of_meshes], &mut results.rows)?;
-        results.verdicts = verdicts(&results.rows);
-        write(&store, &results)?;
-        if !arguments.json {
-            say(stress_table(&results, &sweep.name))?;
-        }
-    }
+    stress::run(&mut worker, &plan, &mut results, print_row, |sweep, results| {
+        write(&store, results)?;
+        if arguments.json { Ok(()) } else { say(stress_table(results, &sweep.name)) }
+    })?;
     store.write_text("stress.html", &stress_page(&results)?)?;
     match arguments.json {
         true => say_json(&results)?,
@@ -136,30 +138,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// Asks every technique for all values of a sweep. A technique that has not answered in time, or was refused, is not
-/// asked for more extreme values.
-fn ask_all(
-    worker: &mut Worker,
-    sweep: &Sweep,
-    is_software: bool,
-    [of_smoke, of_meshes]: [&[Spec]; 2],
-    rows: &mut Vec<CaseResult>,
-) -> Result<()> {
-    let Some(first) = sweep.values.first() else { return Ok(()) };
-    let mut left = if sweep.scene(*first).has_only_meshes() { of_meshes } else { of_smoke }.to_vec();
-    for value in sweep.values(is_software) {
-        let (from, mut start) = (rows.len(), Instant::now());
-        worker.ask(sweep, value, &left, |row| {
-            let outcome = if row.outcome == Outcome::Answered { "answered" } else { &row.reason };
-            let took_s = start.elapsed().as_secs_f64();
-            eprintln!("{}", one_line(&format!("{} {value:e}: {}: {outcome}, {took_s:.2} s", row.case, row.technique)));
-            start = Instant::now();
-            rows.push(row);
-        })?;
-        let ended = |row: &CaseResult| matches!(row.outcome, Outcome::NoAnswer | Outcome::Refused);
-        left.retain(|spec| !rows[from..].iter().any(|row| row.technique == spec.short() && ended(row)));
-    }
-    Ok(())
+/// A line per row, as for a log.
+fn print_row(row: &CaseResult, took: Duration) {
+    let outcome = if row.outcome == Outcome::Answered { "answered" } else { &row.reason };
+    let took_s = took.as_secs_f64();
+    let CaseResult { case, value, technique, .. } = row;
+    eprintln!("{}", one_line(&format!("{case} {value:e}: {technique}: {outcome}, {took_s:.2} s")));
 }
 
 /// Written after every case, so that an interrupted run keeps its results.

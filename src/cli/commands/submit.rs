@@ -1,8 +1,8 @@
 //! `gobo submit`: the standard run as one file, and checks of such files.
 
 use crate::bench::{
-    DeviceFacts, Effort, Results, SCHEMA, SUBMISSION, Submission, answers_hash, marks, noise, stage_rates, standard,
-    with_case,
+    self, DeviceFacts, Effort, Plan, PlannedScene, Results, SUBMISSION, Submission, answers_hash, noise, stage_rates,
+    standard,
 };
 use crate::cli::output::progress::Progress;
 use crate::cli::{DeviceArguments, MESSAGES, complain, say, say_json, test_reduction};
@@ -74,24 +74,20 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     let mut scenes = standard::scenes()?;
     let conditions = standard::conditions(&scenes);
     test_reduction::first(&mut scenes, 1);
-    let specs =
-        scenes.iter().map(|scene| Ok(test_reduction::specs(standard::specs(scene)?))).collect::<Result<Vec<_>>>()?;
-    let progress = Progress::new(specs.iter().map(Vec::len).sum());
-    let mut rows = Vec::new();
+    let planned = |scene| {
+        let specs = test_reduction::specs(standard::specs(scene)?);
+        Ok(PlannedScene { frames: std::slice::from_ref(scene).into(), specs })
+    };
     let little = Effort { frames: 2, warm_up: 0, lookups: test_reduction::LOOKUPS, ..standard::EFFORT };
     let effort = if test_reduction::is_asked() { little } else { standard::EFFORT };
-    let stages = stage_rates(context)?;
-    for (scene, specs) in scenes.iter().zip(&specs) {
-        with_case(context, std::slice::from_ref(scene), effort, |case| {
-            for spec in specs {
-                progress.begins(&scene.name, spec);
-                let (mut row, _) = case.measure(spec);
-                row.marks = marks(&row, stages.as_ref());
-                progress.ends(&row, spec);
-                rows.push(row);
-            }
-            Ok(())
-        })?;
+    let mut plan = Plan::new(effort, scenes.iter().map(planned).collect::<Result<_>>()?);
+    let device = DeviceFacts { stages: stage_rates(context)?, ..DeviceFacts::of(context.features()) };
+    // The submission itself has the commit, and the file's path does not matter.
+    let mut results = Results { commit: None, changed: None, ..Results::new("gobo submit".into(), conditions, device) };
+    let mut progress = Progress::new(plan.left());
+    bench::run(context, &mut plan, &mut results, &mut progress)?;
+    if context.is_lost() {
+        return Err(plan.lost(context));
     }
     progress.finish();
     let named = LAYERS.iter().filter_map(|name| std::env::var(name).ok());
@@ -106,22 +102,9 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
             .collect(),
         validation: arguments.device.validation,
         failed: MESSAGES.all().iter().map(|message| message.replace('\n', " ")).collect(),
-        noise: noise(&rows),
-        answers: rows.iter().map(answers_hash).collect(),
-        results: Results {
-            schema: SCHEMA,
-            gobo: env!("CARGO_PKG_VERSION").into(),
-            // The submission itself has these.
-            commit: None,
-            changed: None,
-            // The file's path does not matter.
-            command: "gobo submit".into(),
-            conditions,
-            shard: None,
-            device: DeviceFacts { stages, ..DeviceFacts::of(context.features()) },
-            rows,
-            executables: Vec::new(),
-        },
+        noise: noise(&results.rows),
+        answers: results.rows.iter().map(answers_hash).collect(),
+        results,
     })
 }
 

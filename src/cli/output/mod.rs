@@ -1,5 +1,6 @@
 //! What commands write: files, pictures, progress.
 
+pub(super) mod exit_code;
 pub(super) mod output_path;
 pub(super) mod progress;
 pub(super) mod render_frames;

@@ -1,6 +1,7 @@
 //! How far a comparison is: a bar on a terminal, a line per row elsewhere.
 
-use crate::bench::{Row, Status};
+use crate::Result;
+use crate::bench::{Observer, Results, Row, Status};
 use crate::cli::complain;
 use crate::technique::Spec;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -54,6 +55,18 @@ impl Progress {
     /// Removes the bar, after the last row.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// For a run that writes nothing before its end.
+impl Observer for Progress {
+    fn row_begins(&mut self, scene: &str, spec: &Spec) {
+        self.begins(scene, spec);
+    }
+
+    fn row_ends(&mut self, row: &Row, spec: &Spec, _: &Results) -> Result<()> {
+        self.ends(row, spec);
+        Ok(())
     }
 }
 

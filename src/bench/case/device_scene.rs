@@ -1,0 +1,76 @@
+//! A scene on the device, in one of its frames.
+
+use crate::Result;
+use crate::bench::case::frames::{Drawing, Frames};
+use crate::bench::case::picture_settings::PictureSettings;
+use crate::gpu::{Context, Features, PassTime};
+use crate::scene::{Picture, View};
+use crate::shading::{Renderer, Shading};
+use crate::simulate::Simulation;
+use crate::technique::Opened;
+use crate::world::World;
+
+/// See the module.
+pub(in crate::bench) struct DeviceScene<'a> {
+    pub context: &'a Context,
+    pub frames: Frames<'a>,
+    pub world: World,
+    /// Moves the world on the device, where the device simulates it.
+    simulation: Option<Simulation>,
+}
+
+impl<'a> DeviceScene<'a> {
+    /// Uploads the first frame.
+    pub fn new(context: &'a Context, frames: Frames<'a>, world: World) -> Result<Self> {
+        let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
+        Ok(Self { context, frames, world, simulation })
+    }
+
+    pub fn features(&self) -> &'a Features {
+        self.context.features()
+    }
+
+    /// Whether the world differs from frame to frame.
+    pub fn has_frames(&self) -> bool {
+        self.frames.count() > 1
+    }
+
+    /// Whether nothing moves the world.
+    pub fn is_still(&self) -> bool {
+        !self.has_frames() && self.simulation.is_none()
+    }
+
+    /// Moves the world to a frame.
+    pub fn show(&mut self, frame: usize) -> Result<Vec<PassTime>> {
+        match &mut self.simulation {
+            _ if self.frames.count() == 1 => Ok(Vec::new()),
+            Some(simulation) => simulation.move_to(&mut self.world, self.frames.times_s[frame]),
+            None => Ok(self.world.replace(self.frames.states.at(frame)?.as_ref())?.pass.into_iter().collect()),
+        }
+    }
+
+    /// The camera of the present world.
+    pub fn camera(&self, size: [u32; 2]) -> Result<View> {
+        let scene = self.world.scene()?;
+        Ok(View::camera(&scene.camera, scene, size))
+    }
+
+    /// Pictures of the present world.
+    pub fn renderer(&self, camera: &View, settings: PictureSettings) -> Result<Renderer> {
+        let mut renderer = Renderer::new(self.context, &self.world, camera)?;
+        renderer.paint_by(settings.painter);
+        Ok(renderer)
+    }
+
+    /// One picture of the present world, lit by a technique.
+    pub fn picture(&self, camera: &View, opened: &Opened, settings: PictureSettings) -> Result<Picture> {
+        let renderer = self.renderer(camera, settings)?;
+        renderer.picture_of(opened.technique.as_ref(), settings.shading, settings.lighting)
+    }
+
+    /// What draws simulated particles in each frame; none where nothing is simulated.
+    pub fn drawing(&self, camera: &View, lit: &Opened, shading: Shading) -> Result<Option<Drawing>> {
+        let of = |simulation| Drawing::new(self.context, &self.world, simulation, camera, lit, shading);
+        self.simulation.as_ref().map(of).transpose()
+    }
+}

@@ -1,0 +1,98 @@
+//! The run loop: measures the rows of a plan, one after the other, and tells an observer.
+
+pub(super) mod observer;
+pub(super) mod plan;
+
+use crate::Result;
+use crate::bench::run::observer::{Observer, RowPictures};
+use crate::bench::run::plan::Plan;
+use crate::bench::{CasePictures, Margins, Results, Row, SceneCase, Status, change_of, marks, with_case};
+use crate::gpu::Context;
+use crate::technique::Spec;
+use std::ops::Range;
+
+/// How many times a row that seems slower than its baseline is measured again. A build that is slower stays slower,
+/// while a disturbance by another program passes.
+const MEASURED_AGAIN: u32 = 2;
+
+/// Measures the rows of `plan` that are left, until the device is lost. All that are measured are in `results`, in the order of the plan.
+///
+/// # Errors
+/// Those that the observer returns: by default, all of [`with_case`].
+pub fn run(context: &Context, plan: &mut Plan, results: &mut Results, observer: &mut dyn Observer) -> Result<()> {
+    results.rows = plan.measured();
+    let mut first = 0;
+    for scene in 0..plan.scenes.len() {
+        let rows = first..first + plan.scenes[scene].specs.len();
+        first = rows.end;
+        if plan.left_in(rows.clone()).is_empty() || context.is_lost() {
+            continue;
+        }
+        if let Err(error) = run_scene(context, plan, (scene, rows), results, observer) {
+            observer.scene_fails(error)?;
+        }
+    }
+    Ok(())
+}
+
+/// Measures the rows that are left of a scene, whose rows are at these places of the plan's list.
+fn run_scene(
+    context: &Context,
+    plan: &mut Plan,
+    (scene, places): (usize, Range<usize>),
+    results: &mut Results,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let left = plan.left_in(places.clone());
+    let Plan { scenes, rows, baseline, .. } = plan;
+    let scene = &scenes[scene];
+    let spec = |place: usize| &scene.specs[place - places.start];
+    with_case(context, scene.frames, plan.effort, |case| {
+        if plan.makes_pipelines_first {
+            case.prepare(&left.iter().map(|place| spec(*place)).collect::<Vec<_>>())?;
+        }
+        case.learn(plan.earlier);
+        for place in left {
+            if context.is_lost() {
+                break;
+            }
+            observer.row_begins(scene.name(), spec(place));
+            let (mut row, drawn) = measure(case, spec(place), *baseline);
+            row.marks = marks(&row, results.device.stages.as_ref());
+            if let Some(drawn) = &drawn {
+                let (number, bounce, before) = (place - places.start + 1, case.traced(), &*results);
+                let reference = drawn.beside_truth.as_ref().and_then(|_| case.reference());
+                observer.row_is_drawn(&mut row, &RowPictures { number, drawn, reference, bounce, before });
+            }
+            rows[place] = Some(row.clone());
+            results.rows = rows.iter().flatten().cloned().collect();
+            results.executables = context.executables();
+            observer.row_ends(&row, spec(place), results)?;
+        }
+        Ok(())
+    })
+}
+
+/// Measures a row, and again where it seems slower than in the baseline: then something else may have run meanwhile.
+fn measure(case: &mut SceneCase, spec: &Spec, baseline: Option<(&Results, Margins)>) -> (Row, Option<CasePictures>) {
+    let mut measured = case.measure(spec);
+    let Some((before, margins)) = baseline else { return measured };
+    let is_slower = |row: &Row| change_of(before, row, margins).is_some_and(|change| change.is_slower());
+    // A later measurement that is too unsteady to tell does not make a row no slower.
+    let is_no_slower = |row: &Row| change_of(before, row, margins).is_some_and(|change| change.is_no_slower());
+    for _ in 0..MEASURED_AGAIN {
+        if !is_slower(&measured.0) {
+            break;
+        }
+        let again = case.measure(spec);
+        if is_no_slower(&again.0) || is_slower(&again.0) && is_quicker(&again.0, &measured.0) {
+            measured = again;
+        }
+    }
+    measured
+}
+
+/// Whether a row's build is quicker than another's; other times do not count.
+fn is_quicker(row: &Row, other: &Row) -> bool {
+    row.status == Status::Ok && row.build_ns.zip(other.build_ns).is_some_and(|(a, b)| a.median < b.median)
+}
