@@ -11,7 +11,7 @@ mod support;
 use engine::{Choice, Engine, How, MOST_POINTS, Optional, Options, PARTICLES, Particle, Sun, TO_SUN, TURN_PER_S};
 use gobo::gpu::{Buffer, Commands, Context, Features};
 use gobo::query::Query;
-use gobo::scene::{Camera, Light, LightKind, Motion, Scene};
+use gobo::scene::{Camera, Light, LightKind, Scene};
 use gobo::technique::{Avsm, BeerShadowMap, Opened, Psm, Technique, avsm, beer_shadow_map, psm};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 use support::{all, gpu_test, log, skipped, some};
@@ -105,10 +105,6 @@ fn scene(particles: &[Particle]) -> Scene {
     Scene {
         name: "embed".into(),
         particles: particles.iter().map(particle).collect(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
         lights: vec![Light { kind: sun, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera {
             position: -4.0 * glam::DVec3::Y,
@@ -116,9 +112,7 @@ fn scene(particles: &[Particle]) -> Scene {
             up: glam::DVec3::Z,
             fov_y_degrees: 40.0,
         },
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        ..Scene::default()
     }
 }
 

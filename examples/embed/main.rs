@@ -7,7 +7,7 @@ mod time;
 use engine::{Choice, Engine, How, Optional, Options, PARTICLES, Result};
 use glam::DVec3;
 use gobo::reference::truth::Casters;
-use gobo::scene::{Camera, Light, LightKind, Motion, Particle, Scene};
+use gobo::scene::{Camera, Light, LightKind, Particle, Scene};
 use gobo::technique::{avsm, beer_shadow_map, parse, psm};
 use std::process::ExitCode;
 
@@ -250,15 +250,9 @@ fn mean_error(engine: &mut Engine) -> Result<f64> {
     let scene = Scene {
         name: "embed".into(),
         particles: particles.collect(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
         lights: vec![Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera { position: DVec3::NEG_Y, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        ..Scene::default()
     };
     let casters = Casters::new(&scene);
     let off = |(place, answer): ([f32; 3], f32)| {

@@ -9,6 +9,7 @@ pub(super) mod sampling;
 pub(super) mod truth;
 
 use crate::advice::advised;
+use crate::animate::Simulation;
 use crate::bench::case::camera_sweep::references;
 use crate::bench::case::frames::{Frames, States};
 use crate::bench::case::points::of_each_light;
@@ -26,7 +27,6 @@ use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Bounce, Casters, bounce, bounds, points_outside, points_within};
 use crate::scene::{Picture, View};
 use crate::shading::{Lighting, PainterKind, Renderer, Shading};
-use crate::simulate::Simulation;
 use crate::technique::{self, Lifetime, Name, Spec};
 use crate::world::World;
 use crate::{Error, Result};
@@ -159,7 +159,8 @@ pub fn with_case<'a, R>(
     let world = World::new(context, first)?;
     let count = effort.lookups / first.lights.len().max(1);
     let asked = within(&|light, all| points_within(all, &first.lights[light], count));
-    let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
+    let fountain = frames.fountain.filter(|_| !frames.times_s.is_empty());
+    let simulation = fountain.map(|fountain| Simulation::new(context, &world, fountain)).transpose()?;
     let mut case = SceneCase {
         context,
         frames,
