@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use gobo::gpu::{Context, Options};
-use gobo::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
+use gobo::scene::{Camera, Mesh, Particle, Scene};
 use gobo::{Error, Result};
 
 /// Runs an example. Where there is no driver, or the device lacks a feature that the example needs, it prints why.
@@ -21,20 +21,8 @@ pub fn on_a_device(example: impl FnOnce(&Context) -> Result<()>) {
 pub fn empty() -> Scene {
     Scene {
         name: "example".into(),
-        particles: Vec::new(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
-        lights: vec![Light {
-            kind: LightKind::Directional { direction: DVec3::NEG_Z },
-            radiance: [1.0; 3],
-            radius: f64::INFINITY,
-        }],
         camera: Camera { position: DVec3::splat(4.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        ..Scene::default()
     }
 }
 

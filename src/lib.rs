@@ -63,25 +63,16 @@
 //! The same with a device that [`gpu::Context::new`] opens, and a [`scene::Scene`] on the host:
 //!
 //! ```
-//! use glam::DVec3;
-//! use gobo::scene::{Camera, Light, LightKind, Motion, Particle, Scene};
+//! use gobo::scene::{Particle, Scene};
 //! use gobo::{query::Query, gpu::Context, technique, world::World};
 //!
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
 //! # example::on_a_device(|_| {
-//! let kind = LightKind::Directional { direction: DVec3::NEG_Z };
+//! // The default has a light that shines straight down.
 //! let scene = Scene {
 //!     name: "a ball of smoke".into(),
 //!     particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }],
-//!     strands: vec![],
-//!     splats: vec![],
-//!     volumes: vec![],
-//!     meshes: vec![],
-//!     lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
-//!     camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
-//!     motion: Motion::Still,
-//!     extinction_ratio: Scene::GREY,
-//!     inks: Vec::new(),
+//!     ..Scene::default()
 //! };
 //! let context = Context::new(&Default::default())?;
 //! let world = World::new(&context, &scene)?;
@@ -126,10 +117,9 @@
 //! # What is where
 //!
 //! [`gpu`] wraps Vulkan, and knows no technique. [`scene`] describes casters and lights on the host; [`world`] holds
-//! their present state on the device. `maps` and `grid` hold code that techniques share; `simulate` moves
-//! particles on the device. A failure is an [`Error`], which says the operation, the thing's name, the cause and a
-//! [`WayOut`]. A device that lacks a feature gets a refusal that names the feature ([`Error::Refused`]), never a wrong
-//! answer.
+//! their present state on the device. `maps` and `grid` hold code that techniques share. A failure is an [`Error`], which
+//! says the operation, the thing's name, the cause and a [`WayOut`]. A device that lacks a feature gets a refusal that
+//! names the feature ([`Error::Refused`]), never a wrong answer.
 //!
 //! # Features
 //!
@@ -141,6 +131,9 @@
 
 #[cfg(feature = "program")]
 mod advice;
+#[cfg(feature = "program")]
+#[doc(hidden)]
+pub mod animate;
 #[cfg(feature = "program")]
 #[doc(hidden)]
 pub mod bench;
@@ -167,8 +160,6 @@ pub mod scene;
 #[doc(hidden)]
 pub mod shaders;
 pub mod shading;
-#[doc(hidden)]
-pub mod simulate;
 pub mod technique;
 #[cfg(feature = "view")]
 mod view;

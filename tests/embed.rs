@@ -17,7 +17,7 @@ mod renderer;
 use engine::{Engine, MOST_POINTS, Optional, Particle, Setup, Sun};
 use gobo::gpu::{Buffer, Commands, Context, Features};
 use gobo::query::Query;
-use gobo::scene::{Camera, Light, LightKind, Motion, Scene};
+use gobo::scene::{Camera, Light, LightKind, Scene};
 use gobo::technique::{self, Spec};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 use renderer::{Options, PARTICLES, TO_SUN};
@@ -112,10 +112,6 @@ fn scene(particles: &[Particle]) -> Scene {
     Scene {
         name: "embed".into(),
         particles: particles.iter().map(particle).collect(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
         lights: vec![Light { kind: sun, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera {
             position: -4.0 * glam::DVec3::Y,
@@ -123,9 +119,7 @@ fn scene(particles: &[Particle]) -> Scene {
             up: glam::DVec3::Z,
             fov_y_degrees: 40.0,
         },
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        ..Scene::default()
     }
 }
 

@@ -3,7 +3,7 @@
 // Source: Pestana's GPU particles (2015). Inputs: camera, bodies. Outputs: the particle's middle, its speed, its z.
 #extension GL_EXT_scalar_block_layout : require
 #include "shading/picture_set.glsl"
-#include "simulate/body.glsl"
+#include "world/body.glsl"
 #include "world/view.glsl"
 
 PICTURE_CAMERA

@@ -2,8 +2,10 @@
 //! one that is shown and the next are in memory, and no others.
 
 use crate::Result;
+use crate::animate::{self, Animated, AnimatedScene};
 use crate::bench::States;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Fountain, Scene};
+use std::sync::Arc;
 
 /// See the module.
 pub(super) struct Compared {
@@ -11,6 +13,8 @@ pub(super) struct Compared {
     pub states: Vec<Scene>,
     /// The times of these frames; none where the scene is not to move.
     pub times_s: Vec<f64>,
+    /// What moves the scene.
+    animation: Option<Arc<dyn Animated>>,
     /// The camera of states that are read; none where all are in memory.
     camera: Option<Turning>,
 }
@@ -24,17 +28,18 @@ struct Turning {
 
 impl Compared {
     /// All states are in memory: one at least.
-    pub(super) fn held(states: Vec<Scene>, times_s: Vec<f64>) -> Self {
-        Self { states, times_s, camera: None }
+    pub(super) fn held(states: Vec<Scene>, times_s: Vec<f64>, animation: Option<Arc<dyn Animated>>) -> Self {
+        Self { states, times_s, animation, camera: None }
     }
 
     /// The states of a sequence of files at these times.
     ///
     /// # Errors
     /// As [`Compared::at`].
-    pub(super) fn read(scene: Scene, times_s: Vec<f64>, step_degrees: Option<f64>) -> Result<Self> {
+    pub(super) fn read(scene: AnimatedScene, times_s: Vec<f64>, step_degrees: Option<f64>) -> Result<Self> {
+        let AnimatedScene { scene, animation } = scene;
         let camera = Some(Turning { camera: scene.camera, step_degrees });
-        let mut compared = Self { states: vec![scene], times_s, camera };
+        let mut compared = Self { states: vec![scene], times_s, animation, camera };
         compared.states = vec![compared.at(0)?];
         Ok(compared)
     }
@@ -50,12 +55,25 @@ impl Compared {
     /// # Errors
     /// [`crate::Error::Input`] where a file cannot be read.
     pub(super) fn at(&self, frame: usize) -> Result<Scene> {
-        let mut state = self.first().at(self.times_s[frame])?;
-        state.read_ahead();
+        let animation = self.animation.as_deref();
+        let mut state = animate::moved(self.first(), animation, self.times_s[frame])?;
+        if let Some(sequences) = animate::sequences(animation) {
+            sequences.read_ahead();
+        }
         if let Some(Turning { camera, step_degrees: Some(step) }) = self.camera {
             state.camera = camera.turned(step * frame as f64);
         }
         Ok(state)
+    }
+
+    /// See [`AnimatedScene::fingerprint`]: of the first state, and of what moves it.
+    pub(super) fn fingerprint(&self) -> u32 {
+        animate::fingerprint(self.first(), self.animation.as_deref())
+    }
+
+    /// The fountain that the scene is, if it is one.
+    pub(super) fn fountain(&self) -> Option<Fountain> {
+        animate::fountain(self.animation.as_deref())
     }
 
     /// All states, of which `read` reads those that are not in memory, by [`Compared::at`].
@@ -95,8 +113,8 @@ mod tests {
     #[test]
     fn the_first_and_the_last_are_alive() {
         let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");
-        let scene = Scene::load(files, 0.0).expect("a sequence");
-        let (camera, times_s) = (scene.camera, (0..6).map(|frame| (f64::from(frame) + 0.5) / 24.0).collect());
+        let scene = AnimatedScene::load(files, 0.0).expect("a sequence");
+        let (camera, times_s) = (scene.scene.camera, (0..6).map(|frame| (f64::from(frame) + 0.5) / 24.0).collect());
         let compared = Compared::read(scene, times_s, Some(30.0)).expect("read");
         let first = compared.first().volumes[0].held();
         let mut given: Vec<Weak<Field>> = Vec::new();

@@ -2,13 +2,14 @@
 //! reads, and no others.
 
 use crate::Result;
+use crate::animate::AnimatedScene;
 use crate::cli::{MovingArgument, VplArgument};
 use crate::gpu::Context;
 use crate::scene::{Scene, SceneChange};
 
 /// All frames.
 pub(super) struct States<'a> {
-    scene: Scene,
+    scene: AnimatedScene,
     /// None: the scene as it is.
     times_s: Vec<f64>,
     change: SceneChange,
@@ -21,7 +22,7 @@ impl States<'_> {
     ///
     /// # Errors
     /// [`crate::Error::Input`]: it does not move, or a time is none that it has.
-    pub(super) fn new(scene: Scene, moving: &MovingArgument, frames: u32, change: SceneChange) -> Result<Self> {
+    pub(super) fn new(scene: AnimatedScene, moving: &MovingArgument, frames: u32, change: SceneChange) -> Result<Self> {
         let times_s = moving.times(&scene, frames)?;
         Ok(Self { scene, times_s, change, lit: None })
     }
@@ -37,7 +38,7 @@ impl States<'_> {
     /// [`crate::Error::Input`] where its file cannot be read, or what changes it does not fit.
     pub(super) fn at(&self, frame: usize) -> Result<Scene> {
         let moved = self.times_s.get(frame).map(|time_s| self.scene.at(*time_s)).transpose()?;
-        let mut state = self.change.of(moved.as_ref().unwrap_or(&self.scene))?;
+        let mut state = self.change.of(moved.as_ref().unwrap_or(&self.scene.scene))?;
         if let Some((vpls, context)) = self.lit {
             vpls.light(context, std::slice::from_mut(&mut state))?;
         }
@@ -57,8 +58,8 @@ mod tests {
     #[test]
     fn one_frame_is_alive() {
         let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");
-        let scene = Scene::load(files, 0.5 / 24.0).expect("a sequence");
-        let before = scene.volumes[0].held();
+        let scene = AnimatedScene::load(files, 0.5 / 24.0).expect("a sequence");
+        let before = scene.scene.volumes[0].held();
         let span = Span { from: 1.5 / 24.0, to: Some(7.5 / 24.0) };
         let change = SceneChange { eye: None, target: None, direction: None, extinction: 1.0 };
         let states = States::new(scene, &MovingArgument { moving: Some(span) }, 7, change).expect("it moves");

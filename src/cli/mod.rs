@@ -24,9 +24,10 @@ use self::commands::{
 };
 use self::scene_overrides::ChangeArguments;
 use crate::advice::advised;
+use crate::animate::AnimatedScene;
 use crate::gpu::{Context, Messages, Options, fault};
 use crate::lights::indirect::{VplsBy, check_count, check_meshes, lit_by_vpls};
-use crate::scene::{FACES, Motion, Scene, check_time};
+use crate::scene::{FACES, Scene, check_time};
 use crate::shading::parse;
 use crate::technique::Spec;
 use crate::{Error, Result};
@@ -208,12 +209,12 @@ impl MovingArgument {
     }
 
     /// The times of `frames` frames; none where the world is not to move.
-    fn times(&self, scene: &Scene, frames: u32) -> Result<Vec<f64>> {
+    fn times(&self, scene: &AnimatedScene, frames: u32) -> Result<Vec<f64>> {
         let Some(span) = self.moving else { return Ok(Vec::new()) };
-        if scene.motion == Motion::Still {
+        if !scene.moves() {
             let way_out =
                 "leave --moving out, or name three-emitters, lantern, courtyard, fountain or a sequence of files";
-            return Err(Error::input(scene.name.clone(), "nothing moves in it", way_out));
+            return Err(Error::input(scene.scene.name.clone(), "nothing moves in it", way_out));
         }
         if frames < 2 {
             return Err(Error::usage("--frames", "a world moves from one frame to another", "give 2 or more"));
@@ -222,13 +223,17 @@ impl MovingArgument {
             Some(to) => span.from + (to - span.from) * f64::from(frame) / f64::from(frames - 1),
             None => span.from + f64::from(frame) / FRAMES_PER_SECOND,
         };
-        (0..frames).map(time).map(|time_s| check_time(&scene.name, time_s).map(|()| time_s)).collect()
+        (0..frames).map(time).map(|time_s| check_time(&scene.scene.name, time_s).map(|()| time_s)).collect()
     }
 
     /// The scene in each of `frames` frames, or only the scene as it is where it is not to move.
-    fn states(&self, scene: Scene, frames: u32) -> Result<Vec<Scene>> {
+    fn states(&self, scene: AnimatedScene, frames: u32) -> Result<Vec<Scene>> {
         let times_s = self.times(&scene, frames)?;
-        if times_s.is_empty() { Ok(vec![scene]) } else { times_s.iter().map(|time_s| scene.at(*time_s)).collect() }
+        if times_s.is_empty() {
+            Ok(vec![scene.scene])
+        } else {
+            times_s.iter().map(|time_s| scene.at(*time_s)).collect()
+        }
     }
 }
 
@@ -297,20 +302,22 @@ fn one_spec(text: &str) -> Result<Spec> {
 }
 
 /// The scene with a name that is safe in file names.
-fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
-    Ok(test_reduction::scene(load_whole(&test_reduction::name(name), with)?))
+fn load(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
+    let AnimatedScene { scene, animation } = load_whole(&test_reduction::name(name), with)?;
+    Ok(AnimatedScene { scene: test_reduction::scene(scene), animation })
 }
 
 /// As [`load`], for a command that shows one place of the scene: casters are never left out.
-fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
-    let mut scene = Scene::load(name, with.time)?;
+fn load_whole(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
+    let mut scene = AnimatedScene::load(name, with.time)?;
     if let Some(lights) = with.lights {
         scene = scene.with_lights(lights, with.time)?;
     }
     if with.attractor.is_some() || with.gravity != 1.0 {
         scene = scene.pulled(with.attractor, with.gravity, with.time)?;
     }
-    scene.name = scene.name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
+    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    scene.scene.name = scene.scene.name.chars().map(safe).collect();
     Ok(scene)
 }
 

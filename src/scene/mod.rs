@@ -2,13 +2,17 @@
 
 // Files and built-in scenes.
 #[cfg(feature = "program")]
-mod built_in;
+pub(crate) mod built_in;
 #[cfg(feature = "program")]
 mod files;
 mod model;
 
-#[cfg(feature = "view")]
+#[cfg(feature = "program")]
 pub(crate) use built_in::emitters::Smoke;
+#[cfg(feature = "program")]
+pub use built_in::fountain_law::{Fountain, Jet, Law, MOST_GRAVITY};
+#[cfg(feature = "program")]
+pub(crate) use built_in::fountain_steps;
 #[cfg(feature = "program")]
 pub use built_in::{number_of, with_number};
 #[cfg(feature = "program")]
@@ -16,8 +20,11 @@ pub use files::animation::Animation;
 #[cfg(feature = "program")]
 pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
+pub(crate) use files::load::open;
+#[cfg(feature = "program")]
 pub use files::load::{BUILT_IN, known};
 pub use model::backdrop::Backdrop;
+pub use model::body::Body;
 pub use model::caster::Caster;
 #[cfg(feature = "program")]
 pub use model::change::SceneChange;
@@ -28,9 +35,6 @@ pub(crate) use model::field::{CORNERS, SIDE};
 pub use model::field::{Field, MOST_BLOCKS, MOST_SIDE};
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
-pub use model::fountain_law::{Body, Fountain, Jet, Law, MOST_GRAVITY, Place};
-#[cfg(feature = "program")]
-pub(crate) use model::fountain_steps;
 pub use model::light::{FACES, Light, LightKind};
 pub use model::order::{Blended, blended, volumes_among};
 #[cfg(feature = "program")]
@@ -38,6 +42,7 @@ pub use model::order::{Order, far_to_near};
 pub use model::picture::{Picture, SKY};
 #[cfg(feature = "program")]
 pub(crate) use model::random::Random;
+pub use model::reserve::{ParticleBox, Reserve};
 pub use model::resolution::{Moved, Resolution};
 pub use model::show::Show;
 pub use model::sides::{Side, sides};
@@ -45,13 +50,14 @@ pub use model::smooth::smooth_normals;
 pub use model::splat::Splat;
 #[cfg(feature = "program")]
 pub(crate) use model::splat::{REACH, Shape};
+#[cfg(feature = "program")]
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
 pub use model::volume::{MOST_CELLS, Placed, Volume};
 #[cfg(feature = "program")]
-pub use model::voxels::Bits;
-#[cfg(feature = "program")]
 pub(crate) use model::voxels::Facet;
+#[cfg(feature = "program")]
+pub use model::voxels::{Bits, Place};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
@@ -137,7 +143,8 @@ pub struct Kinds {
     pub meshes: bool,
 }
 
-/// All casters, lights and the camera, on the host. A [`crate::world::World`] can be made from a scene.
+/// All casters, lights and the camera at one time, on the host. A [`crate::world::World`] can be made from a scene. The default has no
+/// casters, one directional light straight down, and a camera that looks at the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The name shown in tables and file names.
@@ -156,59 +163,36 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
-    /// How the scene moves over time.
-    pub motion: Motion,
     /// Factors of the casters' extinction for red, green and blue light: finite, ≥ 0, not all 0. So a color's transmittance is the grey one
     /// to the power of its factor. Meshes block all colors alike.
     pub extinction_ratio: [f32; 3],
     /// Where casters have different ratios, their ratios in place of [`Scene::extinction_ratio`], which is then [`Scene::GREY`]; the lights
     /// stand three times ([`Scene::with_inks`]). Else empty.
     pub inks: Vec<ExtinctionGroup>,
+    /// What the scene has at most, where this is its state at one of several times.
+    pub reserve: Reserve,
 }
 
-/// The parts of a scene that are functions of time.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Motion {
-    /// Nothing.
-    Still,
-    /// The smoke of `three-emitters`.
-    ThreeEmitters,
-    /// The smoke and the lights of `lantern`.
-    Lantern,
-    /// The light of `hair`.
-    Hair,
-    /// The lights of `courtyard`, as many as it has.
-    Courtyard,
-    /// The particles of `fountain`, which the device can simulate too.
-    Fountain(Fountain),
-    /// Particles and volumes of sequences of files.
-    #[cfg(feature = "program")]
-    Animation(std::sync::Arc<Animation>),
-}
-
-/// The most particles that the smoke of these scenes has at once.
-pub(in crate::scene) const MOST_OF_THREE_EMITTERS: usize = 5000;
-pub(in crate::scene) const MOST_OF_LANTERN: usize = 1500;
-
-impl Motion {
-    /// The most particles that this motion has at once; 0 where it moves none.
-    pub fn most_particles(&self) -> usize {
-        match self {
-            Self::Still | Self::Hair | Self::Courtyard => 0,
-            Self::ThreeEmitters => MOST_OF_THREE_EMITTERS,
-            Self::Lantern => MOST_OF_LANTERN,
-            Self::Fountain(fountain) => fountain.particles as usize,
-            #[cfg(feature = "program")]
-            Self::Animation(animation) => animation.most_particles(),
-        }
-    }
-
-    /// The most cells of volumes that this motion has at once; 0 where it moves none.
-    fn most_cells(&self) -> usize {
-        match self {
-            #[cfg(feature = "program")]
-            Self::Animation(animation) => animation.most_cells(),
-            _ => 0,
+impl Default for Scene {
+    fn default() -> Self {
+        let kind = LightKind::Directional { direction: DVec3::NEG_Z };
+        Self {
+            name: String::new(),
+            particles: Vec::new(),
+            strands: Vec::new(),
+            splats: Vec::new(),
+            volumes: Vec::new(),
+            meshes: Vec::new(),
+            lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
+            camera: Camera {
+                position: DVec3::new(4.0, -4.0, 3.0),
+                target: DVec3::ZERO,
+                up: DVec3::Z,
+                fov_y_degrees: 40.0,
+            },
+            extinction_ratio: Self::GREY,
+            inks: Vec::new(),
+            reserve: Reserve::default(),
         }
     }
 }
@@ -223,24 +207,19 @@ impl Scene {
 
     /// The most casters that the scene has at once, over all times.
     pub fn most_casters(&self) -> usize {
-        self.particles.len().max(self.motion.most_particles())
-            + self.strands.len()
-            + self.splats.len()
-            + self.most_cells()
+        self.particles.len().max(self.reserve.particles) + self.strands.len() + self.splats.len() + self.most_cells()
     }
 
     /// The most cells of volumes that the scene has at once, over all times.
     pub(crate) fn most_cells(&self) -> usize {
-        self.cell_count().max(self.motion.most_cells())
+        self.cell_count().max(self.reserve.cells)
     }
 
     /// The most blocks that each volume's field has, over all times.
     pub(crate) fn most_blocks(&self) -> Vec<usize> {
-        match &self.motion {
-            #[cfg(feature = "program")]
-            Motion::Animation(animation) => animation.most_blocks(),
-            _ => self.volumes.iter().map(|volume| volume.field().blocks().len()).collect(),
-        }
+        let reserved = self.reserve.blocks.iter().copied().chain(std::iter::repeat(0));
+        let blocks = self.volumes.iter().map(|volume| volume.field().blocks().len());
+        blocks.zip(reserved).map(|(now, most)| now.max(most)).collect()
     }
 
     /// Whether anything is opaque.
@@ -281,19 +260,8 @@ pub(crate) mod tests {
         Scene {
             name: "axis".into(),
             particles: spheres.iter().map(particle).collect(),
-            strands: vec![],
-            splats: vec![],
-            volumes: vec![],
-            meshes: vec![],
-            motion: Motion::Still,
-            extinction_ratio: Scene::GREY,
-            inks: Vec::new(),
-            lights: vec![Light {
-                kind: LightKind::Directional { direction: DVec3::NEG_Z },
-                radiance: [1.0; 3],
-                radius: f64::INFINITY,
-            }],
             camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
+            ..Scene::default()
         }
     }
 

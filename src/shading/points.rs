@@ -1,4 +1,4 @@
-//! Simulated particles, drawn from the buffer that the simulation writes: one triangle each, colored by speed or density, on top of the
+//! Particles in motion, drawn from the buffer that passes on the device write: one triangle each, colored by speed or density, on top of the
 //! picture's meshes. They need no sorting, so nothing is read back from the device.
 
 use super::{Kernels, Renderer};
@@ -7,7 +7,6 @@ use crate::gpu::{
     Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Target, push_struct,
 };
 use crate::query::colored;
-use crate::scene::Fountain;
 use crate::shaders::set;
 use crate::shaders::{constant, shading as shaders};
 use crate::technique::Answer;
@@ -53,15 +52,9 @@ impl Colors {
         }
     }
 
-    /// Colors by speed, up to the fastest speed of the fountain's law.
-    pub fn speed(fountain: &Fountain) -> Self {
-        Self::Speed { fastest: fountain.law().fastest }
-    }
-
-    /// Colors by density. A fountain with more particles has smaller ones, so the scale follows from both.
-    pub fn density(fountain: &Fountain) -> Self {
-        let radius = fountain.law().radius;
-        Self::Density { many: DENSE * fountain.particles as f32 * radius * radius }
+    /// Colors by density, for `count` particles of at most this radius, world units: the scale follows from both.
+    pub fn density(count: u32, radius: f32) -> Self {
+        Self::Density { many: DENSE * count as f32 * radius * radius }
     }
 }
 
@@ -82,7 +75,7 @@ const SPECK: f32 = 0.5;
 /// Factor from the sum of all particles' squared radii to [`Colors::Density`]'s `many`.
 const DENSE: f32 = 0.17;
 
-/// Kernels that draw simulated particles.
+/// Kernels that draw particles in motion.
 pub struct Points {
     vertices: u32,
     way: BuildPath,

@@ -1,7 +1,8 @@
 //! A camera that orbits its target, and flies.
 
 use super::state::State;
-use crate::scene::{Camera, Motion, Scene, View};
+use crate::animate::AnimatedScene;
+use crate::scene::{Camera, View};
 use glam::{DQuat, DVec2, DVec3};
 
 /// The least angle between the camera's view and its up direction, radians.
@@ -57,16 +58,17 @@ pub fn way(key: &str) -> Option<[f64; 3]> {
 }
 
 /// The position of a fountain's attractor; none for any other scene.
-pub fn attractor(state: &State, scene: &Scene) -> Option<DVec3> {
-    let Motion::Fountain(fountain) = &scene.motion else { return None };
+pub fn attractor(state: &State, scene: &AnimatedScene) -> Option<DVec3> {
+    let fountain = scene.fountain()?;
     let wanders = || DVec3::from(fountain.attractor(fountain.step_at(state.time_s)).map(f64::from));
     Some(state.attractor.unwrap_or_else(wanders))
 }
 
 /// Moves the attractor so that it is seen at `pixel`, at the same depth as before. Returns whether there is an
 /// attractor.
-pub fn pull(state: &mut State, scene: &Scene, size: [u32; 2], pixel: [f64; 2]) -> bool {
-    let Some(is) = attractor(state, scene) else { return false };
+pub fn pull(state: &mut State, animated: &AnimatedScene, size: [u32; 2], pixel: [f64; 2]) -> bool {
+    let Some(is) = attractor(state, animated) else { return false };
+    let scene = &animated.scene;
     let view = View::camera(&camera(state, &scene.camera), scene, size);
     let to = view.ray(DVec2::from(pixel)).at(view.project(is).1);
     // Millimetres are exact enough, and keep commands short.
@@ -118,15 +120,15 @@ mod tests {
     /// moved.
     #[test]
     fn the_attractor_follows_the_pointer() {
-        let scene = Scene::load("fountain:particles=10", 1.0).expect("built in");
+        let animated = AnimatedScene::load("fountain:particles=10", 1.0).expect("built in");
         let mut state = State::new("fountain", 1.0, None);
-        let view = View::camera(&scene.camera, &scene, [400, 300]);
-        let before = attractor(&state, &scene).expect("wanders");
-        assert!(pull(&mut state, &scene, [400, 300], [300.0, 100.0]));
+        let view = View::camera(&animated.scene.camera, &animated.scene, [400, 300]);
+        let before = attractor(&state, &animated).expect("wanders");
+        assert!(pull(&mut state, &animated, [400, 300], [300.0, 100.0]));
         let (seen, z) = view.project(state.attractor.expect("stands"));
         assert!(seen.distance(DVec2::new(300.0, 100.0)) < 0.1, "{seen}");
         assert!((z - view.project(before).1).abs() < 2e-3, "{z}");
-        let plume = Scene::load("plume_8k", 0.0).expect("built in");
+        let plume = AnimatedScene::load("plume_8k", 0.0).expect("built in");
         assert!(!pull(&mut state, &plume, [400, 300], [1.0, 1.0]));
     }
 

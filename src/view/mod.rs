@@ -53,7 +53,7 @@ pub struct Options {
 pub fn open(options: Options, state: State) -> Result<()> {
     let script = options.script.as_deref().map(Script::read).transpose()?;
     // Errors in the scene are found before a window is opened.
-    state.change().of(&state.load()?)?;
+    state.change().of(&state.load()?.scene)?;
     let events = EventLoop::new().map_err(no_display)?;
     let said = HostMessages::default();
     let mut view = View::new(options, state, script, said.clone());

@@ -5,7 +5,7 @@ use super::curve;
 use super::rays::Rays;
 use super::stage::Stage;
 use super::state::{Show, Side, State};
-use crate::scene::{LightKind, Motion, number_of, with_number};
+use crate::scene::{LightKind, number_of, with_number};
 use crate::shading::KEYS;
 use crate::technique::{Key, REGISTRY, Spec, Values};
 use egui::{ComboBox, DragValue, Slider, Ui};
@@ -114,7 +114,7 @@ fn scene(ui: &mut Ui, state: &mut State, told: &PanelText) {
     if kinds.particles || kinds.strands || kinds.splats {
         ui.add(Slider::new(&mut state.extinction, 0.01..=100.0).logarithmic(true).text("extinction ×"));
     }
-    if matches!(stage.base().motion, Motion::Fountain(_)) {
+    if stage.animated().fountain().is_some() {
         ui.horizontal(|ui| {
             ui.add(Slider::new(&mut state.gravity, 0.0..=3.0).text("gravity ×"));
             if state.attractor.is_some() && ui.button("wander").clicked() {
@@ -123,7 +123,7 @@ fn scene(ui: &mut Ui, state: &mut State, told: &PanelText) {
         });
         ui.label("ctrl and drag: the attractor");
     }
-    if stage.base().motion != Motion::Still {
+    if stage.animated().moves() {
         ui.horizontal(|ui| {
             ui.add(Slider::new(&mut state.time_s, 0.0..=60.0).text("time, s"));
             ui.checkbox(&mut state.runs, "runs");

@@ -1,6 +1,7 @@
 //! The window's state: everything that a control, a key or a line of a script sets. It knows of no device.
 
-use crate::scene::{MOST_GRAVITY, Scene, SceneChange, Show as Look, number_of, with_number};
+use crate::animate::AnimatedScene;
+use crate::scene::{MOST_GRAVITY, SceneChange, Show as Look, number_of, with_number};
 use crate::shading::parse;
 use crate::technique::Spec;
 use crate::technique::keys::check;
@@ -170,9 +171,9 @@ impl State {
     /// Loads the scene that the state names, at its time.
     ///
     /// # Errors
-    /// As [`Scene::load`], [`Scene::with_lights`] and [`Scene::pulled`].
-    pub fn load(&self) -> Result<Scene> {
-        let scene = Scene::load(&self.scene, self.time_s)?;
+    /// As [`AnimatedScene::load`], [`AnimatedScene::with_lights`] and [`AnimatedScene::pulled`].
+    pub fn load(&self) -> Result<AnimatedScene> {
+        let scene = AnimatedScene::load(&self.scene, self.time_s)?;
         let scene = match self.lights {
             Some(lights) => scene.with_lights(lights, self.time_s)?,
             None => scene,

@@ -66,20 +66,6 @@ impl World {
         })
     }
 
-    /// Moves the scene to `time_s` seconds after its emitters began. A scene that does not move by itself is not
-    /// changed, and its generations do not rise.
-    ///
-    /// # Errors
-    /// As [`Scene::at`] and [`World::replace`].
-    #[cfg(feature = "program")]
-    pub fn move_to(&mut self, time_s: f64) -> Result<Moved> {
-        let scene = self.scene()?;
-        if scene.motion == crate::scene::Motion::Still {
-            return Ok(Moved { pass: None, host_ns: 0.0 });
-        }
-        self.replace(&scene.at(time_s)?)
-    }
-
     /// Lets passes write the casters on the device, where the world is simulated there. The number of casters stays the
     /// same. The host's scene stays as it was until [`World::read_back`]. Returns the time of each pass.
     ///
@@ -338,8 +324,8 @@ impl Changed {
         Self {
             casters,
             meshes: *mixed || scene.meshes != was.meshes,
-            // The simulation's constants decide where views begin.
-            particles: *mixed || *written || particles || scene.motion != was.motion,
+            // The box that particles stay in decides where views begin.
+            particles: *mixed || *written || particles || scene.reserve.stay_in != was.reserve.stay_in,
             strands: *mixed || *written && has_strands || others,
             lights: *mixed || scene.lights != was.lights,
         }

@@ -5,10 +5,10 @@ mod drawn;
 
 use crate::support::{ask, gpu_test, scenes::Random, some, spec};
 use glam::DVec3;
+use gobo::animate::{AnimatedScene, Simulation};
 use gobo::gpu::Context;
 use gobo::reference::twin::simulate::{Rules, bodies};
-use gobo::scene::{Body, Caster, Fountain, Motion, Scene};
-use gobo::simulate::Simulation;
+use gobo::scene::{Body, Caster, Fountain, Scene};
 use gobo::world::World;
 
 /// A fountain, and its particles on the device.
@@ -19,25 +19,18 @@ struct Running {
     simulation: Simulation,
 }
 
-fn fountain(scene: &Scene) -> Fountain {
-    match &scene.motion {
-        Motion::Fountain(fountain) => *fountain,
-        other => panic!("{}: {other:?}", scene.name),
-    }
-}
-
-fn scene(particles: u32) -> Scene {
-    Scene::load(&format!("fountain:particles={particles}"), 0.0).expect("in range")
+fn scene(particles: u32) -> AnimatedScene {
+    AnimatedScene::load(&format!("fountain:particles={particles}"), 0.0).expect("in range")
 }
 
 fn running(context: &Context, particles: u32) -> Running {
     running_in(context, &scene(particles))
 }
 
-fn running_in(context: &Context, scene: &Scene) -> Running {
-    let fountain = fountain(scene);
+fn running_in(context: &Context, animated: &AnimatedScene) -> Running {
+    let (scene, fountain) = (&animated.scene, animated.fountain().expect("a fountain"));
     let world = World::new(context, scene).expect("room");
-    let simulation = Simulation::of(context, &world).expect("room").expect("simulated");
+    let simulation = Simulation::new(context, &world, fountain).expect("room");
     Running { fountain, rules: Rules::of(&fountain, &scene.meshes), world, simulation }
 }
 
@@ -102,10 +95,10 @@ fn particles_go_where_they_are_pulled() {
         sum / f64::from(particles)
     };
     let usual = Scene::load(&format!("fountain:particles={particles}"), time_s).expect("in range");
-    assert_eq!(pulled(None, 1.0), usual, "what pulls as ever changes nothing");
+    assert_eq!(pulled(None, 1.0).scene, usual, "what pulls as ever changes nothing");
     for at in [[1.2, 0.0, 2.8], [-1.2, 0.0, 2.8], [0.0, 1.2, 2.8], [0.0, -1.2, 2.8]] {
         let place = DVec3::from(at);
-        let [to, from] = [at, [-at[0], -at[1], at[2]]].map(|at| mean(&pulled(Some(at), 1.0)));
+        let [to, from] = [at, [-at[0], -at[1], at[2]]].map(|at| mean(&pulled(Some(at), 1.0).scene));
         println!("{at:?}: {to} {from}");
         let flat = DVec3::new(place.x, place.y, 0.0).normalize();
         assert!(to.dot(flat) > from.dot(flat) + 0.3, "{at:?}: {to} {from}");
@@ -113,7 +106,7 @@ fn particles_go_where_they_are_pulled() {
         let across = |mean: DVec3| (mean - place).truncate().length();
         assert!(across(to) < across(mean(&usual)) - 0.2, "{at:?}: {to}");
     }
-    let heights = [0.0, 0.5, 1.0, 3.0].map(|gravity| mean(&pulled(None, gravity)).z);
+    let heights = [0.0, 0.5, 1.0, 3.0].map(|gravity| mean(&pulled(None, gravity).scene).z);
     assert!(heights.windows(2).all(|two| two[0] > two[1] + 0.05), "{heights:?}");
     gpu_test("particles_go_where_they_are_pulled", |context| {
         for scene in [pulled(Some([1.2, 0.5, 2.8]), 1.0), pulled(None, 0.0), pulled(Some([0.0, 9.0, 0.0]), 10.0)] {
@@ -125,7 +118,8 @@ fn particles_go_where_they_are_pulled() {
         }
     });
     for (scene, gravity, words) in [("plume_8k", 2.0, "nothing of it is simulated"), ("fountain", 11.0, "of 0 to 10")] {
-        let refused = Scene::load(scene, 0.0).expect("built in").pulled(None, gravity, 0.0).expect_err("refused");
+        let refused =
+            AnimatedScene::load(scene, 0.0).expect("built in").pulled(None, gravity, 0.0).expect_err("refused");
         assert!(refused.to_string().contains(words), "{refused}");
     }
 }
@@ -247,8 +241,8 @@ fn nothing_goes_where_it_may_not() {
 #[test]
 fn a_free_particle_falls_and_is_pulled() {
     let scene = scene(1000);
-    let fountain = fountain(&scene);
-    let (law, rules) = (fountain.law(), Rules::of(&fountain, &scene.meshes));
+    let fountain = scene.fountain().expect("a fountain");
+    let (law, rules) = (fountain.law(), Rules::of(&fountain, &scene.scene.meshes));
     let far = [100.0; 3];
     let mut random = Random::new(8);
     for attractor in [far, [0.4, -0.3, 4.2]] {
@@ -343,8 +337,11 @@ fn four_million_fit_every_device() {
 #[test]
 fn what_is_not_simulated_says_so() {
     gpu_test("what_is_not_simulated_says_so", |context| {
-        let world = World::new(context, &crate::support::scenes::random()).expect("room");
-        assert!(Simulation::of(context, &world).expect("nothing to do").is_none());
+        let still = AnimatedScene::from(crate::support::scenes::random());
+        let world = World::new(context, &still.scene).expect("room");
+        assert!(still.fountain().is_none());
+        let other = Simulation::new(context, &world, Fountain::new(1_000_000)).map(|_| ()).expect_err("another scene");
+        assert!(other.to_string().contains("and the fountain has 1000000"), "{other}");
         let mut running = running(context, 100);
         for time_s in [-0.1, f64::NAN, f64::INFINITY, 3600.1] {
             let error = running.simulation.move_to(&mut running.world, time_s).expect_err("out of range").to_string();

@@ -12,18 +12,34 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ("world", &["gpu", "scene", "shaders"]),
     ("maps", &["gpu", "scene", "shaders", "world"]),
     ("grid", &["gpu", "scene", "shaders", "world"]),
-    ("simulate", &["gpu", "grid", "scene", "shaders", "world"]),
+    ("animate", &["gpu", "grid", "scene", "shaders", "world"]),
     ("lights", &["gpu", "maps", "scene", "shaders", "world"]),
     ("technique", &["gpu", "grid", "maps", "scene", "shaders", "world"]),
     ("glsl", &["gpu", "shaders", "technique"]),
     ("query", &["gpu", "scene", "shaders", "technique"]),
     ("shading", &["gpu", "maps", "query", "scene", "shaders", "technique", "world"]),
-    ("bench", &["gpu", "maps", "query", "reference", "scene", "shaders", "shading", "simulate", "technique", "world"]),
+    ("bench", &["animate", "gpu", "maps", "query", "reference", "scene", "shaders", "shading", "technique", "world"]),
     ("report", &["bench", "gpu", "shading", "technique"]),
-    ("view", &["bench", "gpu", "reference", "report", "scene", "shaders", "shading", "simulate", "technique", "world"]),
+    (
+        "view",
+        &[
+            "animate",
+            "bench",
+            "gpu",
+            "query",
+            "reference",
+            "report",
+            "scene",
+            "shaders",
+            "shading",
+            "technique",
+            "world",
+        ],
+    ),
     (
         "cli",
         &[
+            "animate",
             "bench",
             "glsl",
             "gpu",
@@ -33,7 +49,6 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "report",
             "scene",
             "shading",
-            "simulate",
             "technique",
             "view",
             "world",
@@ -128,20 +143,7 @@ fn says_what_to_type(text: &str) -> bool {
 /// What the core says is of no program: an engine shows it too.
 #[test]
 fn the_core_says_no_word_of_the_program() {
-    let core = [
-        "glsl",
-        "gpu",
-        "grid",
-        "lights",
-        "maps",
-        "query",
-        "scene",
-        "shaders",
-        "shading",
-        "simulate",
-        "technique",
-        "world",
-    ];
+    let core = ["glsl", "gpu", "grid", "lights", "maps", "query", "scene", "shaders", "shading", "technique", "world"];
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let (mut folders, mut found, mut wrong) = (core.map(|room| src.join(room)).to_vec(), 0, Vec::new());
     let mut files = core.map(|room| src.join(format!("{room}.rs"))).to_vec();

@@ -12,7 +12,7 @@ use gobo::gpu::{Context, Requirement};
 use gobo::lights::indirect::{VPLS, Vpls, VplsBy, VplsSeen, lit_by_vpls};
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::indirect::{Facet, Patch, light, luminance, patch, place, unit};
-use gobo::scene::{Light, LightKind, Mesh, Motion, Scene, Side, sides};
+use gobo::scene::{Light, LightKind, Mesh, Reserve, Scene, Side, sides};
 use gobo::world::World;
 use std::f64::consts::PI;
 
@@ -262,7 +262,10 @@ fn a_scene_is_lit_by_them() {
     gpu_test("a_scene_is_lit_by_them", |context| {
         let cornell = Scene::load("cornell", 0.0).expect("built in");
         let lit_by = lit_by_vpls(context, &cornell, 256, VplsBy::Flux).expect("lit");
-        assert_eq!((lit_by.lights.len(), &*lit_by.name, &lit_by.motion), (256, "cornell-256-vpls", &Motion::Still));
+        assert_eq!(
+            (lit_by.lights.len(), &*lit_by.name, &lit_by.reserve),
+            (256, "cornell-256-vpls", &Reserve::default())
+        );
         assert_eq!((&lit_by.meshes, lit_by.camera), (&cornell.meshes, cornell.camera));
         assert_eq!(lit_by, lit_by_vpls(context, &cornell, 256, VplsBy::Flux).expect("lit"), "the same each time");
         // Each stands in the room's air, on the lamp's side of something.

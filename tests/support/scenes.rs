@@ -1,7 +1,7 @@
 //! Small scenes that make the cases a shadow technique goes wrong at.
 
 use glam::DVec3;
-use gobo::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Splat, Strand};
+use gobo::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Splat, Strand};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
@@ -10,19 +10,13 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
     Scene {
         name: name.into(),
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::from(direction).normalize() },
             radiance: [1.0; 3],
             radius: f64::INFINITY,
         }],
         camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
+        ..Scene::default()
     }
 }
 

@@ -1,12 +1,12 @@
 //! A scene on the device, in one of its frames.
 
 use crate::Result;
+use crate::animate::Simulation;
 use crate::bench::case::frames::{Drawing, Frames};
 use crate::bench::case::picture_settings::PictureSettings;
 use crate::gpu::{Context, Features, PassTime};
 use crate::scene::{Picture, View};
 use crate::shading::{Renderer, Shading};
-use crate::simulate::Simulation;
 use crate::technique::Opened;
 use crate::world::World;
 
@@ -22,7 +22,8 @@ pub(in crate::bench) struct DeviceScene<'a> {
 impl<'a> DeviceScene<'a> {
     /// Uploads the first frame.
     pub fn new(context: &'a Context, frames: Frames<'a>, world: World) -> Result<Self> {
-        let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
+        let fountain = frames.fountain.filter(|_| !frames.times_s.is_empty());
+        let simulation = fountain.map(|fountain| Simulation::new(context, &world, fountain)).transpose()?;
         Ok(Self { context, frames, world, simulation })
     }
 

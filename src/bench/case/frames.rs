@@ -1,10 +1,10 @@
 //! The state of a scene in each frame, and how simulated particles are drawn.
 
 use crate::Result;
+use crate::animate::Simulation;
 use crate::gpu::{Context, PassTime};
-use crate::scene::{Scene, View};
+use crate::scene::{Fountain, Scene, View};
 use crate::shading::{Colors, Kernels, Lighting, Points, Renderer, Shading};
-use crate::simulate::Simulation;
 use crate::technique::{Opened, answers_in_space};
 use crate::world::World;
 use std::borrow::Cow;
@@ -17,6 +17,8 @@ pub struct Frames<'a> {
     /// The times of a scene that moves. Where the device can simulate the scene, it goes through these times, and not
     /// through the states.
     pub times_s: &'a [f64],
+    /// The fountain that the device can simulate, if the scene is one.
+    pub fountain: Option<Fountain>,
     /// A bounce of light, with which pictures under virtual lights are also compared.
     pub bounce: Option<Traced<'a>>,
 }
@@ -78,7 +80,7 @@ pub struct Traced<'a> {
 
 impl<'a> From<&'a [Scene]> for Frames<'a> {
     fn from(states: &'a [Scene]) -> Self {
-        Self { states: States::Held(states), times_s: &[], bounce: None }
+        Self { states: States::Held(states), times_s: &[], fountain: None, bounce: None }
     }
 }
 
@@ -111,7 +113,8 @@ impl Drawing {
         let answer = lit.technique.answer();
         let kernels = renderer.kernels(&answer, shading, Lighting::Fragment)?;
         let fountain = simulation.fountain();
-        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, Colors::speed(&fountain))?;
+        let colors = Colors::Speed { fastest: fountain.law().fastest };
+        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colors)?;
         Ok(Self { renderer, kernels, points })
     }
 

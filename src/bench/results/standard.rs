@@ -1,6 +1,7 @@
 //! The standard run: the same small rows of every technique on every machine. `gobo submit` measures them.
 
 use crate::Result;
+use crate::animate::AnimatedScene;
 use crate::bench::{Effort, Extent, LOOKUPS, Plan, PlannedScene, PointError, Results, Row, Status, Submission, run};
 use crate::gpu::Context;
 use crate::scene::Scene;
@@ -39,8 +40,8 @@ const ROUNDING: f64 = 2e-5;
 ///
 /// # Errors
 /// Those of loading a scene that is not built in; all of these are built in.
-pub fn scenes() -> Result<Vec<Scene>> {
-    SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
+pub fn scenes() -> Result<Vec<AnimatedScene>> {
+    SCENES.iter().map(|name| AnimatedScene::load(name, TIME_S)).collect()
 }
 
 /// The specs for a scene, in the small sizes of a software device. For smoke: each technique's specs from the list of
@@ -78,7 +79,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
 }
 
 /// Conditions that the figures depend on, besides specs and device.
-pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
+pub fn conditions(scenes: &[AnimatedScene]) -> BTreeMap<String, String> {
     let [width, height] = EFFORT.picture;
     let mut all: BTreeMap<String, String> = [
         ("--frames", EFFORT.frames.to_string()),
@@ -90,7 +91,9 @@ pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .into();
-    all.extend(scenes.iter().map(|scene| (format!("scene {}", scene.name), format!("{:08x}", scene.fingerprint()))));
+    all.extend(
+        scenes.iter().map(|scene| (format!("scene {}", scene.scene.name), format!("{:08x}", scene.fingerprint()))),
+    );
     all
 }
 
@@ -109,7 +112,7 @@ pub struct Again {
 /// # Errors
 /// Those of [`crate::bench::with_case`], and [`crate::Error::Gpu`] where the device is lost.
 pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
-    let mut scenes = scenes()?;
+    let mut scenes: Vec<Scene> = scenes()?.into_iter().map(|animated| animated.scene).collect();
     scenes.retain(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str())));
     let rows = |submission: &Submission, scene: &Scene| few_rows(submission, &scene.name, few.map(|(most, _)| most));
     let planned = |scene| {
@@ -203,7 +206,7 @@ mod tests {
     #[test]
     fn every_technique_has_rows() {
         let mut named = BTreeSet::new();
-        for scene in scenes().expect("built in") {
+        for AnimatedScene { scene, .. } in scenes().expect("built in") {
             let specs = specs(&scene).expect("known");
             let distinct: BTreeSet<_> = specs.iter().map(ToString::to_string).collect();
             assert!(distinct.len() == specs.len() && specs.len() > 5, "{}: {specs:?}", scene.name);

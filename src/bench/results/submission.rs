@@ -124,8 +124,8 @@ impl Submission {
                 marks.push(format!("{name} was {theirs}, and is {value}"));
             }
         }
-        for scene in scenes.iter().filter(|scene| results.rows.iter().all(|row| row.scene != scene.name)) {
-            marks.push(format!("it has no row of {}", scene.name));
+        for scene in scenes.iter().filter(|scene| results.rows.iter().all(|row| row.scene != scene.scene.name)) {
+            marks.push(format!("it has no row of {}", scene.scene.name));
         }
         let hashes: Vec<String> = results.rows.iter().map(answers_hash).collect();
         if hashes != self.answers {

@@ -2,7 +2,7 @@
 
 use super::meshes::{block, plate, triangles};
 use super::scene_builders::{sphere, step};
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene, Strand};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Random, Scene, Strand};
 use crate::shading::KEYS;
 use crate::technique::{Key, Name, REGISTRY, Spec, Values};
 use glam::DVec3;
@@ -83,19 +83,7 @@ impl Draw {
             up: DVec3::Z,
             fov_y_degrees: 40.0,
         };
-        Scene {
-            name: format!("seed-{seed}"),
-            particles,
-            strands,
-            splats: Vec::new(),
-            volumes: Vec::new(),
-            meshes,
-            lights,
-            camera,
-            motion: Motion::Still,
-            extinction_ratio: Scene::GREY,
-            inks: Vec::new(),
-        }
+        Scene { name: format!("seed-{seed}"), particles, strands, meshes, lights, camera, ..Scene::default() }
     }
 
     /// A random number of casters of a kind; 0 except with the probability `share`.

@@ -1,6 +1,6 @@
 //! Building blocks of cases: smoke at random places, lights, and a scene that contains them.
 
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Random, Scene};
 use glam::DVec3;
 
 /// A light direction slanted against all axes, so that no component is 0.
@@ -11,15 +11,10 @@ pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>
     Scene {
         name: "stress".into(),
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes,
         lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        ..Scene::default()
     }
 }
 

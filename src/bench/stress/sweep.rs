@@ -3,7 +3,7 @@
 use super::changes::CHANGES;
 use super::{StressCase, cases};
 use crate::error::did_you_mean;
-use crate::scene::{BUILT_IN, Motion, Scene, known};
+use crate::scene::{BUILT_IN, Reserve, Scene, known};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ impl Sweep {
             }
             error => error,
         })?;
-        let scene = Arc::new(Scene { motion: Motion::Still, ..scene });
+        let scene = Arc::new(Scene { reserve: Reserve::default(), ..scene });
         let changes = CHANGES.iter().filter(|change| change.of_any || !scene.casters().is_empty());
         let change = |change: &'static super::changes::Change| {
             let scene = scene.clone();

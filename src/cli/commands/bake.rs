@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let baked: Vec<_> = REGISTRY.iter().filter(is_baked).map(|entry| entry.name).collect();
         return wrong("it is built each frame", format!("name one that is baked: {}", baked.join(", ")));
     }
-    let scene = load(&arguments.scene, &arguments.load)?;
+    let scene = load(&arguments.scene, &arguments.load)?.scene;
     // A picture of nothing is still a picture; a bake of nothing is a mistake.
     if !spec.entry.casts.are_in(scene.kinds()) {
         return Err(spec.entry.casts_from_nothing(&scene.name));

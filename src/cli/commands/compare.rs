@@ -16,7 +16,7 @@ use crate::cli::{
 };
 use crate::gpu::{Context, Features};
 use crate::report::{Store, answers, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
-use crate::scene::{Motion, Scene};
+use crate::scene::Scene;
 use crate::technique::{Name, Spec};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -187,16 +187,17 @@ fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
     let scene = load(name, &arguments.load)?;
     let frames = arguments.frames.unwrap_or(FRAMES);
     let times_s = arguments.moving.times(&scene, frames)?;
-    if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) && !arguments.vpls.is_given() {
-        return Ok(Compared::held(vec![scene], times_s));
+    if arguments.no_truth && scene.fountain().is_some() && !arguments.vpls.is_given() {
+        return Ok(Compared::held(vec![scene.scene], times_s, scene.animation));
     }
     if arguments.turn.is_some() && frames < 2 {
         return Err(Error::usage("--frames", "a camera turns from one frame to another", "give 2 or more"));
     }
     let step_degrees = arguments.turn.map(|degrees| degrees / f64::from(frames - 1));
-    if matches!(scene.motion, Motion::Animation(_)) && arguments.moving.is_given() && !arguments.vpls.is_given() {
+    if scene.is_read() && arguments.moving.is_given() && !arguments.vpls.is_given() {
         return Compared::read(scene, times_s, step_degrees);
     }
+    let animation = scene.animation.clone();
     let mut states = arguments.moving.states(scene, frames)?;
     if let Some(step_degrees) = step_degrees {
         states.resize(frames as usize, states[0].clone());
@@ -204,7 +205,7 @@ fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
             scene.camera = scene.camera.turned(step_degrees * frame as f64);
         }
     }
-    Ok(Compared::held(states, times_s))
+    Ok(Compared::held(states, times_s, animation))
 }
 
 /// With `--bounce`, each scene in its last frame, under its own lights.
@@ -248,7 +249,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     test_reduction::first(&mut scenes, 1);
     arguments.vpls.check(scenes.iter().flat_map(|compared| &compared.states))?;
     let baseline = arguments.baseline.read()?;
-    let fingerprints: Vec<u32> = scenes.iter().map(|compared| compared.first().fingerprint()).collect();
+    let fingerprints: Vec<u32> = scenes.iter().map(Compared::fingerprint).collect();
     let bounced = bounced(arguments, &scenes)?;
     let context = arguments.device.open()?;
     for compared in &mut scenes {
@@ -260,7 +261,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut planned = Vec::new();
     for (i, (compared, read)) in scenes.iter().zip(&reads).enumerate() {
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
-        let frames = Frames { states: compared.states(read), times_s: &compared.times_s, bounce };
+        // Under virtual lights the host moves the scene.
+        let fountain = compared.fountain().filter(|_| !arguments.vpls.is_given());
+        let frames = Frames { states: compared.states(read), times_s: &compared.times_s, fountain, bounce };
         planned.push(PlannedScene { frames, specs: specs(arguments, &named, compared.first(), features)? });
     }
     if arguments.pipeline_statistics && !features.pipeline_statistics_query {

@@ -41,7 +41,7 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     output_path::check(&arguments.out, "svg")?;
-    let scene = arguments.change.change().of(&load_whole(&arguments.scene, &arguments.load)?)?;
+    let scene = arguments.change.change().of(&load_whole(&arguments.scene, &arguments.load)?.scene)?;
     let map = arguments.map.of(&scene)?;
     let mut specs = Vec::new();
     for text in &arguments.techniques {

@@ -39,7 +39,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     output_path::check(&arguments.out, "png")?;
-    let mut states = [load(&arguments.scene, &arguments.load)?];
+    let mut states = [load(&arguments.scene, &arguments.load)?.scene];
     let spec = one_spec(&arguments.technique)?;
     arguments.vpls.check(&states)?;
     let context = arguments.device.open()?;

@@ -1,14 +1,14 @@
 //! `gobo render --particles`: simulated particles as their simulation left them.
 
+use crate::animate::{AnimatedScene, Simulation};
 use crate::cli::commands::render::{Arguments, ColorsArgument};
 use crate::cli::output::render_frames::spec_alone;
 use crate::cli::output::sequence::Sequence;
 use crate::cli::{check_messages, say};
 use crate::reference::truth::filmic;
 use crate::report::with_scale;
-use crate::scene::{Picture, Scene, Show};
+use crate::scene::{Picture, Show};
 use crate::shading::{Colors, Lighting, Pictures};
-use crate::simulate::Simulation;
 use crate::technique::{answers_in_space, open};
 use crate::world::World;
 use crate::{Error, Result};
@@ -17,8 +17,14 @@ use std::process::ExitCode;
 /// The end of the scale: this many times the number of particles over a pixel at which pixels are colored densely.
 const MOST: f32 = 3.0;
 
-/// Draws `scene` at each of these times.
-pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colors: ColorsArgument) -> Result<ExitCode> {
+/// Draws the scene at each of these times.
+pub fn run(
+    arguments: &Arguments,
+    animated: &AnimatedScene,
+    times_s: &[f64],
+    colors: ColorsArgument,
+) -> Result<ExitCode> {
+    let scene = &animated.scene;
     if arguments.alone("--particles")? == "reference" {
         let way_out = "name a technique, or leave --particles out";
         return Err(Error::usage("--technique reference", "it knows of no speeds", way_out));
@@ -26,15 +32,15 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colors: Colors
     let spec = spec_alone(arguments, "--particles")?;
     let context = arguments.device.open()?;
     let mut world = World::new(&context, scene)?;
-    let Some(mut simulation) = Simulation::of(&context, &world)? else {
+    let Some(fountain) = animated.fountain() else {
         let cause = format!("nothing of {} is simulated on the device", scene.name);
         return Err(Error::input("--particles", cause, "leave it out, or name fountain"));
     };
-    let fountain = simulation.fountain();
+    let (mut simulation, law) = (Simulation::new(&context, &world, fountain)?, fountain.law());
     let colors = match colors {
-        ColorsArgument::Speed => Colors::speed(&fountain),
+        ColorsArgument::Speed => Colors::Speed { fastest: law.fastest },
         ColorsArgument::Color => Colors::Light,
-        ColorsArgument::Density => Colors::density(&fountain),
+        ColorsArgument::Density => Colors::density(fountain.particles, law.radius),
     };
     let (size, show) = (arguments.size(), arguments.show()?);
     let mut opened = open(&context, &world, &spec)?;

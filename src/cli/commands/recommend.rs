@@ -156,7 +156,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 /// repeats and few points, and then the other specs of techniques that are not far from the best. Where no technique can be far, it takes
 /// every spec in one shading, and then the best in the others. The specs that may be the answer are then measured in full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
-    let scene = load(name, &arguments.load)?;
+    let loaded = load(name, &arguments.load)?;
+    let (fingerprint, scene) = (loaded.fingerprint(), loaded.scene);
     let context = arguments.device.open()?;
     let on_cpu = context.features().is_software();
     let specs = match arguments.quick && on_cpu && !arguments.many_lights {
@@ -169,7 +170,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     };
     let specs = test_reduction::specs(specs);
     let stages = stage_rates(&context)?;
-    let sweep = Sweep { arguments, scene: &scene, context: &context, stages };
+    let sweep = Sweep { arguments, scene: &scene, fingerprint, context: &context, stages };
     let work = Work::of(arguments.quick, stages.is_some_and(|stages| stages.is_lopsided()), context.features());
     if arguments.thorough {
         let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
@@ -272,6 +273,8 @@ impl Work {
 struct Sweep<'a> {
     arguments: &'a Arguments,
     scene: &'a Scene,
+    /// A checksum of the scene and what moves it.
+    fingerprint: u32,
     context: &'a Context,
     stages: Option<StageRates>,
 }
@@ -309,7 +312,7 @@ impl Sweep<'_> {
             ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
             ("--truth", effort.truth.word().into()),
             ("--time", self.arguments.load.time.to_string()),
-            (&format!("{SCENE}{}", self.scene.name), format!("{:08x}", self.scene.fingerprint())),
+            (&format!("{SCENE}{}", self.scene.name), format!("{:08x}", self.fingerprint)),
         ]
         .map(|(name, value)| (name.to_owned(), value))
         .into()

@@ -1,5 +1,6 @@
 //! `gobo render`
 
+use crate::animate::AnimatedScene;
 use crate::bench::picture_error;
 use crate::cli::commands::{particles, steps};
 use crate::cli::frame_source::States;
@@ -11,7 +12,7 @@ use crate::cli::{
     picture, say, test_reduction,
 };
 use crate::report::{Panel, panels};
-use crate::scene::{Fog, Scene, Show};
+use crate::scene::{Fog, Show};
 use crate::shading::{Lighting, Shading, Tiled};
 use crate::technique::{Spec, usual};
 use crate::{Error, Result};
@@ -178,7 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Draws a scene that is already loaded.
-pub(in crate::cli) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode> {
+pub(in crate::cli) fn run_scene(arguments: &Arguments, scene: AnimatedScene) -> Result<ExitCode> {
     if let Some(colors) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
         if times_s.is_empty() {

@@ -8,6 +8,7 @@ use crate::cli::output::progress::Progress;
 use crate::cli::{DeviceArguments, MESSAGES, complain, say, say_json, test_reduction};
 use crate::gpu::Context;
 use crate::report::{submission_table, write_whole};
+use crate::scene::Scene;
 use crate::{Error, Result};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -71,8 +72,9 @@ fn is_writable(out: &Path) -> Result<()> {
 
 fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     let start = Instant::now();
-    let mut scenes = standard::scenes()?;
+    let scenes = standard::scenes()?;
     let conditions = standard::conditions(&scenes);
+    let mut scenes: Vec<Scene> = scenes.into_iter().map(|animated| animated.scene).collect();
     test_reduction::first(&mut scenes, 1);
     let planned = |scene| {
         let specs = test_reduction::specs(standard::specs(scene)?);

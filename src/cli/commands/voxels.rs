@@ -1,5 +1,6 @@
 //! `gobo voxels`: the voxels that meshes occupy, or the nodes of a shadow's tree, as boxes.
 
+use crate::animate::AnimatedScene;
 use crate::cli::commands::render;
 use crate::cli::{load, test_reduction};
 use crate::query::Query;
@@ -51,13 +52,13 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let scene = load(arguments.picture.scene(), arguments.picture.load())?;
+    let AnimatedScene { scene, animation } = load(arguments.picture.scene(), arguments.picture.load())?;
     if !scene.has_triangles() {
         return Err(Error::input(scene.name, "there is no mesh in it", "name a scene of meshes, such as town"));
     }
     let meshes = if arguments.tree { tree(arguments, &scene)? } else { grid(&scene, arguments.size)? };
     let shown = Scene { meshes, particles: vec![], strands: vec![], splats: vec![], ..scene };
-    render::run_scene(&arguments.picture, shown)
+    render::run_scene(&arguments.picture, AnimatedScene { scene: shown, animation })
 }
 
 /// Adds a box by its corner and its axes to a mesh. `sides` says which sides to add, in this order: low x, high x, low y, high y, low z,

@@ -2,7 +2,7 @@
 
 use crate::gpu::Context;
 use crate::lights::indirect::Vpls;
-use crate::scene::{Motion, Scene, View};
+use crate::scene::{Reserve, Scene, View};
 use crate::world::World;
 use crate::{Error, Result};
 use std::ops::RangeInclusive;
@@ -71,5 +71,5 @@ pub fn lit_by_vpls(context: &Context, scene: &Scene, count: u32, by: VplsBy) -> 
         return Err(Error::input(scene.name.clone(), cause, "use another scene"));
     }
     let name = format!("{}-{count}-vpls{}", scene.name, if by == VplsBy::View { "-by-view" } else { "" });
-    Ok(Scene { name, lights, motion: Motion::Still, ..scene.clone() })
+    Ok(Scene { name, lights, reserve: Reserve::default(), ..scene.clone() })
 }

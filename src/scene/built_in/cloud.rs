@@ -1,6 +1,6 @@
 //! The built-in scene `cloud`: a cumulus made by a formula, in a sparse grid of densities like those of OpenVDB files.
 
-use crate::scene::{Camera, Field, Light, LightKind, Mesh, Motion, Placed, Scene, Volume};
+use crate::scene::{Camera, Field, Light, LightKind, Mesh, Placed, Scene, Volume};
 use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
@@ -32,14 +32,8 @@ pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
     let volume = volume(samples, 1).map_err(wrong)?;
     Ok(Scene {
         name: name.into(),
-        particles: Vec::new(),
-        strands: Vec::new(),
-        splats: Vec::new(),
         volumes: vec![volume],
         meshes: vec![ground()],
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.5, 0.45, -0.74).normalize() },
             radiance: [1.0, 0.97, 0.9],
@@ -51,6 +45,7 @@ pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
             up: DVec3::Z,
             fov_y_degrees: 36.0,
         },
+        ..Scene::default()
     })
 }
 

@@ -3,7 +3,7 @@
 
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, block, empty};
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Scene};
+use crate::scene::{Camera, Light, LightKind, Mesh, Scene};
 use glam::{DVec2, DVec3};
 
 /// Half the room's width and depth, and half its height.
@@ -30,14 +30,7 @@ const LAMP: DVec3 = DVec3::new(0.0, 0.0, 2.0 * HALF - 0.02);
 pub(in crate::scene) fn cornell() -> Scene {
     Scene {
         name: "cornell".into(),
-        particles: Vec::new(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: meshes(),
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Spot { position: LAMP, direction: DVec3::NEG_Z, cone_degrees: 110.0 },
             radiance: [1.4, 1.25, 1.0],
@@ -49,6 +42,7 @@ pub(in crate::scene) fn cornell() -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 32.0,
         },
+        ..Scene::default()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, beam, block, empty, leaf, tube};
 use crate::scene::model::random::Random;
 use crate::scene::model::time::check_time;
-use crate::scene::{Camera, Light, Mesh, Motion, Scene};
+use crate::scene::{Camera, Light, Mesh, Scene};
 use glam::{DVec2, DVec3};
 
 /// Distance from the court's middle to the columns' axes.
@@ -49,14 +49,7 @@ const SEED: [u64; 2] = [0xc0_7a4d, 5];
 pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Result<Scene> {
     Ok(Scene {
         name: name.into(),
-        particles: Vec::new(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: meshes(),
-        motion: Motion::Courtyard,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: lights_at(lights as usize, time_s)?,
         camera: Camera {
             position: DVec3::new(-6.1, -6.3, 2.6),
@@ -64,6 +57,7 @@ pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Resul
             up: DVec3::Z,
             fov_y_degrees: 56.0,
         },
+        ..Scene::default()
     })
 }
 
@@ -71,7 +65,7 @@ pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Resul
 ///
 /// # Errors
 /// As [`check_time`].
-pub(in crate::scene) fn lights_at(count: usize, time_s: f64) -> Result<Vec<Light>> {
+pub(crate) fn lights_at(count: usize, time_s: f64) -> Result<Vec<Light>> {
     check_time("courtyard", time_s)?;
     Ok(lights(count, time_s))
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 pub(in crate::scene) const USUAL: usize = 32;
 
 /// The most lamps.
-pub(in crate::scene) const MOST: usize = 1024;
+pub(crate) const MOST: usize = 1024;
 
 /// Radius of each lamp's light, with the default number of lamps.
 const RADIUS_WORLD: f64 = 5.6;

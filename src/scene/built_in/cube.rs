@@ -1,6 +1,6 @@
 //! The built-in scene `big-8k`: large particles that fill a volume.
 
-use crate::scene::{Camera, Light, LightKind, Motion, Particle, Scene};
+use crate::scene::{Camera, Light, LightKind, Particle, Scene};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -56,13 +56,6 @@ pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
     Scene {
         name: name.into(),
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: directions.map(light).collect(),
         camera: Camera {
             position: DVec3::new(17.0, -11.0, 11.0),
@@ -70,5 +63,6 @@ pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 38.0,
         },
+        ..Scene::default()
     }
 }

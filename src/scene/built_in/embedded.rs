@@ -3,9 +3,7 @@
 
 use crate::scene::files::contents::Contents;
 use crate::scene::model::random::Random;
-use crate::scene::{
-    Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand, files::default_view, files::stage,
-};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Strand, files::default_view, files::stage};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
@@ -71,10 +69,6 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
     Scene {
         name: name.into(),
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
         lights: vec![sun(DVec3::new(0.5, 0.3, -0.81))],
         camera: Camera {
             position: DVec3::new(150.0, -110.0, 75.0),
@@ -82,9 +76,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 38.0,
         },
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        ..Scene::default()
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::Result;
 use crate::scene::model::time::{check_time, wave};
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Reserve, Scene};
 use glam::{DVec2, DVec3};
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -195,7 +195,7 @@ pub(in crate::scene) fn ground(half: f32) -> Mesh {
 ///
 /// # Errors
 /// As [`smoke`].
-pub(in crate::scene) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
+pub(crate) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
     smoke_after("three-emitters", &EMITTERS, time_s, before)
 }
 
@@ -209,8 +209,6 @@ pub(in crate::scene) const fn most(emitters: &[Emitter]) -> usize {
     sum
 }
 
-const _: () = assert!(most(&EMITTERS) == crate::scene::MOST_OF_THREE_EMITTERS);
-
 /// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
 /// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
 ///
@@ -220,13 +218,8 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
     let particles = particles(time_s, &mut Smoke::default())?;
     Ok(Scene {
         name: "three-emitters".into(),
-        motion: Motion::ThreeEmitters,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        reserve: Reserve { particles: most(&EMITTERS), ..Reserve::default() },
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: vec![ground(GROUND_HALF_WORLD)],
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.47, 0.3, -0.83).normalize() },
@@ -239,6 +232,7 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
             up: DVec3::Z,
             fov_y_degrees: 33.0,
         },
+        ..Scene::default()
     })
 }
 

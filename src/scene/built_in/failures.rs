@@ -4,7 +4,7 @@
 //!
 //! Only operations whose result IEEE 754 fixes are used: the same bytes on every machine.
 
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Strand};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -75,12 +75,7 @@ pub(in crate::scene) fn failures() -> Scene {
         name: "failures".into(),
         particles,
         strands: (0..HAIRS).map(|_| hair()).collect(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: vec![wall()],
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.94, 0.342, 0.0).normalize() },
             radiance: [1.3; 3],
@@ -92,6 +87,7 @@ pub(in crate::scene) fn failures() -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 25.0,
         },
+        ..Scene::default()
     }
 }
 

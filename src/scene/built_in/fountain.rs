@@ -2,11 +2,11 @@
 
 use crate::Result;
 use crate::scene::built_in::emitters::ground;
+use crate::scene::built_in::fountain_law::Fountain;
+use crate::scene::built_in::fountain_steps;
 use crate::scene::built_in::town_shapes::{Place, block, empty, fan, loft, tube};
-use crate::scene::model::fountain_law::Fountain;
-use crate::scene::model::fountain_steps;
 use crate::scene::model::time::check_time;
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Scene};
 use glam::{DVec2, DVec3};
 
 /// Half the side of the ground, a little less than that of the grid.
@@ -23,7 +23,7 @@ const SIDES: u32 = 32;
 const COLUMNS: [[f64; 3]; 4] = [[-2.2, 1.2, 2.6], [-1.1, 2.4, 3.2], [1.1, 2.4, 3.2], [2.2, 1.2, 2.6]];
 
 /// The particles at a time, with the same bytes as on the device.
-pub(in crate::scene) fn particles(fountain: &Fountain, time_s: f64) -> Result<Vec<Particle>> {
+pub(crate) fn particles(fountain: &Fountain, time_s: f64) -> Result<Vec<Particle>> {
     check_time("fountain", time_s)?;
     Ok(fountain_steps::particles(fountain, &meshes(), fountain.step_at(time_s)))
 }
@@ -36,13 +36,8 @@ pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Res
     let fountain = Fountain::new(particles);
     Ok(Scene {
         name: name.into(),
-        motion: Motion::Fountain(fountain),
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        reserve: fountain.reserve(),
         particles: crate::scene::built_in::fountain::particles(&fountain, time_s)?,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: meshes(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.52, 0.36, -0.78).normalize() },
@@ -55,6 +50,7 @@ pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Res
             up: DVec3::Z,
             fov_y_degrees: 37.0,
         },
+        ..Scene::default()
     })
 }
 

@@ -4,7 +4,7 @@
 
 use crate::Result;
 use crate::scene::model::time::{check_time, wave};
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Scene, Strand};
+use crate::scene::{Camera, Light, LightKind, Mesh, Scene, Strand};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -79,7 +79,7 @@ struct Lock {
 ///
 /// # Errors
 /// [`crate::Error::Usage`] where the time is out of range.
-pub(in crate::scene) fn lights(time_s: f64) -> Result<Vec<Light>> {
+pub(crate) fn lights(time_s: f64) -> Result<Vec<Light>> {
     check_time("hair", time_s)?;
     let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
     let direction = DVec3::new(0.5 + 0.12 * swing(11.0), 0.58, -0.64 + 0.05 * swing(7.0));
@@ -118,14 +118,8 @@ pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
     }
     Ok(Scene {
         name: "hair".into(),
-        particles: Vec::new(),
         strands,
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: vec![head(), floor()],
-        motion: Motion::Hair,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights,
         camera: Camera {
             position: DVec3::new(1.9, -6.2, 0.9),
@@ -133,6 +127,7 @@ pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
             up: DVec3::Z,
             fov_y_degrees: 32.0,
         },
+        ..Scene::default()
     })
 }
 

@@ -4,7 +4,7 @@
 use crate::scene::built_in::embedded::{GROUND, HOUSES, sun, vectors};
 use crate::scene::files::mesh_file::DEFAULT_ALBEDO;
 use crate::scene::model::random::Random;
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Scene};
+use crate::scene::{Camera, Light, LightKind, Mesh, Scene};
 use glam::DVec3;
 
 /// Vertices per side of the ground, and the distance between them along x and y.
@@ -73,16 +73,10 @@ fn scene(name: &str, light: Light, [position, target]: [DVec3; 2]) -> Scene {
     let houses = mesh("houses", corners, (0..count).flat_map(house).collect());
     Scene {
         name: name.into(),
-        particles: Vec::new(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: vec![ground(), houses],
         lights: vec![light],
         camera: Camera { position, target, up: DVec3::Z, fov_y_degrees: 45.0 },
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        ..Scene::default()
     }
 }
 

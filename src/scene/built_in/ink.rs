@@ -3,7 +3,7 @@
 //! other drop, which takes most blue light and little red.
 
 use crate::Result;
-use crate::scene::{Camera, ExtinctionGroup, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
+use crate::scene::{Camera, ExtinctionGroup, Light, LightKind, Mesh, Particle, Random, Scene};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -44,16 +44,10 @@ pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
     let scene = Scene {
         name: title.into(),
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: vec![
             slab("ground", DVec3::new(-2.6, -2.2, -0.1), DVec3::new(3.4, 2.8, 0.0), [0.85, 0.85, 0.82]),
             slab("post", DVec3::new(-0.75, -1.25, 0.0), DVec3::new(-0.55, -1.05, 2.3), [0.6, 0.58, 0.55]),
         ],
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.45, 0.3, -0.84).normalize() },
             radiance: [1.0; 3],
@@ -65,6 +59,7 @@ pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
             up: DVec3::Z,
             fov_y_degrees: 36.0,
         },
+        ..Scene::default()
     };
     let ratios = if inks == 1 { [RATIO; 2] } else { [RATIO, SECOND_RATIO] };
     let of_drops: Vec<_> =

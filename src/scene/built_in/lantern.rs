@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::scene::built_in::emitters::{Emitter, Smoke, ground, most, smoke_after};
 use crate::scene::model::time::wave;
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Reserve, Scene};
 use glam::DVec3;
 
 /// Half the side of the ground.
@@ -47,14 +47,12 @@ const AT_REST_S: f64 = 20.0;
 ///
 /// # Errors
 /// As [`smoke_after`].
-pub(in crate::scene) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
+pub(crate) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
     smoke_after("lantern", &HEAPS, time_s, before)
 }
 
-const _: () = assert!(most(&HEAPS) == crate::scene::MOST_OF_LANTERN);
-
 /// The lights at a time: the lantern swings on its chain, the spot light sweeps, and the moon moves.
-pub(in crate::scene) fn lights(time_s: f64) -> Vec<Light> {
+pub(crate) fn lights(time_s: f64) -> Vec<Light> {
     let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
     let flame = FLAME + DVec3::new(0.3 * swing(2.9), 0.2 * swing(3.7), 0.05 * swing(1.3));
     let spot = DVec3::new(-4.5, -3.0, 4.5);
@@ -83,13 +81,8 @@ pub(in crate::scene) fn lights(time_s: f64) -> Vec<Light> {
 pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
     Ok(Scene {
         name: "lantern".into(),
-        motion: Motion::Lantern,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
+        reserve: Reserve { particles: most(&HEAPS), ..Reserve::default() },
         particles: particles(time_s, &mut Smoke::default())?,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: std::iter::once(ground(GROUND_HALF_WORLD)).chain(POSTS.map(post)).collect(),
         lights: lights(time_s),
         camera: Camera {
@@ -98,6 +91,7 @@ pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
             up: DVec3::Z,
             fov_y_degrees: 38.0,
         },
+        ..Scene::default()
     })
 }
 

@@ -2,18 +2,20 @@
 
 pub(super) mod cloud;
 pub(super) mod cornell;
-pub(super) mod courtyard;
-pub(super) mod courtyard_lights;
+pub(crate) mod courtyard;
+pub(crate) mod courtyard_lights;
 pub(super) mod courtyard_shapes;
 pub(super) mod cube;
 pub(super) mod embedded;
-pub(super) mod emitters;
+pub(crate) mod emitters;
 pub(super) mod failures;
-pub(super) mod fountain;
-pub(super) mod hair;
+pub(crate) mod fountain;
+pub(super) mod fountain_law;
+pub(crate) mod fountain_steps;
+pub(crate) mod hair;
 pub(super) mod houses;
 pub(super) mod ink;
-pub(super) mod lantern;
+pub(crate) mod lantern;
 pub(super) mod plume;
 pub(super) mod sparse;
 pub(super) mod splats;

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::scene::built_in::emitters::{Emitter, smoke};
-use crate::scene::{Camera, Light, LightKind, Motion, Particle, Scene};
+use crate::scene::{Camera, Light, LightKind, Particle, Scene};
 use glam::{DVec3, Vec3};
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -63,13 +63,6 @@ pub(in crate::scene) fn plume_1m() -> Result<Scene> {
     Ok(Scene {
         name: "plume-1m".into(),
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.5, 0.3, -0.81).normalize() },
             radiance: [1.0; 3],
@@ -81,5 +74,6 @@ pub(in crate::scene) fn plume_1m() -> Result<Scene> {
             up: DVec3::Z,
             fov_y_degrees: 38.0,
         },
+        ..Scene::default()
     })
 }

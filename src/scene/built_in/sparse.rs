@@ -1,6 +1,6 @@
 //! The built-in scene `sparse`: a few puffs far apart, so that most of the light's map is empty.
 
-use crate::scene::{Camera, Light, LightKind, Motion, Particle, Scene};
+use crate::scene::{Camera, Light, LightKind, Particle, Scene};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -37,13 +37,6 @@ pub(in crate::scene) fn sparse() -> Scene {
     Scene {
         name: "sparse".into(),
         particles,
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
-        meshes: Vec::new(),
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.1, 0.05, -1.0).normalize() },
             radiance: [1.0; 3],
@@ -55,5 +48,6 @@ pub(in crate::scene) fn sparse() -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 40.0,
         },
+        ..Scene::default()
     }
 }

@@ -1,6 +1,6 @@
 //! The built-in scene `splats`: a ground and an arch of flat splats, and a bush of thin ones, with shapes as in captured scenes.
 
-use crate::scene::{Camera, Light, LightKind, Motion, Random, Scene, Splat};
+use crate::scene::{Camera, Light, LightKind, Random, Scene, Splat};
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::PI;
 
@@ -36,14 +36,7 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
         .collect();
     Scene {
         name: name.into(),
-        particles: Vec::new(),
-        strands: Vec::new(),
         splats,
-        volumes: Vec::new(),
-        meshes: Vec::new(),
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.55, 0.35, -0.76).normalize() },
             radiance: [1.0; 3],
@@ -55,6 +48,7 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 38.0,
         },
+        ..Scene::default()
     }
 }
 

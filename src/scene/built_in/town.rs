@@ -5,7 +5,7 @@ use crate::scene::built_in::town_house::{House, Materials, house};
 use crate::scene::built_in::town_shapes::{Place, beam, block, empty, leaf, tube};
 use crate::scene::model::random::Random;
 use crate::scene::model::time::wave;
-use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Scene};
+use crate::scene::{Camera, Light, LightKind, Mesh, Scene};
 use glam::{DVec2, DVec3};
 
 /// Blocks of houses per side.
@@ -75,14 +75,7 @@ fn of_blocks(blocks: u32) -> Scene {
     let singles = [ground(blocks), frames, glass, fences, wood, wires];
     Scene {
         name: "town".into(),
-        particles: Vec::new(),
-        strands: Vec::new(),
-        splats: Vec::new(),
-        volumes: Vec::new(),
         meshes: singles.into_iter().chain(walls).chain(roofs).chain(leaves).collect(),
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.4, 0.35, -0.8).normalize() },
             radiance: [1.0; 3],
@@ -94,6 +87,7 @@ fn of_blocks(blocks: u32) -> Scene {
             up: DVec3::Z,
             fov_y_degrees: 45.0,
         },
+        ..Scene::default()
     }
 }
 

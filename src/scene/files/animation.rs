@@ -4,7 +4,7 @@
 use crate::Result;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::volume_file::{self, Placing};
-use crate::scene::{Motion, Particle, Volume, files::input, files::particle_file, files::ply};
+use crate::scene::{Particle, Reserve, Volume, files::input, files::particle_file, files::ply};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -84,25 +84,19 @@ impl Animation {
         Self { parts }
     }
 
-    /// The motion for a scene with this animation: [`Motion::Still`] if no part is a sequence.
-    pub(in crate::scene) fn motion(self) -> Motion {
-        let moves = self.parts.iter().any(|part| matches!(part, Part::Moving(_)));
-        if moves { Motion::Animation(Arc::new(self)) } else { Motion::Still }
+    /// Whether any part is a sequence.
+    pub(in crate::scene) fn moves(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, Part::Moving(_)))
     }
 
-    /// The most particles at once.
-    pub fn most_particles(&self) -> usize {
-        self.parts.iter().map(|part| part.most().particles).sum()
-    }
-
-    /// The most cells of volumes at once.
-    pub fn most_cells(&self) -> usize {
-        self.parts.iter().map(|part| part.most().cells).sum()
-    }
-
-    /// The most blocks of each volume's field.
-    pub(in crate::scene) fn most_blocks(&self) -> Vec<usize> {
-        self.parts.iter().filter(|part| part.is_volume()).map(|part| part.most().blocks).collect()
+    /// What a scene of these parts has at most.
+    pub(in crate::scene) fn reserve(&self) -> Reserve {
+        Reserve {
+            particles: self.parts.iter().map(|part| part.most().particles).sum(),
+            cells: self.parts.iter().map(|part| part.most().cells).sum(),
+            blocks: self.parts.iter().filter(|part| part.is_volume()).map(|part| part.most().blocks).collect(),
+            stay_in: None,
+        }
     }
 
     /// What a camera is fitted to: parts that stay as they are, and [`Sequence::some`] of the others.
@@ -129,7 +123,7 @@ impl Animation {
     ///
     /// # Errors
     /// Errors of reading a frame's file.
-    pub(in crate::scene) fn at(&self, time_s: f64) -> Result<(Vec<Particle>, Vec<Volume>)> {
+    pub(crate) fn at(&self, time_s: f64) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let (mut particles, mut volumes) = (Vec::new(), Vec::new());
         for part in &self.parts {
             let mut add = |content: &Content| match content {
@@ -300,6 +294,7 @@ impl Frame {
 /// This text goes into a scene's fingerprint: it stays the same while files do not change. Still content is hashed with the scene itself.
 impl fmt::Debug for Animation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("Animation(")?;
         for part in &self.parts {
             match part {
                 Part::Still(content) => write!(f, "{:?}; ", content.size())?,
@@ -308,7 +303,7 @@ impl fmt::Debug for Animation {
                 }
             }
         }
-        Ok(())
+        f.write_str(")")
     }
 }
 
@@ -411,7 +406,7 @@ mod tests {
         write(folder.path(), "s.0xa.ply", 1);
         let sequence = open(folder.path(), "s.###.ply").expect("four frames");
         let animation = Animation::new(vec![Part::Still(Content::Particles(vec![])), Part::Moving(sequence)]);
-        assert_eq!(animation.most_particles(), 12);
+        assert_eq!(animation.reserve().particles, 12);
         for (time_s, particles) in
             [(0.0, 9), (0.05, 9), (0.1, 10), (0.25, 11), (0.3, 12), (0.4, 9), (0.1, 10), (39.31, 10), (0.0, 9)]
         {

@@ -1,6 +1,6 @@
 //! What files contain, before it becomes a scene.
 
-use crate::scene::{Camera, Light, Mesh, Motion, Particle, Scene, Splat, Strand, Volume, model::view};
+use crate::scene::{Camera, Light, Mesh, Particle, Scene, Splat, Strand, Volume, model::view};
 use glam::DVec3;
 
 /// The content of one file or of several, with lights and a camera if the files have them.
@@ -31,18 +31,6 @@ impl Contents {
     /// The scene with all contents, the given lights and the given camera.
     pub(in crate::scene) fn scene(self, name: String, lights: Vec<Light>, camera: Camera) -> Scene {
         let Self { particles, strands, splats, volumes, meshes, .. } = self;
-        Scene {
-            name,
-            particles,
-            strands,
-            splats,
-            volumes,
-            meshes,
-            lights,
-            camera,
-            motion: Motion::Still,
-            extinction_ratio: Scene::GREY,
-            inks: Vec::new(),
-        }
+        Scene { name, particles, strands, splats, volumes, meshes, lights, camera, ..Scene::default() }
     }
 }

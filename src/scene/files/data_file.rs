@@ -21,9 +21,9 @@ pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "spla
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): a file that is faulty, is empty, or has everything at one point.
-pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
+pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
     if animation::is_sequence(path) {
-        return sequence(path);
+        return sequence(path).map(|(scene, animation)| (scene, Some(animation)));
     }
     let ending = input::ending(path);
     let mut contents = match ending.as_str() {
@@ -58,7 +58,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     if lights.is_empty() {
         lights.push(default_view::light(up));
     }
-    Ok(contents.scene(input::stem(path), lights, camera))
+    Ok((contents.scene(input::stem(path), lights, camera), None))
 }
 
 /// The direction that is up in a file, by its format.
@@ -70,7 +70,7 @@ pub(in crate::scene) fn up(path: &Path) -> DVec3 {
 }
 
 /// A scene of particles or a volume with one file per frame. The camera is fitted to a few of the files.
-fn sequence(pattern: &Path) -> Result<Scene> {
+fn sequence(pattern: &Path) -> Result<(Scene, Animation)> {
     let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
     let kind = match input::ending(pattern).as_str() {
         "ply" => Kind::Particles(Placement::AS_IT_STANDS),
@@ -85,9 +85,9 @@ fn sequence(pattern: &Path) -> Result<Scene> {
     }
     let camera = default_view::camera(&contents, DVec3::Z).map_err(wrong)?;
     let animation = Animation::new(vec![Part::Moving(sequence)]);
-    let ((particles, volumes), motion) = (animation.at(0.0)?, animation.motion());
+    let ((particles, volumes), reserve) = (animation.at(0.0)?, animation.reserve());
     let scene = contents.scene(animation::stem(pattern), vec![default_view::light(DVec3::Z)], camera);
-    Ok(Scene { particles, volumes, motion, ..scene })
+    Ok((Scene { particles, volumes, reserve, ..scene }, animation))
 }
 
 fn splats(path: &Path) -> Result<Contents> {

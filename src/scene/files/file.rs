@@ -69,7 +69,7 @@ use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
-    Camera, ExtinctionGroup, Motion, Scene, files::data_file, files::default_view, files::input, files::mesh_file,
+    Camera, ExtinctionGroup, Scene, files::data_file, files::default_view, files::input, files::mesh_file,
     files::particle_file, files::splat_file, files::strand_file,
 };
 use glam::DVec3;
@@ -190,7 +190,7 @@ fn one() -> f64 {
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): unreadable file; not TOML, an unknown or missing key, with the line; a number that its key does
 /// not allow; faults of the named files.
-pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
+pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
     let bytes = input::read(path)?;
     let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save the scene file as UTF-8"))?;
     let parsed: SceneFile = toml::from_str(text).map_err(|cause| {
@@ -312,17 +312,19 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         Some(camera) => camera,
         None => fitted_camera(path, &mut contents, &animation, &ups)?,
     };
-    let motion = animation.motion();
-    if inks.own && motion != Motion::Still {
+    let animation = Some(animation).filter(Animation::moves);
+    if inks.own && animation.is_some() {
         return Err(wrong(
             "extinction_ratio beside a sequence of files, whose frames have other numbers of casters".into(),
         ));
     }
-    let scene = Scene { motion, ..contents.scene(input::stem(path), lights, camera) };
+    let reserve = animation.as_ref().map(Animation::reserve).unwrap_or_default();
+    let scene = Scene { reserve, ..contents.scene(input::stem(path), lights, camera) };
     if !inks.own {
-        return Ok(Scene { extinction_ratio, ..scene });
+        return Ok((Scene { extinction_ratio, ..scene }, animation));
     }
-    scene.with_inks(&inks.all).map_err(|error| error.with_name(|_| input::file_name(path)))
+    let scene = scene.with_inks(&inks.all).map_err(|error| error.with_name(|_| input::file_name(path)))?;
+    Ok((scene, animation))
 }
 
 /// A camera that sees all of the contents, and of sequences what their first, middle and last frames show. `ups` are the directions that

@@ -1,7 +1,7 @@
 //! Casters that take red, green and blue light in different ratios. Each light then stands three times, once per color, so that every light
 //! has one color; a caster has one extinction for each.
 
-use crate::scene::{Caster, Light, Motion, Scene};
+use crate::scene::{Caster, Light, Reserve, Scene};
 use crate::{Error, Result};
 
 /// Red, green and blue.
@@ -39,7 +39,7 @@ impl Scene {
             self.extinction_ratio = first.ratio;
             return Ok(self);
         }
-        if self.motion != Motion::Still {
+        if self.reserve != Reserve::default() {
             let needs = "a scene that stands still: the number of casters of each extinction ratio may not change";
             return Err(Error::Refused(needs.into()));
         }
@@ -220,7 +220,7 @@ mod tests {
     fn what_does_not_go_with_inks_is_one_line() {
         let (red, blue) = (ExtinctionGroup { casters: 1, ratio: RED }, ExtinctionGroup { casters: 2, ratio: BLUE });
         let told = |scene: Scene, inks: &[ExtinctionGroup]| scene.with_inks(inks).expect_err("refused").to_string();
-        let moving = Scene { motion: Motion::Lantern, ..two() };
+        let moving = Scene { reserve: Reserve { particles: 4, ..Reserve::default() }, ..two() };
         let inked = || two().with_inks(&[red, blue]).expect("inks");
         for (found, words) in [
             (told(two(), &[red]), "inks of 1 casters, and it has 3"),

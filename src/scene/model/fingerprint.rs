@@ -5,6 +5,11 @@ use crate::scene::Scene;
 impl Scene {
     /// A checksum of the bits of all casters, lights and the camera, without the name. Different scenes hardly ever share it.
     pub fn fingerprint(&self) -> u32 {
+        self.fingerprint_with("Still")
+    }
+
+    /// As [`Scene::fingerprint`], of a scene that moves as `motion` says.
+    pub(crate) fn fingerprint_with(&self, motion: &str) -> u32 {
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(bytemuck::cast_slice(&self.particles));
         for strand in &self.strands {
@@ -35,7 +40,7 @@ impl Scene {
             hasher.update(format!("{:?}", self.inks).as_bytes());
         }
         // `{:?}` writes floats so that no two share a text.
-        hasher.update(format!("{counts:?} {:?} {:?} {:?}", self.lights, self.camera, self.motion).as_bytes());
+        hasher.update(format!("{counts:?} {:?} {:?} {motion}", self.lights, self.camera).as_bytes());
         hasher.finalize()
     }
 }

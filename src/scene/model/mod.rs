@@ -1,6 +1,7 @@
 //! The scene's parts: casters, lights and camera, and the order in which casters are drawn.
 
 pub(super) mod backdrop;
+pub(super) mod body;
 pub(super) mod caster;
 #[cfg(feature = "program")]
 pub(super) mod change;
@@ -10,20 +11,19 @@ pub(super) mod field;
 pub(super) mod fingerprint;
 pub(super) mod fit;
 pub(super) mod fog;
-pub(super) mod fountain_law;
-#[cfg(feature = "program")]
-pub(crate) mod fountain_steps;
 pub(super) mod light;
 pub(super) mod order;
 pub(super) mod paraboloid;
 pub(super) mod picture;
 #[cfg(feature = "program")]
 pub(super) mod random;
+pub(super) mod reserve;
 pub(super) mod resolution;
 pub(super) mod show;
 pub(super) mod sides;
 pub(super) mod smooth;
 pub(crate) mod splat;
+#[cfg(feature = "program")]
 pub(super) mod time;
 pub(super) mod view;
 pub(super) mod volume;

@@ -126,7 +126,7 @@ fn middle(volume: &Volume) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Camera, Field, Light, LightKind, Motion, Particle, Placed, Strand};
+    use crate::scene::{Camera, Field, Light, LightKind, Particle, Placed, Strand};
     use std::sync::Arc;
 
     /// A light that shines along −z and a camera that looks along −z, from z = 10: greater z is nearer to both.
@@ -140,17 +140,11 @@ mod tests {
         };
         let kind = LightKind::Directional { direction: DVec3::NEG_Z };
         Scene {
-            name: String::new(),
             particles: particles.iter().map(particle).collect(),
             strands: strands.iter().map(strand).collect(),
-            splats: vec![],
-            volumes: vec![],
-            meshes: vec![],
-            motion: Motion::Still,
-            extinction_ratio: Scene::GREY,
-            inks: Vec::new(),
             lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
             camera: Camera { position: 10.0 * DVec3::Z, target: DVec3::ZERO, up: DVec3::Y, fov_y_degrees: 40.0 },
+            ..Scene::default()
         }
     }
 

@@ -1,7 +1,7 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
 use crate::scene::model::fit::{Aim, aimed, fit_all};
-use crate::scene::{Camera, Caster, Casting, FACES, Mesh, Motion, Particle, Scene, Splat, Strand, Volume};
+use crate::scene::{Camera, Caster, Casting, FACES, Mesh, Particle, Scene, Splat, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -228,12 +228,13 @@ pub(in crate::scene) fn caster_spheres(
     particles.chain(strands).chain(splats).chain(cells)
 }
 
-/// Spheres whose convex hull contains all translucent casters at all later times too: simulated particles move inside a box, without the
-/// host.
+/// Spheres whose convex hull contains all translucent casters at all later times too: particles that passes on the device move stay in a
+/// box.
 pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
-    match scene.motion {
-        Motion::Fountain(fountain) => Box::new(fountain.corners().into_iter()),
-        _ => Box::new(caster_spheres(&scene.particles, &scene.strands, &scene.splats, &scene.volumes)),
+    let others = |particles| caster_spheres(particles, &scene.strands, &scene.splats, &scene.volumes);
+    match scene.reserve.stay_in {
+        Some(all) => Box::new(all.corners().chain(others(&[]))),
+        None => Box::new(others(&scene.particles)),
     }
 }
 
@@ -268,7 +269,7 @@ mod tests {
             let sphere = crate::scene::Particle { position: light, radius: 1.0, extinction: 1.0 };
             let camera = Camera { position: DVec3::X, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 };
             let lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
-            let scene = Scene { name: String::new(), particles: vec![sphere], strands: vec![], splats: vec![], volumes: vec![], meshes: vec![], lights, motion: crate::scene::Motion::Still, extinction_ratio: Scene::GREY, inks: Vec::new(), camera };
+            let scene = Scene { particles: vec![sphere], lights, camera, ..Scene::default() };
             let view = View::volumes(&scene, size)[scene.lights[0].map_at(position)];
             let (texel, z) = view.project(vec(position));
             let (gutter, size) = (f64::from(gutter_texels(size)), f64::from(size));

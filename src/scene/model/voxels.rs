@@ -1,11 +1,23 @@
 //! Voxels that triangles meet. Particles of `fountain` bounce off them, and tests compare them with the device's. Twin of
 //! glsl/grid/overlap.glsl and voxelize.comp, with the same bits: neither divides, fuses or reorders operations.
 
-use super::fountain_law::Place;
 use std::array::from_fn;
 
 /// Twin: GRID_SLACK in glsl/grid/overlap.glsl.
 const SLACK: f32 = 1e-4;
+
+/// The place of a grid of voxels in the world. Twin: Grid in glsl/grid/grid.glsl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The grid's low corner, world units.
+    pub origin: [f32; 3],
+    /// A voxel's side, world units.
+    pub voxel: f32,
+    /// Voxels per world unit.
+    pub per_unit: f32,
+    /// Voxels per side.
+    pub size: u32,
+}
 
 impl Place {
     /// A position in voxels from the grid's corner.

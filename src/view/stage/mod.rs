@@ -9,12 +9,12 @@ use super::lit::Lit;
 use super::present::{PANELS, Present, Shown, Source};
 use super::state::{Show, Side, State};
 use super::truth::{Counts, Truth};
+use crate::animate::{AnimatedScene, Simulation};
 use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, ReadBack};
 use crate::query::Slice;
 use crate::report::StepRange;
-use crate::scene::{Light, Scene, SceneChange, Smoke, View};
+use crate::scene::{Light, Scene, SceneChange, View};
 use crate::shading::StepsKernel;
-use crate::simulate::Simulation;
 use crate::world::World;
 use crate::{Error, GpuCause, Result};
 use ash::vk;
@@ -86,7 +86,7 @@ impl Output {
 /// The scene, A and B.
 pub struct Stage {
     /// The scene as its file says, at the state's time.
-    base: Scene,
+    base: AnimatedScene,
     /// The part of the state that `base` was made from.
     of: (String, f64, Option<usize>),
     /// Attractor and gravity of the scene's particles.
@@ -103,8 +103,6 @@ pub struct Stage {
     kept: Option<(u64, Arc<Scene>)>,
     /// The state `version`, the pictures' size, and the camera's view for both.
     camera: Option<(u64, [u32; 2], View)>,
-    /// The last positions of smoke that the host moves.
-    smoke: Smoke,
     /// Moves particles on the device; made when they first move.
     simulation: Option<Simulation>,
     /// Copies the particles that the device has moved to the host, whose scene takes them over once they stand still.
@@ -126,10 +124,10 @@ impl Stage {
     /// The scene that `state` names, to be drawn in `area` pixels.
     ///
     /// # Errors
-    /// As [`Scene::load`], [`SceneChange::of`] and [`World::new`].
+    /// As [`AnimatedScene::load`], [`SceneChange::of`] and [`World::new`].
     pub fn new(context: &Context, state: &State, area: [u32; 2]) -> Result<Self> {
         let base = state.load()?;
-        let world = World::new(context, &state.change().of(&base)?)?;
+        let world = World::new(context, &state.change().of(&base.scene)?)?;
         Ok(Self {
             base,
             of: (state.scene.clone(), state.time_s, state.lights),
@@ -140,7 +138,6 @@ impl Stage {
             cast: next_version(),
             kept: None,
             camera: None,
-            smoke: Smoke::default(),
             simulation: None,
             simulated: None,
             panes: [Pane::Closed, Pane::Closed],
@@ -161,6 +158,11 @@ impl Stage {
 
     /// The scene as its file says, without the state's changes.
     pub fn base(&self) -> &Scene {
+        &self.base.scene
+    }
+
+    /// As [`Stage::base`], with what moves it.
+    pub fn animated(&self) -> &AnimatedScene {
         &self.base
     }
 

@@ -4,9 +4,9 @@
 use super::super::state::State;
 use super::{Stage, next_version};
 use crate::Result;
+use crate::animate::Simulation;
 use crate::gpu::{Commands, ReadBack};
-use crate::scene::{Camera, Caster, Motion, Scene, check_time};
-use crate::simulate::Simulation;
+use crate::scene::{Camera, Caster, Scene, check_time};
 use std::sync::Arc;
 
 /// Particles that the device has moved, on their way to the host.
@@ -41,21 +41,20 @@ impl Stage {
     pub(super) fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let (change, was) = (state.change(), self.change);
         let pulls = self.pull != state.pull();
-        let moves = pulls || self.of.1 != state.time_s && self.base.motion != Motion::Still;
+        let moves = pulls || self.of.1 != state.time_s && self.base.moves();
         if !moves && change == was {
             self.of.1 = state.time_s;
             return Ok(());
         }
         let thickens = change.extinction != was.extinction;
         // Where the host changes the extinction, the device's particles would be rounded differently.
-        let by_device =
-            moves && change.extinction == 1.0 && !thickens && matches!(self.base.motion, Motion::Fountain(_));
+        let by_device = moves && change.extinction == 1.0 && !thickens && self.base.fountain().is_some();
         if by_device {
             self.simulate(commands, state)?;
         } else if moves || thickens {
             self.replace(commands, state)?;
         }
-        let (camera, lights) = change.aimed(&self.base)?;
+        let (camera, lights) = change.aimed(&self.base.scene)?;
         let turns = self.world.all_lights() != lights;
         self.world.turn_in(commands, camera, &lights)?;
         (self.of.1, self.pull, self.change) = (state.time_s, state.pull(), change);
@@ -68,24 +67,24 @@ impl Stage {
 
     /// Moves the particles on the device, and copies them to the host.
     fn simulate(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
-        check_time(&self.base.name, state.time_s)?;
+        check_time(&self.base.scene.name, state.time_s)?;
         // Errors in the changes are found before anything has moved.
-        state.change().aimed(&self.base)?;
+        state.change().aimed(&self.base.scene)?;
         let pulled =
             if self.pull == state.pull() { None } else { Some(self.base.pull(state.attractor, state.gravity)?) };
-        if self.simulation.is_none() {
-            self.simulation = Simulation::of(&self.context, &self.world)?;
+        if let (None, Some(fountain)) = (&self.simulation, self.base.fountain()) {
+            self.simulation = Some(Simulation::new(&self.context, &self.world, fountain)?);
         }
         let Some(simulation) = &mut self.simulation else { return Ok(()) };
         if let Some(fountain) = pulled {
-            self.base.motion = Motion::Fountain(fountain);
+            self.base.set_fountain(fountain);
         }
-        if let Motion::Fountain(fountain) = self.base.motion {
+        if let Some(fountain) = self.base.fountain() {
             simulation.pull(commands, fountain)?;
         }
         simulation.record(commands, &mut self.world, state.time_s)?;
         if self.simulated.is_none() {
-            let bytes = (self.base.particles.len() * size_of::<Caster>()) as u64;
+            let bytes = (self.base.scene.particles.len() * size_of::<Caster>()) as u64;
             let read = ReadBack::new(&self.context, "view.simulated", bytes)?;
             self.simulated = Some(Simulated { read, is_moving: true, frame: 0 });
         }
@@ -100,10 +99,12 @@ impl Stage {
     pub(super) fn take_particles(&mut self, over: u64) -> Result<()> {
         let stood = |simulated: &&mut Simulated| simulated.is_moving && simulated.frame <= over;
         let Some(simulated) = self.simulated.as_mut().filter(stood) else { return Ok(()) };
-        let Some(casters) = simulated.read.read::<Caster>(over, self.base.particles.len())? else { return Ok(()) };
+        let Some(casters) = simulated.read.read::<Caster>(over, self.base.scene.particles.len())? else {
+            return Ok(());
+        };
         self.world.particles_are(&casters)?;
         simulated.is_moving = false;
-        self.base.particles.clone_from(&self.world.scene()?.particles);
+        self.base.scene.particles.clone_from(&self.world.scene()?.particles);
         (self.version, self.cast) = (next_version(), next_version());
         Ok(())
     }
@@ -111,26 +112,25 @@ impl Stage {
     /// Moves the moving parts on the host, and copies to the device what has changed. Where that fails, everything is
     /// as it was before.
     fn replace(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
-        let motion = match self.pull == state.pull() {
-            true => self.base.motion.clone(),
-            false => Motion::Fountain(self.base.pull(state.attractor, state.gravity)?),
-        };
-        let motion = std::mem::replace(&mut self.base.motion, motion);
-        let moved = self.base.parts_at(state.time_s, &mut self.smoke).and_then(|mut parts| {
-            self.base.swap(&mut parts);
+        let animation = self.base.animation.clone();
+        if self.pull != state.pull() {
+            self.base.set_fountain(self.base.pull(state.attractor, state.gravity)?);
+        }
+        let moved = self.base.parts_at(state.time_s).and_then(|mut parts| {
+            let base = &mut self.base.scene;
+            parts.swap(base);
             let change = state.change();
-            let is_of_lights = parts.particles.is_none() && change.extinction == self.change.extinction;
-            let replaced = match is_of_lights {
-                true => change.aimed(&self.base).map(|_| ()),
-                false => change.of(&self.base).and_then(|scene| self.world.replace_in(commands, &scene)),
+            let replaced = match parts.are_lights() && change.extinction == self.change.extinction {
+                true => change.aimed(base).map(|_| ()),
+                false => change.of(base).and_then(|scene| self.world.replace_in(commands, &scene)),
             };
             if replaced.is_err() {
-                self.base.swap(&mut parts);
+                parts.swap(base);
             }
             replaced
         });
         match &moved {
-            Err(_) => self.base.motion = motion,
+            Err(_) => self.base.animation = animation,
             Ok(()) => {
                 // The device's next simulation starts from the beginning.
                 self.simulation.iter_mut().for_each(Simulation::forget);

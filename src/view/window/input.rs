@@ -45,7 +45,8 @@ impl View {
         let (camera, share) = (&stage.base().camera, 1.0 / f64::from(stage.size()[1]));
         match button {
             MouseButton::Left
-                if self.control && camera::pull(&mut self.state, stage.base(), stage.size(), stage.place([x, y])) => {}
+                if self.control
+                    && camera::pull(&mut self.state, stage.animated(), stage.size(), stage.place([x, y])) => {}
             MouseButton::Left => camera::orbit(&mut self.state, camera, -right * share * 4.0, down * share * 4.0),
             _ => camera::fly(&mut self.state, camera, [-right * share, down * share, 0.0]),
         }

@@ -5,13 +5,13 @@ use crate::gpu::adopt::{adopted, everything};
 use crate::support::alike::assert_alike;
 use crate::support::foreign::{Foreign, Wanted};
 use crate::support::{all_paths, ask, every_third, gpu_test, is_usual, scenes, skipped, spec};
+use gobo::animate::{AnimatedScene, Simulation};
 use gobo::gpu::{Buffer, Commands, Context, Image, Memory, ReadBack};
 use gobo::lights::indirect::{Vpls, light_of};
 use gobo::query::{Query, Slice, slice};
 use gobo::reference::truth::space_points;
 use gobo::scene::{Caster, Fog, Light, LightKind, Scene, View};
 use gobo::shading::{Lighting, Renderer, Shading, Tiled};
-use gobo::simulate::Simulation;
 use gobo::technique::{self, BuildStatus, Name, Spec};
 use gobo::world::{LightData, World};
 use gobo::{Error, Need};
@@ -160,8 +160,7 @@ fn submitted(context: &Context) -> Consumed {
     let mut vpls = Vpls::new(context, &world, 64).expect("room");
     vpls.make(&world).expect("made");
     all.lights = vpls.read().expect("read");
-    let mut world = World::new(context, &fountain()).expect("room");
-    let mut simulation = Simulation::of(context, &world).expect("room").expect("a fountain");
+    let (mut world, mut simulation) = fountain(context);
     for time_s in TIMES {
         simulation.move_to(&mut world, time_s).expect("moved");
     }
@@ -169,8 +168,11 @@ fn submitted(context: &Context) -> Consumed {
     all
 }
 
-fn fountain() -> Scene {
-    Scene::load("fountain:particles=200", 0.0).expect("built in")
+fn fountain(context: &Context) -> (World, Simulation) {
+    let animated = AnimatedScene::load("fountain:particles=200", 0.0).expect("built in");
+    let world = World::new(context, &animated.scene).expect("room");
+    let simulation = Simulation::new(context, &world, animated.fountain().expect("a fountain")).expect("room");
+    (world, simulation)
 }
 
 const TIMES: [f64; 3] = [3.0, 3.1, 3.1];
@@ -241,8 +243,7 @@ fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
     let lights = read.read::<LightData>(last, 64).expect("read").expect("copied");
     all.lights = lights.iter().map(light_of).collect();
 
-    let mut world = World::new(context, &fountain()).expect("room");
-    let mut simulation = Simulation::of(context, &world).expect("room").expect("a fountain");
+    let (mut world, mut simulation) = fountain(context);
     let read = ReadBack::new(context, "casters", world.buffers().casters.bytes()).expect("room");
     let mut last = 0;
     for time_s in TIMES {

@@ -1,7 +1,8 @@
 //! Sequences of files, of particles and of volumes: each time is the scene of that frame's file.
 
 use crate::scene::*;
-use gobo::scene::{Motion, Scene};
+use gobo::animate::AnimatedScene;
+use gobo::scene::{Reserve, Scene};
 
 /// A particle file of so many spheres.
 fn smoke(spheres: usize) -> String {
@@ -29,18 +30,19 @@ fn a_time_is_the_scene_of_its_frame() {
     }
     let load = |text: &str, time_s: f64| {
         std::fs::write(&path, text).expect("write the scene");
-        Scene::load(path.to_str().expect("UTF-8"), time_s)
+        AnimatedScene::load(path.to_str().expect("UTF-8"), time_s)
     };
     let moving = scene_of("smoke.####.ply", "frames_per_second = 3");
     let began = load(&moving, 0.0).expect("three frames");
-    assert_eq!(began.most_casters(), 10);
+    assert_eq!(began.scene.most_casters(), 10);
     for (time_s, number) in [(0.0, 5), (0.4, 6), (0.9, 7), (1.0, 5), (0.34, 6), (3600.0, 5)] {
         let of_its_file = load(&scene_of(&format!("smoke.{number:04}.ply"), ""), 0.0).expect("a file");
-        assert!(of_its_file.particles.len() > 3 && of_its_file.motion == Motion::Still);
-        for then in [began.at(time_s), load(&moving, time_s)] {
+        assert!(of_its_file.scene.particles.len() > 3 && !of_its_file.moves());
+        assert!(began.moves());
+        for then in [began.at(time_s), load(&moving, time_s).map(|then| then.scene)] {
             let then = then.expect("its frame");
-            assert_eq!(then, Scene { motion: then.motion.clone(), ..of_its_file.clone() }, "{time_s} s");
-            assert_ne!(then.motion, Motion::Still);
+            assert_eq!(then, Scene { reserve: then.reserve.clone(), ..of_its_file.scene.clone() }, "{time_s} s");
+            assert_ne!(then.reserve, Reserve::default());
         }
     }
     message(began.at(-0.1), "time -0.1 s", "give a time");
@@ -60,6 +62,10 @@ fn a_time_is_the_scene_of_its_frame() {
     message(load(&moving, 0.0), "smoke.0006.ply", "PLY");
 }
 
+fn load_animated(path: &Path) -> AnimatedScene {
+    AnimatedScene::load(path.to_str().expect("UTF-8"), 0.0).expect("three frames")
+}
+
 /// A sequence by itself is a scene, in which the camera sees its first, middle and last frames.
 #[test]
 fn a_sequence_is_a_scene() {
@@ -67,12 +73,13 @@ fn a_sequence_is_a_scene() {
     for number in 1..=3 {
         std::fs::write(folder.path().join(format!("puff_{number}.ply")), smoke(4 * number)).expect("write");
     }
-    let scene = load(&folder.path().join("puff_#.ply")).expect("three frames");
+    let animated = load_animated(&folder.path().join("puff_#.ply"));
+    let scene = &animated.scene;
     let last = load(&folder.path().join("puff_3.ply")).expect("a file");
     assert_eq!((&*scene.name, scene.particles.len(), scene.most_casters()), ("puff", 4, 12));
     let distance = |scene: &Scene| scene.camera.position.distance(scene.camera.target);
-    assert!(distance(&scene) >= distance(&last));
-    assert_eq!(scene.at(2.0 / 24.0).expect("the last").particles, last.particles);
+    assert!(distance(scene) >= distance(&last));
+    assert_eq!(animated.at(2.0 / 24.0).expect("the last").particles, last.particles);
 }
 
 /// Samples of a frame of `size`, in a `.volume` that places them; its raw file beside it.
@@ -101,7 +108,7 @@ fn a_time_is_the_volume_of_its_frame() {
              extinction = 3.0\nscale = 2.0\nrotate = [0, 0, 1, 90]\ntranslate = [1, 0, 0]\ncells = 1\n{more}\n{LIGHT}{CAMERA}"
         );
         std::fs::write(&path, text).expect("write the scene");
-        Scene::load(path.to_str().expect("UTF-8"), time_s)
+        AnimatedScene::load(path.to_str().expect("UTF-8"), time_s)
     };
     std::fs::create_dir(folder.path().join("frames")).expect("a folder");
     for number in 1..=3 {
@@ -113,14 +120,14 @@ fn a_time_is_the_volume_of_its_frame() {
     let began = load("frames/fog.#.volume", "frames_per_second = 2", 0.0).expect("three frames");
     let cells = |scene: &Scene| scene.volumes.iter().map(|volume| volume.cells().len()).collect::<Vec<_>>();
     // Samples make cells to both sides of them: of 2, 9 × 10 × 11 less those that only samples of 0 are about, and of 2.
-    assert_eq!((cells(&began)[1], began.particles.len(), began.kinds().volumes), (0, 2, true));
-    let frames = [2, 3].map(|number| load(&format!("fog.{number}.volume"), "", 0.0).expect("a file"));
+    assert_eq!((cells(&began.scene)[1], began.scene.particles.len(), began.scene.kinds().volumes), (0, 2, true));
+    let frames = [2, 3].map(|number| load(&format!("fog.{number}.volume"), "", 0.0).expect("a file").scene);
     let most = frames.iter().map(|scene| cells(scene)[1]).max().expect("two");
-    assert_eq!(began.most_casters(), 2 + cells(&began)[0] + most);
+    assert_eq!(began.scene.most_casters(), 2 + cells(&began.scene)[0] + most);
     assert!(most > 700 && cells(&frames[0])[1] < 100, "{:?}", frames.each_ref().map(cells));
     for (time_s, frame) in [(0.5, 0), (1.2, 1), (2.1, 0), (0.9, 0), (3600.0 - 0.5, 1)] {
         let then = began.at(time_s).expect("its frame");
-        assert_eq!(then, Scene { motion: then.motion.clone(), ..frames[frame].clone() }, "{time_s} s");
+        assert_eq!(then, Scene { reserve: then.reserve.clone(), ..frames[frame].clone() }, "{time_s} s");
     }
     assert!(began.at(1.5).expect("the first").volumes[1].cells().is_empty());
     // A frame that is shown again is the same field, which nobody has to compare.
@@ -149,7 +156,8 @@ fn a_time_is_the_volume_of_its_frame() {
 #[test]
 fn a_sequence_of_volumes_is_a_scene() {
     let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/vdb");
-    let scene = load(&seeds.join("ok-frame-#.vdb")).expect("three frames");
+    let animated = load_animated(&seeds.join("ok-frame-#.vdb"));
+    let scene = &animated.scene;
     let frames = [1, 2, 3].map(|i| load(&seeds.join(format!("ok-frame-{i}.vdb"))).expect("a file"));
     assert_eq!((&*scene.name, &scene.volumes), ("ok-frame", &frames[0].volumes));
     let cells = frames.each_ref().map(|frame| frame.cell_count());
@@ -157,8 +165,8 @@ fn a_sequence_of_volumes_is_a_scene() {
     assert!(cells[0] < cells[2] && cells[2] < cells[1], "{cells:?}");
     let distance = |scene: &Scene| scene.camera.position.distance(scene.camera.target);
     for (i, frame) in frames.iter().enumerate() {
-        assert_eq!(scene.at((i as f64 + 0.5) / 24.0).expect("a frame").volumes, frame.volumes);
-        assert!(distance(&scene) >= distance(frame));
+        assert_eq!(animated.at((i as f64 + 0.5) / 24.0).expect("a frame").volumes, frame.volumes);
+        assert!(distance(scene) >= distance(frame));
     }
     let folder = TempDir::new().expect("a temporary folder");
     for number in 1..=2 {

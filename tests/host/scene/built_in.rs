@@ -2,13 +2,14 @@
 
 use crate::scene::*;
 use glam::DVec3;
+use gobo::animate::AnimatedScene;
 use gobo::reference::truth::Casters;
-use gobo::scene::{BUILT_IN, LightKind, Motion, Particle, Scene};
+use gobo::scene::{BUILT_IN, LightKind, Particle, Scene};
 
 #[test]
 fn built_in_scenes_are_deterministic_and_sane() {
     for name in BUILT_IN {
-        let moves = Scene::load(name, 0.0).expect("built in").motion != Motion::Still;
+        let moves = AnimatedScene::load(name, 0.0).expect("built in").moves();
         for time_s in [3.0, 0.0, 0.01, 20.0, 3600.0].into_iter().take(if moves { 5 } else { 1 }) {
             let scene = Scene::load(name, time_s).expect("built in");
             assert!(scene == Scene::load(name, time_s).expect("built in"), "{name} at {time_s}");

@@ -2,13 +2,14 @@
 
 use crate::scene::*;
 use glam::{DVec2, DVec3};
+use gobo::animate::AnimatedScene;
 use gobo::reference::truth::Casters;
 use gobo::scene::{Light, LightKind, Scene, View};
 
 const MOST: usize = 1024;
 
-fn courtyard(lights: usize, time_s: f64) -> Scene {
-    let scene = Scene::load("courtyard", time_s).expect("in range");
+fn courtyard(lights: usize, time_s: f64) -> AnimatedScene {
+    let scene = AnimatedScene::load("courtyard", time_s).expect("in range");
     scene.with_lights(lights, time_s).expect("in range")
 }
 
@@ -25,35 +26,37 @@ fn sum(scene: &Scene) -> f64 {
 
 #[test]
 fn there_are_as_many_lamps_as_are_wanted() {
-    let usual = Scene::load("courtyard", 7.5).expect("in range");
+    let animated = AnimatedScene::load("courtyard", 7.5).expect("in range");
+    let usual = &animated.scene;
     assert_eq!(usual.lights.len(), 32);
-    assert_eq!(usual, courtyard(32, 7.5));
+    assert_eq!(*usual, courtyard(32, 7.5).scene);
     let named = Scene::load("courtyard:lights=7", 7.5).expect("in range");
-    assert_eq!((&*named.name, named.lights), ("courtyard-7", courtyard(7, 7.5).lights));
+    assert_eq!((&*named.name, named.lights), ("courtyard-7", courtyard(7, 7.5).scene.lights));
     for count in [1, 2, 31, 33, 256, 1000, MOST] {
-        let scene = courtyard(count, 7.5);
+        let animated = courtyard(count, 7.5);
+        let scene = &animated.scene;
         assert_eq!((scene.lights.len(), scene.map_count()), (count, 6 * count));
         // A lamp goes where it goes, whatever number of others there are.
         for (few, many) in scene.lights.iter().zip(&usual.lights) {
             assert_eq!(position(few), position(many));
         }
-        let share = sum(&scene) / sum(&usual);
+        let share = sum(scene) / sum(usual);
         assert!(
             (if count < 8 { 0.1 } else { 0.7 }..1.4).contains(&share),
             "{count} lamps are {share} times as bright as 32"
         );
         // And at another time there are as many.
-        assert_eq!(scene.at(30.0).expect("in range").lights, courtyard(count, 30.0).lights);
+        assert_eq!(animated.at(30.0).expect("in range").lights, courtyard(count, 30.0).scene.lights);
     }
     for count in [0, MOST + 1, usize::MAX] {
-        message(usual.clone().with_lights(count, 7.5), "courtyard", "1 to 1024");
+        message(animated.clone().with_lights(count, 7.5), "courtyard", "1 to 1024");
     }
     for time_s in [-0.1, f64::NAN, 3600.1] {
         message(Scene::load("courtyard", time_s), "courtyard", "not in [0, 3600]");
-        message(usual.clone().with_lights(4, time_s), "courtyard", "not in [0, 3600]");
-        message(usual.at(time_s), "courtyard", "not in [0, 3600]");
+        message(animated.clone().with_lights(4, time_s), "courtyard", "not in [0, 3600]");
+        message(animated.at(time_s), "courtyard", "not in [0, 3600]");
     }
-    let town = Scene::load("town", 0.0).expect("built in");
+    let town = AnimatedScene::load("town", 0.0).expect("built in");
     message(town.with_lights(4, 0.0), "town", "lights are not a number to choose");
 }
 
@@ -64,7 +67,7 @@ fn lamps_keep_to_the_air() {
         return;
     }
     let scene = courtyard(MOST, 0.0);
-    let casters = Casters::new(&scene);
+    let casters = Casters::new(&scene.scene);
     let directions = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
     let slanted = [DVec3::new(0.6, 0.0, -0.8), DVec3::new(-0.48, 0.6, 0.64), DVec3::new(0.1, -0.7, 0.7)];
     let directions: Vec<_> = directions.chain(slanted).collect();
@@ -107,7 +110,7 @@ fn ways_are_smooth() {
 #[test]
 fn a_pixel_has_its_share_of_lamps() {
     for (count, range) in [(32, 5.0..10.0), (MOST, 8.0..30.0)] {
-        let scene = courtyard(count, 20.0);
+        let scene = courtyard(count, 20.0).scene;
         let camera = View::camera(&scene.camera, &scene, [64, 36]);
         let casters = Casters::new(&scene);
         let pixels = (0..64 * 36).map(|i| DVec2::new(f64::from(i % 64) + 0.5, f64::from(i / 64) + 0.5));

@@ -1,6 +1,7 @@
 //! Scene files: what loads, and what is refused.
 
 use crate::scene::*;
+use gobo::animate::AnimatedScene;
 use gobo::scene::{ExtinctionGroup, LightKind, Particle, Scene};
 
 #[test]
@@ -121,8 +122,8 @@ fn scene_files_have_a_color() {
         message(with(values), "scene.toml", words);
     }
     // What plays, and what is read at another time, keeps it.
-    let scene = with("extinction = [1, 0.5, 0.25]").expect("a scene");
-    assert_eq!(scene.at(3.0).expect("in range").extinction_ratio, scene.extinction_ratio);
+    let scene = AnimatedScene::from(with("extinction = [1, 0.5, 0.25]").expect("a scene"));
+    assert_eq!(scene.at(3.0).expect("in range").extinction_ratio, scene.scene.extinction_ratio);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::support::{self, ask, gpu_test, some, spec};
 use crate::volumes::{left_by_cells, mean_apart};
 use glam::DVec3;
+use gobo::animate::AnimatedScene;
 use gobo::bench::{Effort, Extent, Frames, Row, States, Status, with_case};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, picture, space_points};
@@ -19,18 +20,23 @@ fn seed(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/vdb").join(name)
 }
 
+fn load_animated(path: &Path) -> AnimatedScene {
+    AnimatedScene::load(path.to_str().expect("UTF-8"), 0.0).expect("a scene")
+}
+
 fn load(path: &Path) -> Scene {
-    Scene::load(path.to_str().expect("UTF-8"), 0.0).expect("a scene")
+    load_animated(path).scene
 }
 
 /// A puff in three files, and the still scene of each with the light and the camera of all.
-fn puff() -> (Scene, [Scene; 3]) {
-    let all = load(&seed("ok-frame-#.vdb"));
+fn puff() -> (AnimatedScene, [Scene; 3]) {
+    let animated = load_animated(&seed("ok-frame-#.vdb"));
+    let all = &animated.scene;
     let alone = [1, 2, 3].map(|number| {
         let alone = load(&seed(&format!("ok-frame-{number}.vdb")));
         Scene { lights: all.lights.clone(), camera: all.camera, ..alone }
     });
-    (all, alone)
+    (animated, alone)
 }
 
 /// The middle of each frame, and again, in another order: seconds times 24.
@@ -76,10 +82,10 @@ fn volumes_of_frames_are_those_of_their_files() {
             if !support::runs("volumes_of_frames_are_those_of_their_files", context, text) {
                 continue;
             }
-            let mut world = World::new(context, &all).expect("room for the largest frame");
+            let mut world = World::new(context, &all.scene).expect("room for the largest frame");
             let mut moving = opened(context, &world, text);
             for (time_s, frame) in TIMES {
-                world.move_to(time_s / 24.0).expect("its frame");
+                all.move_world(&mut world, time_s / 24.0).expect("its frame");
                 moving.build(&world).expect("built");
                 let (points, expected): &(Vec<[f32; 3]>, Vec<f64>) = &asked[frame];
                 let found = ask(context, moving.technique.as_ref(), 0, points);
@@ -124,16 +130,16 @@ fn volumes_are_looked_at_again() {
     }
     gpu_test("volumes_are_looked_at_again", |context| {
         let (all, alone) = puff();
-        let mut world = World::new(context, &all).expect("room");
+        let mut world = World::new(context, &all.scene).expect("room");
         let view = |scene: &Scene| View::camera(&scene.camera, scene, [64, 36]);
-        let mut renderer = Renderer::new(context, &world, &view(&all)).expect("a renderer");
+        let mut renderer = Renderer::new(context, &world, &view(&all.scene)).expect("a renderer");
         let mut technique = opened(context, &world, "grid-query:size=64");
         technique.build(&world).expect("built");
         let kernels = renderer.kernels(&technique.technique.answer(), Shading::Forward, Lighting::Fragment);
         let kernels = support::opened(kernels, "grid-query");
         let mut before: Option<Picture> = None;
         for (i, (time_s, frame)) in TIMES.into_iter().enumerate() {
-            world.move_to(time_s / 24.0).expect("its frame");
+            all.move_world(&mut world, time_s / 24.0).expect("its frame");
             technique.build(&world).expect("built");
             let mut scene = alone[frame].clone();
             scene.camera = scene.camera.turned(20.0 * i as f64);
@@ -162,12 +168,12 @@ fn volumes_are_looked_at_again() {
         // What a renderer was not made for is named.
         let mut empty = Scene { volumes: Vec::new(), ..alone[0].clone() };
         let none = World::new(context, &empty).expect("room");
-        let error = Renderer::new(context, &none, &view(&empty)).expect("a renderer").look(&world, &view(&all));
+        let error = Renderer::new(context, &none, &view(&empty)).expect("a renderer").look(&world, &view(&all.scene));
         assert!(error.expect_err("no fields").to_string().contains("had none when this renderer was made"));
         empty.volumes = alone[1].volumes.clone();
         let mut small =
-            Renderer::new(context, &World::new(context, &alone[0]).expect("room"), &view(&all)).expect("one");
-        let error = small.look(&World::new(context, &empty).expect("room"), &view(&all)).expect_err("larger");
+            Renderer::new(context, &World::new(context, &alone[0]).expect("room"), &view(&all.scene)).expect("one");
+        let error = small.look(&World::new(context, &empty).expect("room"), &view(&all.scene)).expect_err("larger");
         assert!(error.to_string().contains("more blocks"), "{error}");
     });
 }
@@ -189,18 +195,18 @@ fn volumes_may_begin_empty() {
             std::fs::write(folder.path().join(format!("{number}.raw")), raw).expect("written");
             std::fs::write(folder.path().join(format!("fog.{number}.volume")), sidecar).expect("written");
         }
-        let mut all = load(&folder.path().join("fog.#.volume"));
-        all.lights[0].kind = gobo::scene::LightKind::Directional { direction: DVec3::NEG_Z };
+        let mut all = load_animated(&folder.path().join("fog.#.volume"));
+        all.scene.lights[0].kind = gobo::scene::LightKind::Directional { direction: DVec3::NEG_Z };
         // In the middle of cells and along sides that they share. Below the box: 9 samples of 2 that are 0.125 apart, the ends of which fall to 0 over as much.
         let below = (-2.0f64 * 9.0 * 0.125).exp() as f32;
         let points: Vec<[f32; 3]> =
             (0..64).map(|i| [(i % 8) as f32 * 0.19 - 0.71, (i / 8) as f32 * 0.1875 - 0.75, -0.13]).collect();
-        let view = |world: &World| View::camera(&all.camera, world.scene().expect("a scene's"), [48, 27]);
+        let view = |world: &World| View::camera(&all.scene.camera, world.scene().expect("a scene's"), [48, 27]);
         for text in ["grid-query:size=64", "avsm:path=binned,size=64", "density-grid:size=64"] {
             if !support::runs("volumes_may_begin_empty", context, text) {
                 continue;
             }
-            let mut world = World::new(context, &all).expect("room");
+            let mut world = World::new(context, &all.scene).expect("room");
             assert!(world.kinds().volumes && world.caster_count() == 0);
             let mut technique = opened(context, &world, text);
             let mut renderer = Renderer::new(context, &world, &view(&world)).expect("a renderer");
@@ -208,7 +214,7 @@ fn volumes_may_begin_empty() {
             let kernels = renderer.kernels(&technique.technique.answer(), Shading::Forward, Lighting::Fragment);
             let kernels = support::opened(kernels, text);
             for (frame, expected) in [(0, 1.0), (1, below), (2, 1.0)] {
-                world.move_to((f64::from(frame) + 0.5) / 24.0).expect("its frame");
+                all.move_world(&mut world, (f64::from(frame) + 0.5) / 24.0).expect("its frame");
                 technique.build(&world).expect("built");
                 let found = ask(context, technique.technique.as_ref(), 0, &points);
                 let off = found.iter().map(|answer| (answer - expected).abs()).fold(0.0, f32::max);

@@ -5,7 +5,7 @@ use glam::DVec3;
 use gobo::reference::twin::psm::{Slices, fused, look_up, place, propagate, propagate_depths, scale, voxelize};
 use gobo::reference::twin::segment::texel_segment;
 use gobo::reference::twin::sums::DARK;
-use gobo::scene::{Camera, Caster, Light, LightKind, Motion, Particle, Scene, View};
+use gobo::scene::{Camera, Caster, Light, LightKind, Particle, Scene, View};
 
 /// Most that stand on the ray.
 const MOST: usize = 64;
@@ -17,15 +17,9 @@ fn ray() -> View {
     let scene = Scene {
         name: "ray".into(),
         particles: vec![held(-1.0), held(1.0)],
-        strands: vec![],
-        splats: vec![],
-        volumes: vec![],
-        meshes: vec![],
-        motion: Motion::Still,
-        extinction_ratio: Scene::GREY,
-        inks: Vec::new(),
         lights: vec![Light { kind: down, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
+        ..Scene::default()
     };
     View::volumes(&scene, 1)[0]
 }

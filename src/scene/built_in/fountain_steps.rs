@@ -1,9 +1,9 @@
-//! The particles of a fountain. Twin of glsl/simulate/, with the same bytes: neither divides, fuses or reorders operations, and random
+//! The particles of a fountain. Twin of glsl/animate/simulate/, with the same bytes: neither divides, fuses or reorders operations, and random
 //! numbers are integers.
 
-use super::fountain_law::{Body, Fountain, Jet, Law, Place};
-use super::voxels::Bits;
-use crate::scene::{Mesh, Particle};
+use super::fountain_law::{Fountain, Jet, Law};
+use crate::scene::model::voxels::Bits;
+use crate::scene::{Body, Mesh, Particle, Place};
 use rayon::prelude::*;
 use std::array::from_fn;
 
@@ -48,7 +48,7 @@ impl Rules {
         (at % self.law.life, at / self.law.life)
     }
 
-    /// One step of one particle. Twin: glsl/simulate/step.comp.
+    /// One step of one particle. Twin: glsl/animate/simulate/step.comp.
     pub fn step(&self, particle: u32, step: u32, attractor: [f32; 3], body: &mut Body) {
         let (age, births) = self.age(particle, step);
         if age == 0 {
@@ -120,7 +120,7 @@ impl Rules {
         false
     }
 
-    /// The particle as a caster, which fades in after birth and out before its end. Twin: the end of main in glsl/simulate/step.comp.
+    /// The particle as a caster, which fades in after birth and out before its end. Twin: the end of main in glsl/animate/simulate/step.comp.
     fn particle(&self, age: u32, body: &Body) -> Particle {
         let [x, y, z, radius] = body.place;
         let appear = (age + 1) as f32 * self.law.appear;

@@ -1,13 +1,13 @@
 //! Particles that the device simulates: positions and velocities are in buffers, and each step is one dispatch. Twin:
 //! reference::twin::simulate.
 
-use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, PassTime, groups, push_struct};
 use crate::grid::{Grid, GridData};
-use crate::scene::{Body, Fountain, Motion, check_time};
+use crate::scene::{Body, Caster, Fountain, check_time};
 use crate::shaders::set;
 use crate::shaders::simulate as shaders;
 use crate::world::World;
+use crate::{Error, Result};
 use bytemuck::Zeroable;
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use std::ops::Range;
 const THREADS: u32 = 64;
 
 push_struct! {
-    /// Twin: StepPush in glsl/simulate/step.comp.
+    /// Twin: StepPush in glsl/animate/simulate/step.comp.
     struct StepPush {
         step_number: u32,
         particles: u32,
@@ -25,7 +25,7 @@ push_struct! {
     }
 }
 
-/// The particles of a world that is a fountain. Their state depends on the step's number alone, not on how that step was reached.
+/// The particles of a world that shows a fountain. Their state depends on the step's number alone, not on how that step was reached.
 pub struct Simulation {
     context: Context,
     fountain: Fountain,
@@ -42,12 +42,16 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The simulation of a world that is a fountain; none for any other world.
+    /// The simulation of `fountain`, whose particles the scene of `world` has.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn of(context: &Context, world: &World) -> Result<Option<Self>> {
-        let Ok(&Motion::Fountain(fountain)) = world.scene().map(|scene| &scene.motion) else { return Ok(None) };
+    /// [`Error::Input`] where the world has no room for them, [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, fountain: Fountain) -> Result<Self> {
+        let room = world.casters.bytes() / size_of::<Caster>() as u64;
+        if room < u64::from(fountain.particles) {
+            let cause = format!("it has room for {room} casters, and the fountain has {}", fountain.particles);
+            return Err(Error::input(world.name(), cause, "make the world of the fountain's scene"));
+        }
         let place = fountain.place();
         let stands = GridData {
             origin: place.origin,
@@ -72,14 +76,14 @@ impl Simulation {
         };
         let set = set.bind(context, "simulate")?;
         let kernel = Kernel::compute(context, &shaders::STEP, &[&set], &Constants::new())?;
-        Ok(Some(Self { context: context.clone(), fountain, law, bodies, grid, kernel, at: None, ready: false }))
+        Ok(Self { context: context.clone(), fountain, law, bodies, grid, kernel, at: None, ready: false })
     }
 
     /// Records a change of the fountain's attractor or gravity. The next move starts the simulation again, as if the change had always been
     /// in force. The number of particles stays.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] where memory runs out.
     pub fn pull(&mut self, commands: &mut Commands, fountain: Fountain) -> Result<()> {
         let fountain = Fountain { particles: self.fountain.particles, ..fountain };
         if fountain == self.fountain {
@@ -101,7 +105,7 @@ impl Simulation {
     /// would run. `world` must be the world for which this simulation was made; `commands` may record into the caller's own command buffer.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] where the time is out of range.
+    /// [`Error::Usage`] where the time is out of range.
     pub fn record(&mut self, commands: &mut Commands, world: &mut World, time_s: f64) -> Result<()> {
         let steps = self.steps_to(world.name(), time_s)?;
         if !steps.is_empty() {
@@ -139,7 +143,7 @@ impl Simulation {
     /// ([`World::read_back`]). Where the time is in the present step, nothing is done.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] where the time is out of range, [`crate::Error::Gpu`] where the device is lost.
+    /// [`Error::Usage`] where the time is out of range, [`Error::Gpu`] where the device is lost.
     pub fn move_to(&mut self, world: &mut World, time_s: f64) -> Result<Vec<PassTime>> {
         let mut steps = self.steps_to(world.name(), time_s)?;
         if steps.is_empty() {

@@ -6,9 +6,9 @@
 // divided. Invariants: no particle leaves the box, none enters an occupied voxel; and after its birth a particle's state depends on the
 // step's number alone, whichever step the device began at.
 layout(local_size_x = 64) in;
+#include "animate/simulate/law.glsl"
 #include "grid/grid.glsl"
-#include "simulate/body.glsl"
-#include "simulate/law.glsl"
+#include "world/body.glsl"
 
 layout(push_constant, scalar) uniform StepPush {
     uint step_number;

@@ -1,6 +1,7 @@
 //! Constants of the motion of `fountain`'s particles, in world units and steps. The device and its twin read the same numbers.
 
 use crate::scene::model::time::wave;
+use crate::scene::{ParticleBox, Place, Reserve};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -10,17 +11,7 @@ const STEPS_PER_SECOND: f64 = 60.0;
 /// Up to this number of particles, each has its greatest size and density; more particles are smaller and thinner.
 const FEW: f64 = 1024.0;
 
-/// A particle in the device's layout. Twin: Body in glsl/simulate/body.glsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Body {
-    /// The particle's middle, then its radius.
-    pub place: [f32; 4],
-    /// Velocity along each axis, world units per step; then the extinction.
-    pub speed: [f32; 4],
-}
-
-/// Where particles are born. Twin: Jet in glsl/simulate/law.glsl.
+/// Where particles are born. Twin: Jet in glsl/animate/simulate/law.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Jet {
@@ -34,7 +25,7 @@ pub struct Jet {
     pub spread: f32,
 }
 
-/// Constants for all particles. Twin: Law in glsl/simulate/law.glsl.
+/// Constants for all particles. Twin: Law in glsl/animate/simulate/law.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Law {
@@ -68,19 +59,6 @@ pub struct Law {
     pub vanish: f32,
     /// Steps from a particle's birth to its next birth.
     pub life: u32,
-}
-
-/// The place of a grid of voxels in the world. Twin: Grid in glsl/grid/grid.glsl.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// The grid's low corner, world units.
-    pub origin: [f32; 3],
-    /// A voxel's side, world units.
-    pub voxel: f32,
-    /// Voxels per world unit.
-    pub per_unit: f32,
-    /// Voxels per side.
-    pub size: u32,
 }
 
 /// A fountain of particles that jump, fall and are pulled by an attractor.
@@ -127,11 +105,11 @@ impl Fountain {
         }
     }
 
-    /// Spheres at the corners of the box: all particles lie in their convex hull at any time.
-    pub(in crate::scene) fn corners(&self) -> [(DVec3, f64); 8] {
+    /// What a scene of this fountain has at most.
+    pub(in crate::scene) fn reserve(&self) -> Reserve {
         let law = self.law();
-        let end = |i: usize, axis: usize| f64::from(if i >> axis & 1 == 1 { law.high[axis] } else { law.low[axis] });
-        std::array::from_fn(|i| (DVec3::new(end(i, 0), end(i, 1), end(i, 2)), f64::from(law.radius)))
+        let stay_in = Some(ParticleBox { low: law.low, high: law.high, radius: law.radius });
+        Reserve { particles: self.particles as usize, stay_in, ..Reserve::default() }
     }
 
     /// The jets at which particles are born, each with the same probability. Four of them are the same jet in the middle, which so has half
