@@ -10,54 +10,59 @@ mod model;
 #[cfg(feature = "program")]
 pub(crate) use built_in::emitters::Smoke;
 #[cfg(feature = "program")]
-pub use built_in::fountain_law::{Fountain, Jet, Law, MOST_GRAVITY};
-#[cfg(feature = "program")]
 pub(crate) use built_in::fountain_steps;
 #[cfg(feature = "program")]
-pub use built_in::{number_of, with_number};
-#[cfg(feature = "program")]
-pub use files::animation::Animation;
-#[cfg(feature = "program")]
-pub use files::data_file::DATA_ENDINGS;
-#[cfg(feature = "program")]
 pub(crate) use files::load::open;
-#[cfg(feature = "program")]
-pub use files::load::{BUILT_IN, known};
-pub use model::backdrop::Backdrop;
-pub use model::body::Body;
-pub use model::caster::Caster;
-#[cfg(feature = "program")]
-pub use model::change::SceneChange;
-pub use model::extinction_group::ExtinctionGroup;
+pub use model::field::Field;
 #[cfg(feature = "program")]
 pub(crate) use model::field::trilinear;
 pub(crate) use model::field::{CORNERS, SIDE};
-pub use model::field::{Field, MOST_BLOCKS, MOST_SIDE};
-pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
-pub use model::light::{FACES, Light, LightKind};
-pub use model::order::{Blended, blended, volumes_among};
-#[cfg(feature = "program")]
-pub use model::order::{Order, far_to_near};
-pub use model::picture::{Picture, SKY};
+pub use model::light::{Light, LightKind};
+pub use model::picture::Picture;
 #[cfg(feature = "program")]
 pub(crate) use model::random::Random;
 pub use model::reserve::{ParticleBox, Reserve};
-pub use model::resolution::{Moved, Resolution};
 pub use model::show::Show;
-pub use model::sides::{Side, sides};
-pub use model::smooth::smooth_normals;
 pub use model::splat::Splat;
 #[cfg(feature = "program")]
 pub(crate) use model::splat::{REACH, Shape};
-#[cfg(feature = "program")]
-pub use model::time::check_time;
-pub use model::view::{FARTHEST, Projection, Ray, View};
-pub use model::volume::{MOST_CELLS, Placed, Volume};
+pub use model::view::View;
+pub use model::volume::{Placed, Volume};
 #[cfg(feature = "program")]
 pub(crate) use model::voxels::Facet;
+
+// For the program and the tests.
 #[cfg(feature = "program")]
-pub use model::voxels::{Bits, Place};
+#[doc(hidden)]
+pub use self::{
+    built_in::fountain_law::{Fountain, Jet, Law, MOST_GRAVITY},
+    built_in::{number_of, with_number},
+    files::animation::Animation,
+    files::data_file::DATA_ENDINGS,
+    files::load::{BUILT_IN, known},
+    model::change::SceneChange,
+    model::order::{Order, far_to_near},
+    model::time::check_time,
+    model::voxels::{Bits, Place},
+};
+#[doc(hidden)]
+pub use self::{
+    model::backdrop::Backdrop,
+    model::body::Body,
+    model::caster::Caster,
+    model::extinction_group::ExtinctionGroup,
+    model::field::{MOST_BLOCKS, MOST_SIDE},
+    model::fit::{Aim, Casting, gutter_texels},
+    model::light::FACES,
+    model::order::{Blended, blended, volumes_among},
+    model::picture::SKY,
+    model::resolution::{Moved, Resolution},
+    model::sides::{Side, sides},
+    model::smooth::smooth_normals,
+    model::view::{FARTHEST, Projection, Ray},
+    model::volume::MOST_CELLS,
+};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
@@ -199,6 +204,7 @@ impl Default for Scene {
 
 /// The greatest optical depth across a particle's diameter. It stands for an `opacity` of 1, whose optical depth −ln(1 − opacity) would be
 /// infinite. exp(−80) is the smallest transmittance that techniques can tell from 0.
+#[doc(hidden)]
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 impl Scene {

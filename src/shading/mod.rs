@@ -13,6 +13,7 @@ mod half_angle_draw;
 mod interleaved;
 mod kernels;
 mod lighting;
+#[doc(hidden)]
 pub mod many_lights;
 mod mesh_shading;
 mod painter;

@@ -52,6 +52,7 @@ texel_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "beer-shadow-map",
     about: "front depth, mean extinction and greatest optical depth per texel (Hillaire 2020, Unreal Engine's clouds)",

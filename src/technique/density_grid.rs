@@ -80,6 +80,7 @@ settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "density-grid",
     about: "marches to the light through the extinction of smoke and hair in voxels, one grid for all lights",

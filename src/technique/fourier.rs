@@ -44,6 +44,7 @@ texel_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "fourier",
     about: "the optical depth of a ray as a Fourier series (Jansen and Bavoil 2010)",

@@ -41,6 +41,7 @@ settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "grid-query",
     about: "every caster and triangle on the way to the light, found by a grid that lists them: exact on any device",

@@ -71,6 +71,7 @@ settings! {
 
 /// For the registry. Look-ups know only the light behind all casters, or on the first mesh, so nothing is promised about how answers change
 /// with depth. The order of casters changes answers only by the rounding of blending.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "half-angle",
     about: "slices along the half vector of light and camera; paints the picture, has no look-up in space (Kniss 2003, Green 2008)",

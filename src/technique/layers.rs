@@ -70,6 +70,7 @@ texel_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "layers",
     about: "optical depth up to the ends of a ray's layers, linear between (opacity shadow maps 2001, deep opacity maps 2008)",

@@ -61,6 +61,7 @@ map_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "marched",
     about: "AVSM's curves from a march through one density grid of smoke and hair for all lights (Unreal Engine 5)",

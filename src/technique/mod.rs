@@ -29,50 +29,66 @@ pub mod wavelet;
 
 // What techniques share.
 mod build;
+#[doc(hidden)]
 pub mod keys;
 mod map_settings;
 mod painter;
+#[doc(hidden)]
 pub mod promises;
 mod requirements;
+#[doc(hidden)]
 pub mod runs;
+#[doc(hidden)]
 pub mod settings;
 mod spec;
+#[doc(hidden)]
 pub mod sums;
 mod texel_map;
 
-pub use avsm::{Avsm, NodeData};
+pub use avsm::Avsm;
 pub use beer_shadow_map::BeerShadowMap;
-pub use build::{Built, Opened, open};
-pub use deep_shadow_map::{DeepShadowMap, DeepState};
+pub use build::{Opened, open};
+pub use deep_shadow_map::DeepShadowMap;
 pub use density_grid::DensityGrid;
 pub use fourier::Fourier;
 pub use grid_query::GridQuery;
 pub use half_angle::HalfAngle;
-pub use ism::{
-    Atlas as IsmAtlas, BuildPath as IsmWay, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData,
-    PointsData, SUBSETS as ISM_SUBSETS,
-};
-pub use keys::{Key, Name, Values};
+pub use ism::Ism;
 pub use layers::Layers;
 pub use marched::Marched;
 pub use moments::Moments;
 pub use none::Unshadowed;
 pub use optical_depth_grid::OpticalDepthGrid;
-pub use painter::{Painter, answers_in_space, half_vector};
-pub use promises::Promises;
 pub use psm::Psm;
 pub use ray_query::RayQuery;
 pub use requirements::{PathRequirements, requirements};
-pub use runs::Runs;
 pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
 pub use stochastic::Stochastic;
-pub use texel_map::TexelMap;
 pub use translucency_map::TranslucencyMap;
 pub use uncompressed::Uncompressed;
-pub use voxel_grid::{March, VoxelGrid};
-pub use voxelized::{Baked as VoxelizedBake, Coverage, Free, LevelCounts, Structure, TreeData, Voxelized};
+pub use voxel_grid::VoxelGrid;
+pub use voxelized::{Baked as VoxelizedBake, Voxelized};
 pub use wavelet::Wavelet;
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::{
+    avsm::NodeData,
+    build::Built,
+    deep_shadow_map::DeepState,
+    ism::{
+        Atlas as IsmAtlas, BuildPath as IsmWay, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, PointData,
+        PointsData, SUBSETS as ISM_SUBSETS,
+    },
+    keys::{Key, Name, Values},
+    painter::{Painter, answers_in_space, half_vector},
+    promises::Promises,
+    runs::Runs,
+    texel_map::TexelMap,
+    voxel_grid::March,
+    voxelized::{Coverage, Free, LevelCounts, Structure, TreeData},
+};
 
 use crate::gpu::{Bindings, Commands, Constants, Context, Limit, Requirement};
 use crate::maps::{Map, OpaqueMaps};
@@ -92,6 +108,7 @@ macro_rules! registry {
 crate::shaders::with_folders!(registry);
 
 /// The techniques that commands use where none is named.
+#[doc(hidden)]
 pub mod usual {
     /// For a picture.
     pub const PICTURE: &str = super::avsm::ENTRY.name;
@@ -330,6 +347,7 @@ pub enum Lifetime {
 }
 
 /// Opens a technique.
+#[doc(hidden)]
 pub type Open = fn(&Context, &World, &Spec) -> Result<Box<dyn Technique>>;
 
 /// An entry of the registry: all that the program knows about a technique.

@@ -71,6 +71,7 @@ texel_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "moments",
     about: "moments of a ray's optical depth (Münstermann, Krumpen, Klein and Peters 2018)",

@@ -31,6 +31,7 @@ pub struct Settings;
 
 /// For the registry. Its answer is always 1: light never rises, and no order matters. It leaks everywhere, and promises nothing about
 /// leaks. Nothing can break it, so it is stressed only where it is named.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "none",
     about: "no shadow: all light everywhere; what shadows cost, and what leaving them out costs",

@@ -67,6 +67,7 @@ impl Settings {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "optical-depth-grid",
     about: "the optical depth to each light in a grid of cells, one fetch per look-up, baked whole or in turn (Nubis³ 2023)",
@@ -94,6 +95,7 @@ const COMPUTE: &str = "compute";
 const BUSY: u64 = 1 << 18;
 
 /// Threads that share the march of a cell, 1 to 8, where so many `cells` are baked at once. Twin: WAY_PARTS.
+#[doc(hidden)]
 pub fn way_parts(cells: u64) -> u32 {
     1 << (BUSY / cells.max(1)).clamp(1, 8).ilog2()
 }

@@ -55,6 +55,7 @@ settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "ray-query",
     about: "rays from the point to the light, against meshes, smoke and hair themselves: exact (VK_KHR_ray_query)",

@@ -32,6 +32,7 @@ use crate::world::{Parts, World};
 use crate::{Error, Result};
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "shadow-map",
     about: "the depth of the nearest mesh per texel, compared (Williams 1978; Reeves, Salesin and Cook 1987)",

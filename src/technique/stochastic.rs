@@ -62,6 +62,7 @@ map_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "stochastic",
     about: "a few rays per texel that end by chance where light would: no bias, and noise (Enderton et al. 2010)",

@@ -49,6 +49,7 @@ texel_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "translucency-map",
     about: "one product of transmittances per texel, no self-shadow (Crytek 2011)",

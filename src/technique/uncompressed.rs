@@ -34,6 +34,7 @@ use crate::world::{BuildStamp, Parts, World};
 pub use super::settings::MapSettings as Settings;
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "uncompressed",
     about: "per-texel lists of all segments, exact at texel centres (the yardstick of Intel's 2010 demonstration)",

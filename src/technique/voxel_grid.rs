@@ -100,6 +100,7 @@ settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "voxel-grid",
     about: "a ray from the point to the light through a grid of voxels, one grid for all lights (Pestana 2015)",
@@ -132,6 +133,7 @@ const RASTER: &str = "raster";
 
 /// The settings, resolved for a device. For tests, a plan may also hold what settings cannot express: cones of any width, and
 /// any number of steps.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Voxels per side: a power of two from 64 to 512.

@@ -47,6 +47,7 @@ texel_settings! {
 const MOST_DRAWN: u32 = 3;
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "wavelet",
     about: "the optical depth of a ray in Haar wavelets (Aizenshtein, Smal and McGuire 2022)",

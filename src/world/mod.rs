@@ -35,6 +35,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 /// Twin: Triangle in glsl/world/triangle.glsl.
+#[doc(hidden)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TriangleData {

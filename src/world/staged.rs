@@ -103,7 +103,7 @@ impl World {
         Ok(())
     }
 
-    /// As [`World::read_back`], from `casters`, a copy of [`World::casters`] that was read back with frames in flight,
+    /// As [`World::read_back`], from `casters`, a copy of the world's casters that was read back with frames in flight,
     /// so that nothing waits. No pass may have written the casters since.
     ///
     /// # Errors

@@ -190,6 +190,7 @@ impl Vpls {
 }
 
 /// A virtual light as the host has it, from an element of [`Vpls::lights`] that was read back.
+#[doc(hidden)]
 pub fn light_of(data: &LightData) -> Light {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let kind = LightKind::Virtual {
@@ -201,6 +202,7 @@ pub fn light_of(data: &LightData) -> Light {
 }
 
 /// The passes' buffers, read back to compare with their twin.
+#[doc(hidden)]
 pub struct VplsSeen {
     /// The maps, with the views that were fitted to the scene.
     pub maps: Vec<Map>,
@@ -226,6 +228,7 @@ pub struct VplsSeen {
 }
 
 /// What virtual lights follow: see [`VplsSeen`].
+#[doc(hidden)]
 pub struct ViewSeen {
     /// Per point, row by row, the number of the triangle that the camera sees, plus 1.
     pub numbers: Vec<u32>,

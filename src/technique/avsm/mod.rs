@@ -35,8 +35,11 @@ mod raster_order;
 mod settings;
 mod two_pass;
 
-pub use curves::NodeData;
 pub use settings::{Batch, BuildPath, DetailMode, Fit, Interpolated, Order, Resolve, Settings, Storage, TexelSampling};
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::curves::NodeData;
 
 use self::binned::Binned;
 use self::curves::Curves;
@@ -54,6 +57,7 @@ use crate::world::{Parts, World};
 use std::ops::Range;
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "avsm",
     about: "adaptive volumetric shadow maps: a compressed transmittance curve per texel (Salvi et al. 2010)",

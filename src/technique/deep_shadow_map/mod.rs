@@ -41,6 +41,7 @@ use crate::world::{Parts, World};
 use bytemuck::{Pod, Zeroable};
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "deep-shadow-map",
     about: "as many nodes per texel as its curve needs for an error, and no more (Lokovic and Veach 2000)",
@@ -105,6 +106,7 @@ push_struct! {
 }
 
 /// The node count of all maps, and the search for an error. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
+#[doc(hidden)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct DeepState {

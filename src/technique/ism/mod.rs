@@ -31,10 +31,15 @@ mod raster;
 mod sample;
 mod settings;
 
-pub use adapt::{CLUSTER, ClusterData};
-pub use atlas::Atlas;
-pub use sample::{PointData, PointsData, SUBSETS};
 pub use settings::{BuildPath, Culling, Facing, Settings};
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::{
+    adapt::{CLUSTER, ClusterData},
+    atlas::Atlas,
+    sample::{PointData, PointsData, SUBSETS},
+};
 
 use self::adapt::Adapt;
 use self::sample::Sample;
@@ -50,6 +55,7 @@ use crate::{Error, Need, Result};
 use settings::PATHS;
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "ism",
     about: "points on the meshes, splatted into a small map of each virtual point light (Ritschel 2008, Tokuyoshi 2014)",

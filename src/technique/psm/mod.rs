@@ -84,6 +84,7 @@ map_settings! {
 }
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "psm",
     about: "particle shadow maps: what is left of the light behind each slice of a volume (Bavoil and Jansen 2013)",

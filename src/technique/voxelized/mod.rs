@@ -32,11 +32,17 @@ mod loaded;
 mod settings;
 mod tree;
 
-pub use buffers::LevelCounts;
 pub use file::Baked;
-pub use loaded::Loaded;
-pub use settings::{Coverage, Free, Plan, Settings, Structure};
-pub use tree::{MAX_LEVELS, TreeData};
+pub use settings::{Coverage, Free, Settings, Structure};
+
+// For the program and the tests.
+#[doc(hidden)]
+pub use self::{
+    buffers::LevelCounts,
+    loaded::Loaded,
+    settings::Plan,
+    tree::{MAX_LEVELS, TreeData},
+};
 
 use self::bake::{Bake, Job, tree_nodes};
 use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
@@ -54,6 +60,7 @@ use bytemuck::Zeroable;
 use std::collections::BTreeMap;
 
 /// For the registry.
+#[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "voxelized",
     about: "every voxel lit or shadowed, in an octree or a graph of it (Sintorn et al. 2014, Kämpe et al. 2016)",
