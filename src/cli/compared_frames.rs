@@ -66,7 +66,7 @@ impl Compared {
         Ok(state)
     }
 
-    /// See [`AnimatedScene::fingerprint`]: of the first state, and of what moves it.
+    /// See [`AnimatedScene::fingerprint`]: a checksum over the first state and its motion.
     pub(super) fn fingerprint(&self) -> u32 {
         animate::fingerprint(self.first(), self.animation.as_deref())
     }

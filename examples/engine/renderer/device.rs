@@ -60,8 +60,8 @@ pub struct Gpu {
 type Destroy = Box<dyn FnOnce(&ash::Device)>;
 
 impl Gpu {
-    /// Opens a device, a GPU of its own memory before all others. Of all features that it has and Gobo can use, `choose` says which are
-    /// switched on.
+    /// Opens a device, a GPU of its own memory before all others. `choose` picks the features to switch on, among those that it has and
+    /// Gobo can use.
     pub fn new(instance: &Rc<Instance>, choose: impl FnOnce(Enabled) -> Enabled) -> Result<Self> {
         let handle = &instance.handle;
         let (physical, queue_family) = find(handle)?;

@@ -1,4 +1,4 @@
-//! Who hears of a run: files, progress.
+//! Observers of a run: what writes its files and shows its progress.
 
 use crate::bench::{CasePictures, Results, Row};
 use crate::scene::Picture;
