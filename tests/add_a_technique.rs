@@ -123,7 +123,7 @@ fn a_toy_technique_is_found_and_stressed() {
     let features = if cfg!(feature = "view") { "program,view" } else { "program" };
     // An example beside the program: without one cargo leaves out what tests ask of dependencies, and builds those once more. Our own
     // code is optimized a little, since the truth of `stress` takes minutes if it is not.
-    let targets = ["--bin", "gobo", "--example", "embed"];
+    let targets = ["--bin", "gobo", "--example", "engine"];
     let [fast, bare] = ["opt-level=1", "debug=false"].map(|setting| format!("profile.release.package.gobo.{setting}"));
     let build = ["build", "--release", "--offline", "--features", features, "--config", &fast, "--config", &bare];
     let build = build.into_iter().chain(targets);
