@@ -28,7 +28,7 @@ pub use results::shards::{Shard, join};
 pub use results::standard;
 pub use results::submission::{SUBMISSION, Submission, answers_hash, noise};
 pub use results::{
-    DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status, built_from,
+    DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status,
 };
 pub use run::observer::{Observer, RowPictures};
 pub use run::plan::{Plan, PlannedScene};

@@ -284,18 +284,13 @@ pub struct ImageError {
     pub bounce_noise: Option<f64>,
 }
 
-/// The commit that this program is built from, and whether a source differed from it; nothing outside git.
-pub fn built_from() -> (Option<String>, Option<bool>) {
-    match env!("GOBO_COMMIT") {
-        "unknown" => (None, None),
-        commit => (Some(commit.into()), Some(env!("GOBO_CHANGED") != "false")),
-    }
-}
-
 impl Results {
     /// No row yet, from this program.
     pub fn new(command: String, conditions: BTreeMap<String, String>, device: DeviceFacts) -> Self {
-        let (commit, changed) = built_from();
+        let (commit, changed) = match env!("GOBO_COMMIT") {
+            "unknown" => (None, None),
+            commit => (Some(commit.into()), Some(env!("GOBO_CHANGED") != "false")),
+        };
         let gobo = env!("CARGO_PKG_VERSION").into();
         Self { schema: SCHEMA, gobo, commit, changed, command, conditions, device, ..Self::default() }
     }
