@@ -27,7 +27,8 @@
 //! let effort = Effort { frames: 3, space_points: 256, seen_points: 256, lookups: 0, picture: [32, 18], ..EFFORT };
 //! let spec = &shading::parse("avsm:size=64")?[0];
 //! let row = with_case(context, frames, effort, |case| Ok(case.measure(spec).0))?;
-//! assert!(row.error.is_some_and(|error| error.mean_abs < 0.01), "{}", row.reason);
+//! let space = row.error.and_then(|error| error.space);
+//! assert!(space.is_some_and(|space| space.mean_abs < 0.01), "{}", row.reason);
 //! # Ok(()) });
 //! ```
 
