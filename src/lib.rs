@@ -132,7 +132,6 @@
 #[cfg(feature = "program")]
 mod advice;
 #[cfg(feature = "program")]
-#[doc(hidden)]
 pub mod animate;
 #[cfg(feature = "program")]
 #[doc(hidden)]

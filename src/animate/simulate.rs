@@ -53,14 +53,14 @@ impl Simulation {
             return Err(Error::input(world.name(), cause, "make the world of the fountain's scene"));
         }
         let place = fountain.place();
-        let stands = GridData {
+        let given = GridData {
             origin: place.origin,
             voxel: place.voxel,
             per_unit: place.per_unit,
             size: place.size,
             ..GridData::zeroed()
         };
-        let grid = Grid::standing(context, world, stands)?;
+        let grid = Grid::of_meshes(context, world, given)?;
         let bytes = u64::from(fountain.particles) * size_of::<Body>() as u64;
         // Zeros, so that particles which are not born yet hold finite numbers.
         let bodies = Buffer::zeroed(context, "simulate.bodies", bytes)?;

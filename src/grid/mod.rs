@@ -193,7 +193,7 @@ impl Grid {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
+    pub fn of_meshes(context: &Context, world: &World, place: GridData) -> Result<Self> {
         let meshes = Some((Voxelizer::Compute, Refinement::Nothing));
         Self::planned(context, world, PlacePlan::Given(place), meshes, CasterPlan::Nothing)
     }
@@ -319,7 +319,7 @@ impl Grid {
 
     /// Two buffers: the directions of strands in each voxel, and the greatest optical depth of any voxel. Where the grid lacks one of them,
     /// the buffer of bits stands in its place, since a shader needs something bound there.
-    pub fn held_buffers(&self) -> [&Buffer; 2] {
+    pub fn direction_buffers(&self) -> [&Buffer; 2] {
         let media = self.casters.media();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
     }

@@ -130,7 +130,7 @@ impl DensityGrid {
         let directions = direction == Direction::Mean && world.has_strands();
         let grid = Grid::of_media(context, world, size, MediaContent { directions, most: march == March::Ratio })?;
         let maps = Maps::opaque_alone(context, world, opaque)?;
-        let (buffers, [run, most]) = (grid.buffers(), grid.held_buffers());
+        let (buffers, [run, most]) = (grid.buffers(), grid.direction_buffers());
         let (views, opaque) = maps.opaque_bindings();
         let look_up = set::DensityGridLookUp {
             lights: &world.lights,

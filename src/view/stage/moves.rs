@@ -97,8 +97,8 @@ impl Stage {
 
     /// Takes over the particles' positions into the host's scene from a frame that is over, where they have not moved since.
     pub(super) fn take_particles(&mut self, over: u64) -> Result<()> {
-        let stood = |simulated: &&mut Simulated| simulated.is_moving && simulated.frame <= over;
-        let Some(simulated) = self.simulated.as_mut().filter(stood) else { return Ok(()) };
+        let is_over = |simulated: &&mut Simulated| simulated.is_moving && simulated.frame <= over;
+        let Some(simulated) = self.simulated.as_mut().filter(is_over) else { return Ok(()) };
         let Some(casters) = simulated.read.read::<Caster>(over, self.base.scene.particles.len())? else {
             return Ok(());
         };
