@@ -3,7 +3,7 @@
 
 mod renderer;
 
-use renderer::{Gpu, Instance, Options, Renderer, Result, Shadows};
+use renderer::{Gpu, Instance, Options, Renderer, Result};
 
 const USAGE: &str = "\
 usage: engine TECHNIQUE [options]
@@ -14,7 +14,13 @@ usage: engine TECHNIQUE [options]
   --painted       Gobo's compute passes make the picture, of smoke and sky alone
   --validation    load the validation layer, which prints what it finds";
 
-fn main() -> Result<()> {
+fn main() {
+    let Err(error) = run() else { return };
+    eprintln!("{error}");
+    std::process::exit(1)
+}
+
+fn run() -> Result<()> {
     let mut words = std::env::args().skip(1);
     let technique = gobo::technique::parse(&words.next().ok_or(USAGE)?, &[])?.remove(0);
     let mut options = Options { technique, turn_per_s: 0.0, painted: false, size: [640, 480] };
@@ -37,7 +43,5 @@ fn main() -> Result<()> {
     let [width, height] = options.size;
     image::save_buffer(&output, &renderer.picture()?, width, height, image::ExtendedColorType::Rgba8)?;
     println!("{output}: {width}x{height} pixels, after {frames} frames on {}", renderer.gpu.name);
-    let Shadows { context, grew, .. } = &renderer.shadows;
-    println!("Gobo has {} bytes of the device, and grew after {grew} frames", context.allocated_bytes());
     Ok(())
 }

@@ -7,7 +7,7 @@ use ash::vk;
 use gobo::gpu::{Adopt, Commands, Context, Messages};
 use gobo::scene::{Camera, Light, LightKind, View};
 use gobo::shading::{Kernels, Lighting, PainterKind, Renderer, Shading};
-use gobo::technique::{BuildStatus, Technique, open};
+use gobo::technique::{Technique, open};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 
 /// What Gobo reads of the sun on the device. A directional light has no position, and the offset is not used.
@@ -28,8 +28,6 @@ pub struct Shadows {
     pub sets: Vec<Set>,
     /// The last frame that was recorded.
     pub frame: u64,
-    /// Frames after which a buffer of Gobo's grew.
-    pub grew: u64,
 }
 
 impl Shadows {
@@ -55,15 +53,14 @@ impl Shadows {
         let sets = (0..FRAMES_IN_FLIGHT).map(|_| Set::new(gpu, &bindings)).collect::<Result<_>>()?;
         let painter = || Painter::new(&context, &world, technique.as_ref(), options.size);
         let painter = options.painted.then(painter).transpose()?;
-        Ok(Self { painter, technique, world, particles, sun, context, sets, frame: 0, grew: 0 })
+        Ok(Self { painter, technique, world, particles, sun, context, sets, frame: 0 })
     }
 
     /// Reads whether something did not fit in frame `frame`, which is over. It has room from the next frame on.
     pub fn settle(&mut self, frame: u64) -> Result<()> {
         let settle = |painter: &Painter| painter.renderer.settle(&painter.kernels, frame);
-        let is_painted = self.painter.as_ref().map_or(Ok(true), settle)?;
-        self.grew += u64::from(self.technique.settle(frame)? == BuildStatus::Retry || !is_painted);
-        Ok(())
+        self.painter.as_ref().map_or(Ok(true), settle)?;
+        Ok(self.technique.settle(frame).map(drop)?)
     }
 
     /// Records the shadows of the particles as the commands before have moved them. Those that follow may ask.
