@@ -19,7 +19,7 @@ const float BELL_ALL = 1.7320508;
 
 struct Bell {
     vec3 centre;  // voxels
-    GaussianShape shape;
+    SplatShape shape;
     bool thick;
     uvec3 count;   // parts along its axes, or voxels of its box
     ivec3 first;   // of the box
@@ -42,7 +42,7 @@ float bell_depth(float taken) {
 }
 
 Bell bell_of(vec3 centre, float radius, vec3 packed, float extinction, uint size) {
-    GaussianShape shape = gaussian_shape(radius, packed);
+    SplatShape shape = splat_shape(radius, packed);
     vec3 deviations = shape.deviations;
     bool thick = deviations.z >= BELL_THICK;
     vec3 wide = sqrt(deviations * deviations + 1.0 / 12.0);
@@ -61,7 +61,7 @@ Bell bell_of(vec3 centre, float radius, vec3 packed, float extinction, uint size
         vec3 along = shape.axes[i] * wide[i];
         square += along * along;
     }
-    vec3 reach = GAUSSIAN_REACH * sqrt(square);
+    vec3 reach = SPLAT_REACH * sqrt(square);
     ivec3 first = ivec3(clamp(floor(centre - reach - 0.5), vec3(0.0), vec3(size - 1u)));
     ivec3 last = ivec3(clamp(floor(centre + reach), vec3(0.0), vec3(size - 1u)));
     shape.deviations = wide;
@@ -86,7 +86,7 @@ uint bell_amount(Bell bell, ivec3 voxel) {
         float at = dot(bell.shape.axes[i], from) / bell.shape.deviations[i];
         square += at * at;
     }
-    return square > GAUSSIAN_REACH * GAUSSIAN_REACH ? 0u : bell_units(bell.amount * exp(-0.5 * square));
+    return square > SPLAT_REACH * SPLAT_REACH ? 0u : bell_units(bell.amount * exp(-0.5 * square));
 }
 
 // The density of a Gaussian.
@@ -100,8 +100,8 @@ float bell_part(Bell bell, uvec3 part, out vec3 place, out vec3 half_sides) {
     for (uint i = 0u; i < 3u; ++i) {
         float half_side = BELL_ALL * bell.shape.deviations[i];
         if (bell.count[i] > 1u) {
-            float step = 2.0 * GAUSSIAN_REACH / float(bell.count[i]), low = float(part[i]) * step - GAUSSIAN_REACH;
-            float share = gaussian_share(low + step) - gaussian_share(low);
+            float step = 2.0 * SPLAT_REACH / float(bell.count[i]), low = float(part[i]) * step - SPLAT_REACH;
+            float share = splat_share(low + step) - splat_share(low);
             float mean = (bell_density(low) - bell_density(low + step)) / share;
             amount *= BELL_AXIS * share;
             place += mean * bell.shape.deviations[i] * bell.shape.axes[i];

@@ -8,14 +8,14 @@
 
 struct Slab {
     vec3 centre;  // voxels
-    GaussianShape shape;
+    SplatShape shape;
     float extinction;  // per voxel of path
     ivec3 first;
     ivec3 last;
 };
 
 Slab slab_of(vec3 centre, float radius, vec3 packed, float extinction, uint size) {
-    GaussianShape shape = cell_shape(radius, packed);
+    SplatShape shape = cell_shape(radius, packed);
     vec3 reach = vec3(0.0);
     for (uint i = 0u; i < 3u; ++i) {
         reach += abs(shape.axes[i]) * (shape.deviations[i] + 0.5);

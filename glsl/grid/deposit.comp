@@ -42,7 +42,7 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
     precise vec3 place = (caster.position - grid.origin) * grid.per_unit;
     precise float radius = caster.radius * grid.per_unit;
     bool strand = caster_is_strand(caster);
-    if (caster_is_gaussian(caster)) {
+    if (caster_is_splat(caster)) {
         Bell bell = bell_of(place, radius, caster.axis, caster.density * grid.voxel, grid.size);
         uint all = bell_count(bell);
         for (uint v = first; v < all && all <= most; v += step) {

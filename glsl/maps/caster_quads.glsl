@@ -24,7 +24,7 @@ uvec2 quad_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * v
 // The segment of the caster in the texel, cut off where an optical depth of `dark` is reached, as depths in the light's range. False
 // where there is none.
 bool quad_part(View view, float dark, out vec2 depth, out float optical_depth) {
-    Caster caster = Caster(ball.xyz, ball.w, STRANDS || GAUSSIANS ? rest.xyz : vec3(0.0), rest.w);
+    Caster caster = Caster(ball.xyz, ball.w, STRANDS || SPLATS_OR_CELLS ? rest.xyz : vec3(0.0), rest.w);
     Ray ray = view_texel_ray(view, quad_texel(view));
     vec2 z;
     bool hit = view_segment(view, ray, length(ray.direction), caster, dark, z, optical_depth);

@@ -16,7 +16,7 @@ const uint FILTER_BOX = 1u;
 
 struct Filter {
     Footprint near;  // bilinear
-    ivec2 corner;    // box, gaussian: the first texel,
+    ivec2 corner;    // box, splat: the first texel,
     vec2 rest;       // and the fraction of the position within that texel, 0 to 1
     float total;     // of the weights before they are divided by it
 };

@@ -12,14 +12,14 @@ float segment_cut(View view, float ray_length, Caster caster, float dark, inout 
     float optical_depth = caster.density;
     if (!caster_is_strand(caster)) {
         if (z.x < view.near) {
-            z.z = caster_is_gaussian(caster) ? z.z * ((z.y - view.near) / (z.y - z.x)) : z.y - view.near;
+            z.z = caster_is_splat(caster) ? z.z * ((z.y - view.near) / (z.y - z.x)) : z.y - view.near;
             z.x = view.near;
         }
         optical_depth = caster.density * z.z * ray_length;
     }
     if (optical_depth > dark) {
         z.z *= dark / optical_depth;
-        z.y = z.x + (caster_is_gaussian(caster) ? (z.y - z.x) * (dark / optical_depth) : z.z);
+        z.y = z.x + (caster_is_splat(caster) ? (z.y - z.x) * (dark / optical_depth) : z.z);
         optical_depth = dark;
     }
     return optical_depth;

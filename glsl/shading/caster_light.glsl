@@ -13,8 +13,8 @@ vec3 caster_light(Caster caster, vec3 position) {
         vec3 radiance = light_radiance(lights[i], position);
         if (any(greaterThan(radiance, vec3(0.0)))) {
             vec3 asked = lit_side(lights[i], caster, position);
-            if (caster_is_gaussian(caster)) {
-                vec3 normal = gaussian_shape(caster.radius, caster.axis).axes[2];
+            if (caster_is_splat(caster)) {
+                vec3 normal = splat_shape(caster.radius, caster.axis).axes[2];
                 asked = light_receiver(i, asked, dot(normal, light_direction(lights[i], position)) < 0.0 ? -normal : normal);
             }
             light += radiance * colored(light_visibility(i, asked));

@@ -15,7 +15,7 @@ bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z
 
 // A caster's albedo; splats and volumes have colors of their own. Needs PICTURE_SPLATS.
 vec3 caster_color_of(Caster caster, uint index) {
-    if (!caster_is_packed(caster)) {
+    if (!caster_is_splat_or_cell(caster)) {
         return caster_albedo(caster);
     }
     uint at = 1u + 3u * (index - splats[0]);

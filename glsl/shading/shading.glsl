@@ -26,10 +26,10 @@ vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALB
 // the edge of that step, so that they would be shadowed at random. So a strand asks one width in front of itself, towards the light. A
 // splat is a piece of a surface. It asks in front of all of itself and of its neighbours, which it overlaps.
 vec3 lit_side(Light light, Caster caster, vec3 position) {
-    if (caster_is_gaussian(caster)) {
+    if (caster_is_splat(caster)) {
         vec3 towards = light_direction(light, position);
-        GaussianRay along = gaussian_ray(Ray(position, towards), caster.position, caster.radius, caster.axis);
-        return position + max(GAUSSIAN_REACH * along.deviation, caster.radius / GAUSSIAN_REACH) * towards;
+        SplatRay along = splat_ray(Ray(position, towards), caster.position, caster.radius, caster.axis);
+        return position + max(SPLAT_REACH * along.deviation, caster.radius / SPLAT_REACH) * towards;
     }
     return caster_is_strand(caster) ? position + 2.0 * caster.radius * light_direction(light, position) : position;
 }

@@ -3,26 +3,26 @@
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"
 
-// cast_depth of a Gaussian, by its true profile and not by a segment that stands for it. In front of the Gaussian's reach nothing of it
+// cast_depth of a splat, by its true profile and not by a segment that stands for it. In front of the splat's reach nothing of it
 // counts; behind its reach all of it counts.
-float gaussian_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
-    GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
-    float half_chord = gaussian_half(along), low = along.middle - half_chord, high = along.middle + half_chord;
+float splat_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
+    SplatRay along = splat_ray(ray, caster.position, caster.radius, caster.axis);
+    float half_chord = splat_half(along), low = along.middle - half_chord, high = along.middle + half_chord;
     entry = max(low, 0.0);
     if (!(half_chord > 0.0 && entry <= min(high, end))) {
         return 0.0;
     }
-    float before = low >= 0.0 ? 0.0 : gaussian_share(-along.middle / along.deviation);
-    float upto = high <= end ? 1.0 : gaussian_share((end - along.middle) / along.deviation);
-    return min(caster.density * gaussian_length(along) * ray_length * max(upto - before, 0.0), MAX_OPTICAL_DEPTH);
+    float before = low >= 0.0 ? 0.0 : splat_share(-along.middle / along.deviation);
+    float upto = high <= end ? 1.0 : splat_share((end - along.middle) / along.deviation);
+    return min(caster.density * splat_length(along) * ray_length * max(upto - before, 0.0), MAX_OPTICAL_DEPTH);
 }
 
 // The caster's optical depth on the ray from 0 to `end`, in lengths of the ray's direction; a strand's step at either end counts. `entry`:
 // where the ray enters the caster, or 0 where it begins inside.
 float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     vec3 z;
-    if (caster_is_gaussian(caster)) {
-        return gaussian_cast_depth(ray, ray_length, caster, end, entry);
+    if (caster_is_splat(caster)) {
+        return splat_cast_depth(ray, ray_length, caster, end, entry);
     }
     entry = 0.0;
     if (!caster_overlap(ray, caster, z)) {

@@ -1,37 +1,37 @@
-// Translucent casters: a sphere of constant extinction, a Gaussian splat, a cell of a volume, or a strand, which is a line segment with the
+// Translucent casters: a sphere of constant extinction, a splat, a cell of a volume, or a strand, which is a line segment with the
 // width of a ribbon that faces every ray. Their overlap with a ray, and the quad that covers them. Twin: scene::Caster,
 // reference::twin::segment, reference::truth.
 #ifndef WORLD_CASTER_GLSL
 #define WORLD_CASTER_GLSL
 #include "world/cell.glsl"
-#include "world/gaussian.glsl"
+#include "world/splat.glsl"
 #include "world/view.glsl"
 
 struct Caster {
     vec3 position;  // a sphere's centre, a strand's start
     float radius;   // 0 behind a count that only the device knows: it casts nothing
-    vec3 axis;      // from a strand's start to its end; 0 for a sphere; of a Gaussian and of a cell bits of its shape
-    float density;  // a sphere's or a cell's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth
+    vec3 axis;      // from a strand's start to its end; 0 for a sphere; of a splat and of a cell bits of its shape
+    float density;  // a sphere's or a cell's extinction, a splat's at its middle, 1 / world unit; a strand's optical depth
 };
 
 // False: there are none, and their arithmetic is left out.
 CONSTANT(bool, STRANDS, true)
 // False: there are no splats and no volumes, and their arithmetic is left out.
-CONSTANT(bool, GAUSSIANS, true)
+CONSTANT(bool, SPLATS_OR_CELLS, true)
 
-bool caster_is_gaussian(Caster caster) {
-    return GAUSSIANS && gaussian_marked(caster.axis);
+bool caster_is_splat(Caster caster) {
+    return SPLATS_OR_CELLS && splat_marked(caster.axis);
 }
 
 bool caster_is_cell(Caster caster) {
-    return GAUSSIANS && cell_marked(caster.axis);
+    return SPLATS_OR_CELLS && cell_marked(caster.axis);
 }
 
 // Splat or cell: a caster with a shape packed into its axis.
-bool caster_is_packed(Caster caster) { return caster_is_gaussian(caster) || caster_is_cell(caster); }
+bool caster_is_splat_or_cell(Caster caster) { return caster_is_splat(caster) || caster_is_cell(caster); }
 
 bool caster_is_strand(Caster caster) {
-    return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_packed(caster);
+    return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_splat_or_cell(caster);
 }
 
 // From a strand's start to its end; 0 for other casters.
@@ -52,7 +52,7 @@ bool caster_after(Caster a, Caster b) {
     return false;
 }
 
-// A bound of the optical depth that a caster has along any ray. A Gaussian has 0.84 times the extinction at its middle times its
+// A bound of the optical depth that a caster has along any ray. A splat has 0.84 times the extinction at its middle times its
 // radius.
 float caster_most(Caster caster) {
     return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
@@ -94,12 +94,12 @@ bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     return dot(across, across) < strand.radius * strand.radius;
 }
 
-// The segment of even extinction that stands for a Gaussian, within the Gaussian's reach. z.z is the length with which the extinction of
-// the Gaussian's middle gives the same optical depth.
-bool gaussian_overlap(Ray ray, Caster caster, out vec3 z) {
-    GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
-    float half_chord = min(GAUSSIAN_CHORD * along.deviation, gaussian_half(along));
-    z = vec3(along.middle - half_chord, along.middle + half_chord, gaussian_length(along));
+// The segment of even extinction that stands for a splat, within the splat's reach. z.z is the length with which the extinction of
+// the splat's middle gives the same optical depth.
+bool splat_overlap(Ray ray, Caster caster, out vec3 z) {
+    SplatRay along = splat_ray(ray, caster.position, caster.radius, caster.axis);
+    float half_chord = min(SPLAT_CHORD * along.deviation, splat_half(along));
+    z = vec3(along.middle - half_chord, along.middle + half_chord, splat_length(along));
     return half_chord > 0.0;
 }
 
@@ -109,8 +109,8 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
         return strand_overlap(ray, caster, z);
     }
-    if (caster_is_gaussian(caster)) {
-        return gaussian_overlap(ray, caster, z);
+    if (caster_is_splat(caster)) {
+        return splat_overlap(ray, caster, z);
     }
     if (caster_is_cell(caster)) {
         return cell_overlap(ray, caster.position, caster.radius, caster.axis, z);
@@ -132,7 +132,7 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
 // By what a caster's density is multiplied to get the optical depth from z.x to z.y, all of it inside of the caster.
 float caster_thickness(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
-    if (caster_is_gaussian(caster)) {
+    if (caster_is_splat(caster)) {
         vec3 within;
         caster_overlap(ray, caster, within);
         thickness *= within.z / (within.y - within.x);
@@ -175,8 +175,8 @@ Caster view_caster(View view, Caster caster) {
     if (caster_is_strand(caster)) {
         caster.axis = view_axes(view, caster.axis);
     }
-    if (caster_is_packed(caster)) {
-        caster.axis = gaussian_turned(view, caster.axis);
+    if (caster_is_splat_or_cell(caster)) {
+        caster.axis = splat_turned(view, caster.axis);
     }
     return caster;
 }
@@ -184,7 +184,7 @@ Caster view_caster(View view, Caster caster) {
 // Bounds in NDC of a caster in the view's axes, low corner and high corner; false where it is behind the view. They are a
 // 16th of a texel too large, against rounding: drawing and binning decide exactly afterwards.
 bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
-    vec4 extent = caster_is_gaussian(caster) ? gaussian_extent(view, caster.position, caster.radius, caster.axis)
+    vec4 extent = caster_is_splat(caster) ? splat_extent(view, caster.position, caster.radius, caster.axis)
                                              : sphere_extent(view, caster.position, caster.radius);
     float farthest = caster.position.z;
     if (caster_is_cell(caster) && view.projection != VIEW_PERSPECTIVE) {

@@ -1,9 +1,9 @@
-// Cells of a volume: boxes of even extinction, turned as the volume is. A cell is packed as a Gaussian is, with two differences: an
+// Cells of a volume: boxes of even extinction, turned as the volume is. A cell is packed as a splat is, with two differences: an
 // exponent marks it as a cell, and its radius is half its diagonal. Source: docs/notebook/volumes.md. Twins: scene::Volume,
 // reference::twin::cell, reference::truth::volume::cell.
 #ifndef WORLD_CELL_GLSL
 #define WORLD_CELL_GLSL
-#include "world/gaussian.glsl"
+#include "world/splat.glsl"
 
 // Bits of an axis by which a caster is a cell. Twin: CELL_MARK.
 const uint CELL_MARK = 0x72000000u;
@@ -11,8 +11,8 @@ const uint CELL_MARK = 0x72000000u;
 bool cell_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == CELL_MARK; }
 
 // A cell's unit vectors, and in `deviations` half of its sides along them, world units.
-GaussianShape cell_shape(float radius, vec3 packed) {
-    GaussianShape shape = gaussian_shape(GAUSSIAN_REACH, packed);
+SplatShape cell_shape(float radius, vec3 packed) {
+    SplatShape shape = splat_shape(SPLAT_REACH, packed);
     shape.deviations *= radius * inversesqrt(dot(shape.deviations, shape.deviations));
     return shape;
 }
@@ -26,7 +26,7 @@ const float CELL_SOFT = 1e-3;
 // of two cells that share the side, both might count the ray, or none. So each side has a soft strip about it. By the ray's place in the
 // strip, each of the two cells keeps a share of its chord, around the chord's middle, and the two shares add up to 1.
 bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z) {
-    GaussianShape shape = cell_shape(radius, packed);
+    SplatShape shape = cell_shape(radius, packed);
     vec3 offset = position - ray.origin;
     float square = dot(ray.direction, ray.direction), least = CELL_ALONG * sqrt(square), share = 1.0;
     float nearest = dot(offset, ray.direction) / square, low = -FARTHEST, high = FARTHEST;
@@ -48,7 +48,7 @@ bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z)
 
 // The box of a cell in the view's axes, in a parallel view: low to high along right (x, y) and along up (z, w).
 vec4 cell_extent(vec3 centre, float radius, vec3 packed) {
-    GaussianShape shape = cell_shape(radius, packed);
+    SplatShape shape = cell_shape(radius, packed);
     vec2 reach = abs(shape.axes[0].xy) * shape.deviations.x + abs(shape.axes[1].xy) * shape.deviations.y +
                  abs(shape.axes[2].xy) * shape.deviations.z;
     return vec4(centre.x - reach.x, centre.x + reach.x, centre.y - reach.y, centre.y + reach.y);

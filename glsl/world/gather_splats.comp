@@ -1,5 +1,5 @@
 #version 460
-// Splats of the caller's buffer become casters, packed as scene::Gaussian is, in f32; one thread per splat. Elements behind the count
+// Splats of the caller's buffer become casters, packed as scene::Splat is, in f32; one thread per splat. Elements behind the count
 // become casters of radius 0, which cast nothing, and so do elements whose place, size, axes or opacity no scene may have. Source:
 // docs/notebook/splats.md. Inputs: the buffer of the splats, the buffer of their count. Outputs: casters from `first` on, how many there
 // were. Twin: reference::twin::gather::splats.
@@ -27,9 +27,9 @@ float depth_of(float o) {
     return o < 0.03 ? little : o < 1.0 ? min(-log(1.0 - o), MAX_OPTICAL_DEPTH) : MAX_OPTICAL_DEPTH;
 }
 
-// By how many 4095ths of GAUSSIAN_OCTAVES the longest is longer than the other.
+// By how many 4095ths of SPLAT_OCTAVES the longest is longer than the other.
 uint octaves_of(float longest, float other) {
-    return uint(clamp(log2(longest / other) * (4095.0 / GAUSSIAN_OCTAVES), 0.0, 4095.0) + 0.5);
+    return uint(clamp(log2(longest / other) * (4095.0 / SPLAT_OCTAVES), 0.0, 4095.0) + 0.5);
 }
 
 // Unit vectors of a quaternion of length 1.
@@ -70,12 +70,12 @@ void main() {
             uint short_by = octaves_of(sigma[longest], sigma[shortest]);
             uint octaves = octaves_of(sigma[longest], sigma[middle]) | short_by << 12u;
             uvec3 bytes = uvec3(octaves, octaves >> 8u, octaves >> 16u) & 255u;
-            uvec3 axis = gaussian_packed(axes[shortest], axes[longest]);
-            float radius = GAUSSIAN_REACH * sigma[longest];
-            float thick = radius * (1.0 / GAUSSIAN_REACH) * exp2(float(short_by) * (-GAUSSIAN_OCTAVES / 4095.0));
+            uvec3 axis = splat_packed(axes[shortest], axes[longest]);
+            float radius = SPLAT_REACH * sigma[longest];
+            float thick = radius * (1.0 / SPLAT_REACH) * exp2(float(short_by) * (-SPLAT_OCTAVES / 4095.0));
             float extinction = depth_of(uintBitsToFloat(share)) / (ROOT_TWO_PI * thick);
             low = uvec4(place, floatBitsToUint(radius));
-            high = uvec4((bytes & 128u) << 24u | GAUSSIAN_MARK | (bytes & 127u) << 16u | axis, floatBitsToUint(extinction));
+            high = uvec4((bytes & 128u) << 24u | SPLAT_MARK | (bytes & 127u) << 16u | axis, floatBitsToUint(extinction));
             stands = is_finite(uvec3(low.w, high.w, 0u));
         }
         if (!stands) {

@@ -7,7 +7,7 @@ use crate::gpu::{
 };
 use crate::maps::bins::compact::COMMAND_BYTES;
 use crate::shaders;
-use crate::shaders::constant::{GAUSSIANS, STRANDS};
+use crate::shaders::constant::{SPLATS_OR_CELLS, STRANDS};
 use crate::shaders::set;
 use crate::world::World;
 use std::ops::Range;
@@ -50,7 +50,7 @@ pub struct CasterQuads {
     size: [u32; 2],
     /// Whether some casters are strands.
     strands: bool,
-    /// Whether some casters are Gaussians.
+    /// Whether some casters are splats.
     splats: bool,
 }
 
@@ -84,7 +84,7 @@ impl CasterQuads {
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = set::CasterQuads { order: &drawn }.bind(context, "quads")?;
-        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_packed());
+        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_splats_or_cells());
         Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, splats })
     }
 
@@ -95,7 +95,7 @@ impl CasterQuads {
     pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
         let set = set::CasterQuads { order }.bind(context, "quads")?;
         let capacity = world.caster_capacity().max(1);
-        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_packed());
+        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_splats_or_cells());
         Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, splats })
     }
 
@@ -113,7 +113,7 @@ impl CasterQuads {
         more: &[&Bindings],
         constants: &Constants,
     ) -> Result<Kernel<QuadsPush>> {
-        let constants = maps.colored(constants).set(STRANDS, self.strands).set(GAUSSIANS, self.splats);
+        let constants = maps.colored(constants).set(STRANDS, self.strands).set(SPLATS_OR_CELLS, self.splats);
         let state = Graphics { vertex: &shaders::maps::CASTER_QUADS_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
         Kernel::graphics(context, &state, &sets, &constants)

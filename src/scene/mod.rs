@@ -140,7 +140,7 @@ pub struct Kinds {
     pub particles: bool,
     /// Hair.
     pub strands: bool,
-    /// Gaussians.
+    /// Splats.
     pub splats: bool,
     /// Grids of densities.
     pub volumes: bool,

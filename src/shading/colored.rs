@@ -16,7 +16,9 @@ impl Renderer {
 
     /// Says which kinds of casters there may be, so that shaders that draw them leave out the arithmetic of the others.
     pub(super) fn with_kinds(&self, constants: Constants) -> Constants {
-        constants.set(constant::STRANDS, self.kinds.has_strands).set(constant::GAUSSIANS, self.kinds.has_packed)
+        constants
+            .set(constant::STRANDS, self.kinds.has_strands)
+            .set(constant::SPLATS_OR_CELLS, self.kinds.has_splats_or_cells)
     }
 
     /// Blend state and constants of each kernel that draws casters: one kernel for all channels at once, or one per channel.

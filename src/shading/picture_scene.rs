@@ -30,7 +30,7 @@ pub(super) struct CasterKinds {
     pub room_per_color: u32,
     pub has_strands: bool,
     /// Splats, and cells of volumes.
-    pub has_packed: bool,
+    pub has_splats_or_cells: bool,
 }
 
 /// Words of the buffer `Splats` of glsl/shading/picture_set.glsl: the index of the first splat or cell among the casters, then the color
@@ -39,7 +39,7 @@ pub(super) struct CasterKinds {
 /// # Errors
 /// [`Error::Refused`] where the host knows no scene.
 pub(super) fn splat_colors(world: &World) -> Result<Vec<u32>> {
-    if !world.has_packed() {
+    if !world.has_splats_or_cells() {
         return Ok(vec![0; 4]);
     }
     let needs = "a scene that the host knows, for the colors of splats and volumes in a picture: draw these otherwise";
@@ -56,7 +56,7 @@ impl CasterKinds {
             extinction_ratio: world.extinction_ratio(),
             room_per_color: if world.colors() > 1 { world.caster_capacity() } else { 0 },
             has_strands: world.has_strands(),
-            has_packed: world.has_packed(),
+            has_splats_or_cells: world.has_splats_or_cells(),
         }
     }
 }
@@ -67,7 +67,7 @@ impl PictureScene {
         let camera = Buffer::with_data(context, "picture.camera", &[*view])?;
         // A sequence of files may have more cells at other times; the buffer has room for the most.
         let most = match world.scene() {
-            Ok(scene) if world.has_packed() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
+            Ok(scene) if world.has_splats_or_cells() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
             _ => 0,
         };
         let words = colors.len().max(most) as u64;
@@ -97,7 +97,7 @@ impl PictureScene {
 
     /// Takes over what the world has now.
     pub fn look(&mut self, world: &World) -> Result<()> {
-        if world.has_packed() {
+        if world.has_splats_or_cells() {
             self.splats.write(&splat_colors(world)?)?;
         }
         (self.light_count, self.caster_count) = (world.light_count(), world.caster_count());

@@ -90,7 +90,7 @@ impl GridQuery {
         let constants = Constants::new()
             .set(constant::GRID_SIZE, size)
             .set(constant::STRANDS, world.has_strands())
-            .set(constant::GAUSSIANS, world.has_packed());
+            .set(constant::SPLATS_OR_CELLS, world.has_splats_or_cells());
         Ok(Self { size, grid, resolution: Vec::new(), look_up, constants })
     }
 

@@ -278,7 +278,7 @@ pub struct Casts {
     pub particles: bool,
     /// Hair.
     pub strands: bool,
-    /// Gaussians.
+    /// Splats.
     pub splats: bool,
     /// Grids of densities.
     pub volumes: bool,

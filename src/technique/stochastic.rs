@@ -28,7 +28,7 @@ use super::texel_map::{BINNED, RASTER};
 use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, Requirement};
 use crate::maps::{Bins, CasterQuads, DrawingOrder, Entries, Map, Maps, OpaqueMaps, QuadsPush, TexelWay, Use, stacked};
-use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
+use crate::shaders::constant::{SAMPLES, SAMPLING, SPLATS_OR_CELLS, STRANDS};
 use crate::shaders::{folder, set, stochastic as shaders};
 use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
@@ -150,7 +150,7 @@ impl Stochastic {
             .clone()
             .set(SAMPLING, drawn_by)
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_packed());
+            .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
         let (label, shader) = match sampling {
             Sampling::Stratified => ("stochastic.quantiles", &shaders::QUANTILES),
             Sampling::Plain | Sampling::Hash => ("stochastic.nearest", &shaders::NEAREST),

@@ -87,7 +87,7 @@ impl World {
             colors: 1,
             particle_count: 0,
             strand_count: 0,
-            gaussian_count: 0,
+            splat_count: 0,
             cell_count: 0,
             triangles: buffer("world.triangles", capacity.triangles, size_of::<TriangleData>())?,
             triangle_capacity: capacity.triangles,
@@ -174,7 +174,7 @@ impl World {
         theirs.clear(commands, &casters);
         let slots = Slots { first: particles + strands, count, capacity };
         theirs.gather.splats(&context, commands, (&casters, slots), (source, at))?;
-        (self.particle_count, self.strand_count, self.gaussian_count) = (particles, strands, count);
+        (self.particle_count, self.strand_count, self.splat_count) = (particles, strands, count);
         self.generations.strands += 1;
         self.generations.bounds += 1;
         Ok(())
@@ -205,7 +205,7 @@ impl World {
             commands.pass("world.volumes", |pass| pass.copy_staged(&staged));
         }
         theirs.volumes = volumes.to_vec();
-        (self.particle_count, self.strand_count, self.gaussian_count) = (particles, strands, splats);
+        (self.particle_count, self.strand_count, self.splat_count) = (particles, strands, splats);
         self.cell_count = cells.len() as u32;
         self.generations.strands += 1;
         self.generations.bounds += 1;

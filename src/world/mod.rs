@@ -50,7 +50,7 @@ pub struct World {
     context: Context,
     name: String,
     generations: Generations,
-    /// [`Caster`]: spheres, then strands, then Gaussians, then cells of volumes; [`World::caster_count`] of them, once per
+    /// [`Caster`]: spheres, then strands, then splats, then cells of volumes; [`World::caster_count`] of them, once per
     /// color ([`World::colors`]), each color behind the room for [`World::caster_capacity`] of the one before.
     pub(crate) casters: Buffer,
     caster_capacity: u32,
@@ -59,7 +59,7 @@ pub struct World {
     /// How many of [`World::casters`] are particles.
     particle_count: u32,
     strand_count: u32,
-    gaussian_count: u32,
+    splat_count: u32,
     cell_count: u32,
     /// [`TriangleData`].
     pub(crate) triangles: Buffer,
@@ -70,7 +70,7 @@ pub struct World {
     pub(crate) sides: Buffer,
     /// Whether there may be strands. Without strands, kernels are compiled for spheres alone.
     strands: bool,
-    /// Whether there may be Gaussians or cells of volumes, likewise.
+    /// Whether there may be splats or cells of volumes, likewise.
     packed: bool,
     /// [`LightData`].
     pub(crate) lights: Buffer,
@@ -167,7 +167,7 @@ impl World {
     /// Casters that kernels go through: all present ones. Where only the device knows their count, casters that cast
     /// nothing are behind these.
     pub fn caster_count(&self) -> u32 {
-        self.particle_count + self.strand_count + self.gaussian_count + self.cell_count
+        self.particle_count + self.strand_count + self.splat_count + self.cell_count
     }
 
     /// Those of them that are cells of volumes. They come last.
@@ -185,8 +185,8 @@ impl World {
         self.strands
     }
 
-    /// Whether there may be Gaussians or cells of volumes, which is so where the scene began with some.
-    pub fn has_packed(&self) -> bool {
+    /// Whether there may be splats or cells of volumes, which is so where the scene began with some.
+    pub fn has_splats_or_cells(&self) -> bool {
         self.packed
     }
 

@@ -47,7 +47,7 @@ impl World {
             colors: colors as u32,
             particle_count: scene.particles.len() as u32,
             strand_count: scene.strands.len() as u32,
-            gaussian_count: scene.splats.len() as u32,
+            splat_count: scene.splats.len() as u32,
             cell_count: scene.cell_count() as u32,
             triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
             triangle_capacity: triangles.len() as u32,
@@ -217,7 +217,7 @@ impl World {
         let copied = if changed.on_device() { Some(copy(&copies)?) } else { None };
         self.bounds = Some(bounds);
         (self.particle_count, self.strand_count) = (scene.particles.len() as u32, scene.strands.len() as u32);
-        (self.gaussian_count, self.cell_count) = (scene.splats.len() as u32, scene.cell_count() as u32);
+        (self.splat_count, self.cell_count) = (scene.splats.len() as u32, scene.cell_count() as u32);
         self.lit.clone_from(&scene.lights);
         self.anchors = scene.aim().anchors;
         self.camera = Some(scene.camera);

@@ -231,7 +231,8 @@ const FILES: [&str; 20] = [
     "theirs",
     "wording",
 ];
-const PARTS: [&str; 2] = ["colour", "a_map"];
+// A Gaussian is a filter; what a scene has is a splat.
+const PARTS: [&str; 5] = ["colour", "a_map", "gaussian_", "is_gaussian", "gaussians"];
 
 /// Names that stay what they are: of one file, where nothing else is meant, or of a library.
 const KNOWN: [(&str, &str); 6] = [

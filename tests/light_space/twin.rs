@@ -345,7 +345,7 @@ impl<'a> Twins<'a> {
             let chord = |moved: f64| 2.0 * (square - 2.0 * distance * moved).max(0.0).sqrt();
             f64::from(caster.density) * (chord(-moved) - chord(moved)).max(0.0) / 2.0
         };
-        self.casters.iter().filter(|caster| !caster.is_strand() && !caster.is_gaussian()).map(of).sum()
+        self.casters.iter().filter(|caster| !caster.is_strand() && !caster.is_splat()).map(of).sum()
     }
 
     /// What rounding of strands' places may do to the optical depth of a texel that stands for its area: an edge that lies aside by a

@@ -5,10 +5,10 @@ use glam::DVec3;
 use gobo::gpu::{Context, Requirement};
 use gobo::grid::caster_share;
 use gobo::reference::truth::{Casters, space_points};
-use gobo::reference::twin::gaussian::cast_depth;
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::lists::caster_lists;
 use gobo::reference::twin::ray_query::{boxed, hit_seed, hit_share};
+use gobo::reference::twin::splat::cast_depth;
 use gobo::scene::{Caster, Light, LightKind, Particle, Scene};
 use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
@@ -221,7 +221,7 @@ fn splats_are_the_truth_but_for_their_tails() {
                     let reach = f64::from(caster.radius) * 5.0 / 3.0;
                     let to = DVec3::from(caster.position.map(f64::from)) - point;
                     let along = (to.dot(towards) / towards.length_squared()).clamp(0.0, f64::from(end));
-                    caster.is_gaussian() && to.distance(along * towards) < 1.001 * reach
+                    caster.is_splat() && to.distance(along * towards) < 1.001 * reach
                 };
                 // A ray has most where it runs along the longest axis, of which the radius is three deviations.
                 let peak = |caster: &Caster| f64::from(caster.density * caster.radius) / 3.0 * (2.0 * PI).sqrt();
@@ -230,7 +230,7 @@ fn splats_are_the_truth_but_for_their_tails() {
                 most = most.max(error / bound);
                 assert!(error <= bound, "{point}: {answer} for {expected}, tails {tails}");
                 let ray = (point.as_vec3(), towards.as_vec3());
-                let splats: f32 = casters.iter().filter(|c| c.is_gaussian()).map(|c| cast_depth(ray, c, end)).sum();
+                let splats: f32 = casters.iter().filter(|c| c.is_splat()).map(|c| cast_depth(ray, c, end)).sum();
                 let smoke = Scene { splats: Vec::new(), ..scene.clone() };
                 let twin = (-f64::from(splats)).exp() * Casters::new(&smoke).visibility(0, point);
                 twin_off += usize::from((f64::from(answer) - twin).abs() > 1e-4);

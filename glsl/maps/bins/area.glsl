@@ -150,11 +150,11 @@ bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out 
     return taken > 0.0;
 }
 
-// Whether a caster is so small that rays of one texel see it differently. Gaussians and cells of volumes always count as such,
+// Whether a caster is so small that rays of one texel see it differently. Splats and cells of volumes always count as such,
 // since their radius does not say how thin they are.
 bool is_thin(View view, Caster caster) {
     vec2 sides = texel_sides(view, max(caster.position.z, view.near));
-    return caster.radius < WIDE * max(sides.x, sides.y) || caster_is_packed(caster);
+    return caster.radius < WIDE * max(sides.x, sides.y) || caster_is_splat_or_cell(caster);
 }
 
 // As view_segment, but with AREA for the whole texel.

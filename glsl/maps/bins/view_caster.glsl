@@ -39,7 +39,7 @@ bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
 // Whether every ray crosses the caster by a whole chord: a sphere that is all behind the near plane, where rays are
 // parallel.
 bool plain_sphere(View view, Caster caster) {
-    bool sphere = !caster_is_strand(caster) && !caster_is_packed(caster);
+    bool sphere = !caster_is_strand(caster) && !caster_is_splat_or_cell(caster);
     return view.projection == VIEW_PARALLEL && sphere && caster.position.z - caster.radius >= view.near;
 }
 
@@ -47,7 +47,7 @@ bool plain_sphere(View view, Caster caster) {
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     vec3 within;
-    if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && !caster_is_packed(caster)) {
+    if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && !caster_is_splat_or_cell(caster)) {
         // caster_overlap, where the ray's direction is (0, 0, 1).
         vec2 across = caster.position.xy - ray.origin.xy;
         float half_square = caster.radius * caster.radius - dot(across, across);

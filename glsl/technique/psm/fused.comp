@@ -52,7 +52,7 @@ const uint MANY = SPLIT ? 128u : 256u;
 // used to find a bound of the sums.
 shared uint slices[SLICES * TEXELS];
 // The batch of casters. batch_balls: centres with radii. batch_takes: densities with places among the slices. batch_axes: axes of strands
-// and Gaussians. For a plain sphere, the square of the radius stands in place of the radius, and units of optical depth per half of a
+// and splats. For a plain sphere, the square of the radius stands in place of the radius, and units of optical depth per half of a
 // chord's length in place of the density. For other casters, minus the radius stands in place of the radius. `filled`: how many casters
 // this batch has, and how many the next batch has.
 shared vec4 batch_balls[BATCH + 1u];
@@ -89,7 +89,7 @@ void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, 
     uint at = atomicAdd(filled[turn & 1u], 1u);
     batch_balls[at] = vec4(caster.position, plain ? caster.radius * caster.radius : -caster.radius);
     batch_takes[at] = vec2(plain ? 2.0 * caster.density * scale : caster.density, float(place.slice) + place.share);
-    if (STRANDS || GAUSSIANS) {
+    if (STRANDS || SPLATS_OR_CELLS) {
         batch_axes[at] = caster.axis;
     }
 }
@@ -118,7 +118,7 @@ void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float
     uint slice = uint(take.y);
     Place place = Place(slice, SPLIT ? take.y - float(slice) : 0.0);
     if (ball.w < 0.0) {
-        Caster caster = Caster(ball.xyz, -ball.w, STRANDS || GAUSSIANS ? batch_axes[i] : vec3(0.0), take.x);
+        Caster caster = Caster(ball.xyz, -ball.w, STRANDS || SPLATS_OR_CELLS ? batch_axes[i] : vec3(0.0), take.x);
         add_caster(view, ray, ray_length, texel, caster, place, scale);
         return;
     }

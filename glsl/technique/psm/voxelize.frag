@@ -20,7 +20,7 @@ void main() {
         return;
     }
     View view = maps[drawn_map(instance)].caster_view;
-    Caster caster = Caster(ball.xyz, ball.w, STRANDS || GAUSSIANS ? rest.xyz : vec3(0.0), rest.w);
+    Caster caster = Caster(ball.xyz, ball.w, STRANDS || SPLATS_OR_CELLS ? rest.xyz : vec3(0.0), rest.w);
     Ray ray = view_texel_ray(view, uvec2(gl_FragCoord.xy));
     vec2 z;
     float optical_depth;

@@ -14,7 +14,7 @@
 // With HITS_RANDOM a caster that is met ends the ray by chance, as often as it would take the light: an answer is 0 or 1, and their mean is the
 // transmittance. Whichever the ray meets first, the answer is the same: a caster's number decides. Sources: Enderton et al. 2010 (ends by
 // chance); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::ray_query.
-// flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS HITS_RANDOM
+// flat: bindings 32, constants 64: MEDIA STRANDS SPLATS_OR_CELLS HITS_RANDOM
 #extension GL_EXT_ray_query : require
 #include "world/colors.glsl"
 #include "world/cast_depth.glsl"

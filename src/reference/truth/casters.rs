@@ -1,8 +1,8 @@
 //! The truth: how much of a light reaches a point, in f64.
 
-use super::gaussian::{self, TRUE_REACH};
 use super::grid::Grid;
 use super::meshes::Meshes;
+use super::splat::{self, TRUE_REACH};
 use super::surface::SurfacePoint;
 use super::true_curve::{Smooth, TrueCurve};
 use super::volume;
@@ -22,7 +22,7 @@ const WIDEST: u32 = 4;
 /// All casters of a scene, with a grid over each map's view, so that a query tries only casters near its ray.
 pub struct Casters<'a> {
     pub(super) scene: &'a Scene,
-    /// Spheres, then strands, then Gaussians, then the cells of volumes. Cells serve pictures alone: optical depth comes from the volumes'
+    /// Spheres, then strands, then splats, then the cells of volumes. Cells serve pictures alone: optical depth comes from the volumes'
     /// densities.
     pub(in crate::reference) all: Vec<Caster>,
     /// Where casters have several extinction ratios ([`Scene::with_inks`]): that of each. Else empty.
@@ -92,7 +92,7 @@ impl<'a> Casters<'a> {
         let volumes = self.scene.volumes.iter().zip(&self.volume_ratios).map(of).sum::<f64>();
         let near = self.near(map, position).iter().filter_map(|&i| {
             let caster = &self.seen_by(color, i);
-            if caster.is_gaussian() {
+            if caster.is_splat() {
                 return soft_depth(&ray, caster, nearest, z);
             }
             let (entry, exit) = overlap(&ray, caster)?;
@@ -200,7 +200,7 @@ impl<'a> Casters<'a> {
             .near(map, ray.at(view.z(0.5)))
             .iter()
             .map(|&i| self.seen_by(color, i))
-            .partition(|caster| !caster.is_gaussian());
+            .partition(|caster| !caster.is_splat());
         let segments: Vec<_> = hard
             .into_iter()
             .filter_map(|caster| {
@@ -214,17 +214,17 @@ impl<'a> Casters<'a> {
         let mut met = segments.len();
         let nearest = if view.projection() == Projection::Parallel { f64::NEG_INFINITY } else { view.near.into() };
         for caster in &soft {
-            if gaussian::missed(ray, caster) {
+            if splat::missed(ray, caster) {
                 continue;
             }
-            let along = gaussian::along(ray, caster);
+            let along = splat::along(ray, caster);
             let Some((_, exit)) = along.within(TRUE_REACH) else { continue };
             if exit > nearest {
                 let deviation = along.deviation / f64::from(view.far - view.near);
                 curve.smooth.push(Smooth {
                     middle: view.depth(along.middle),
                     deviation,
-                    before: gaussian::share((nearest - along.middle) / along.deviation),
+                    before: splat::share((nearest - along.middle) / along.deviation),
                     whole: along.whole(ray, caster),
                 });
                 // Counted only within `REACH`: techniques cut splats off there.
@@ -249,8 +249,8 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
     let radius = f64::from(caster.radius);
-    if caster.is_gaussian() {
-        return gaussian::along(ray, caster).within(TRUE_REACH);
+    if caster.is_splat() {
+        return splat::along(ray, caster).within(TRUE_REACH);
     }
     if caster.is_cell() {
         return cell_overlap(ray, caster);
@@ -291,20 +291,20 @@ fn cell_overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     (high > low).then_some((low, high))
 }
 
-/// Optical depth of a Gaussian from z `from` to `to`; none where the ray stays out of its reach.
+/// Optical depth of a splat from z `from` to `to`; none where the ray stays out of its reach.
 fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
-    if gaussian::missed(ray, caster) {
+    if splat::missed(ray, caster) {
         return None;
     }
-    let along = gaussian::along(ray, caster);
+    let along = splat::along(ray, caster);
     let (entry, _) = along.within(TRUE_REACH)?;
     (to > entry).then(|| along.optical_depth(ray, caster, from, to))
 }
 
 /// Optical depth of the caster from z `entry` to `exit`, both within its overlap.
 pub(super) fn optical_depth(ray: &Ray, caster: &Caster, entry: f64, exit: f64) -> f64 {
-    if caster.is_gaussian() {
-        return gaussian::along(ray, caster).optical_depth(ray, caster, entry, exit);
+    if caster.is_splat() {
+        return splat::along(ray, caster).optical_depth(ray, caster, entry, exit);
     }
     let thickness = if caster.is_strand() { 1.0 } else { (exit - entry) * ray.direction.length() };
     f64::from(caster.density) * thickness

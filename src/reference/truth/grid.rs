@@ -1,6 +1,6 @@
 //! Casters sorted into cells over a view, to find those that a ray may meet.
 
-use super::gaussian::TRUE_REACH;
+use super::splat::TRUE_REACH;
 use crate::scene::{Caster, Projection, REACH, View};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
@@ -61,7 +61,7 @@ impl Grid {
 /// Columns and rows of the cells that a caster may touch, with one more on each side against rounding.
 fn cells(view: &View, caster: &Caster) -> [Range<usize>; 2] {
     let ends = [caster.start(), caster.end()];
-    let more = if caster.is_gaussian() { TRUE_REACH / REACH } else { 1.0 };
+    let more = if caster.is_splat() { TRUE_REACH / REACH } else { 1.0 };
     let radius = f64::from(caster.radius) * more;
     let dot = |end: DVec3, axis: [f32; 3]| (end - DVec3::from(view.origin.map(f64::from))).dot(axis_of(axis));
     let perspective = view.projection() == Projection::Perspective;

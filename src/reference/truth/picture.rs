@@ -267,7 +267,7 @@ fn ambient(scene: &Scene) -> DVec3 {
 /// How far a point on a caster is moved towards a light before visibility is asked for, so that a strand or splat does not shadow itself.
 /// `towards` has length 1.
 pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
-    if caster.is_gaussian() {
+    if caster.is_splat() {
         return (REACH / Shape::of(caster).whitened(towards).length()).max(f64::from(caster.radius) / REACH);
     }
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }

@@ -117,7 +117,7 @@ fn query(casters: &Casters, scene: &Scene, place: u32, point: &SeenPoint, light:
         SeenOn::Volume(_) => (point.position, None, 1.0),
         SeenOn::Caster(number) => {
             let caster = &casters.all[number as usize];
-            let normal = caster.is_gaussian().then(|| {
+            let normal = caster.is_splat().then(|| {
                 let axis = Shape::of(caster).axes[2];
                 (if axis.dot(towards) < 0.0 { -axis } else { axis }).as_vec3().into()
             });

@@ -1,7 +1,7 @@
 //! The exact optical depth along one light ray. Spheres make it piecewise linear, since their extinction is constant. A strand adds a step,
 //! a splat an error function, and a cell of a volume a quartic.
 
-use super::gaussian::share;
+use super::splat::share;
 use super::volume::Cubic;
 
 /// Optical depth over depth in the light's range, from the segments of one ray.

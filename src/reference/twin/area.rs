@@ -121,7 +121,7 @@ fn cut(segment: Segment, dark: f32) -> Segment {
 fn thin_parts(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<[Option<Segment>; AREA_CELLS]> {
     let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
     let z = Vec3::from(caster.position).dot(view.forward.into());
-    if !caster.is_packed() && caster.radius >= WIDE * sides(view, z.max(view.near)).max_element() {
+    if !caster.is_splat_or_cell() && caster.radius >= WIDE * sides(view, z.max(view.near)).max_element() {
         return None;
     }
     let beside = |i: usize| (Vec2::new((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32 - 0.5;

@@ -1,8 +1,8 @@
 //! Splats in the voxels of a grid. Twin of glsl/grid/bell.glsl; not to the bit, since devices unpack a shape with different rounding.
 
-use super::gaussian::{REACH, ROOT_TWO_PI, shape, share};
 use super::media::{UNITS, voxels};
 use super::segment::MAX_OPTICAL_DEPTH;
+use super::splat::{REACH, ROOT_TWO_PI, shape, share};
 use crate::scene::Caster;
 use glam::Vec3;
 
@@ -141,7 +141,7 @@ impl Bell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::truth::gaussian::share as below;
+    use crate::reference::truth::splat::share as below;
     use crate::scene::Splat;
     use glam::{DQuat, DVec3, EulerRot};
 

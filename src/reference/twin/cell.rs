@@ -1,12 +1,12 @@
 //! CPU twin of glsl/world/cell.glsl: optical depth of a volume's cell along a ray, in f32.
 
-use super::gaussian::shape as gaussian_shape;
+use super::splat::shape as splat_shape;
 use crate::scene::{Caster, FARTHEST};
 use glam::Vec3;
 
 /// A cell's axes as unit vectors, and half of its sides along them. Twin: cell_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
-    let (axes, sides) = gaussian_shape(&Caster { radius: 3.0, ..*caster });
+    let (axes, sides) = splat_shape(&Caster { radius: 3.0, ..*caster });
     (axes, sides * (caster.radius * (1.0 / sides.dot(sides).sqrt())))
 }
 

@@ -1,7 +1,7 @@
 //! CPU twin of glsl/maps/detail: a survey of the casters in each tile, and the choice of the tile's resolution.
 
 use super::bins::{TILE_TEXELS, tile_distance};
-use super::gaussian::strand_axis;
+use super::splat::strand_axis;
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 

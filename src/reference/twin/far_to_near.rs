@@ -1,8 +1,8 @@
 //! CPU twin of glsl/shading/far_to_near.glsl: what a picture's casters are sorted by, in f32, and the order of those at the same distance.
 
 use super::bins::caster_order;
-use super::gaussian::strand_axis;
 use super::order::{float_order, sort};
+use super::splat::strand_axis;
 use crate::scene::{Caster, View};
 use glam::Vec3;
 

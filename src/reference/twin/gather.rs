@@ -2,8 +2,8 @@
 //! caller's buffers. The twin gives the same bits as the device, with three exceptions. A device may flush the axes of very short strands
 //! to 0. Splats differ by the rounding of roots, logarithms and powers. Lights differ by the rounding of quotients.
 
-use super::gaussian::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
 use super::segment::MAX_OPTICAL_DEPTH;
+use super::splat::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
 use crate::scene::Caster;
 use glam::{Mat3, Quat, Vec4};
 

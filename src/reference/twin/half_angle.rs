@@ -2,9 +2,9 @@
 //! the light's buffer holds the light left after each slice. Sources: Kniss et al. 2003; Green 2008.
 
 use super::filter::Filter;
-use super::gaussian::strand_axis;
 use super::order::{float_order, sort};
 use super::segment::{Segment, ray, texel_segment};
+use super::splat::strand_axis;
 use crate::reference::truth::{Casters, camera_rays, lift, lit_surface};
 use crate::scene::{Caster, Order, Picture, Scene, View};
 use glam::{DVec3, Vec2, Vec3};

@@ -1,7 +1,7 @@
 //! The triangles or the casters of each voxel. Twin of glsl/grid/lists/: the same words.
 
-use super::gaussian::strand_axis;
 use super::grid::{Bits, Facet, Place};
+use super::splat::strand_axis;
 use crate::scene::Caster;
 use glam::{UVec3, Vec3};
 use std::collections::BTreeMap;

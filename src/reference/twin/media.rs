@@ -203,7 +203,7 @@ impl Media {
         for caster in casters {
             let (at, radius) = (place.voxels(caster.position), caster.radius * place.per_unit);
             let extinction = caster.density * place.voxel;
-            if caster.is_gaussian() {
+            if caster.is_splat() {
                 let bell = Bell::new(&Caster { position: at, radius, ..*caster }, extinction, size);
                 bell.shares(size, |voxel, amount| media.add(voxel, amount));
                 continue;

@@ -19,7 +19,6 @@ pub mod filter;
 pub mod fit;
 pub mod fourier;
 pub mod gather;
-pub mod gaussian;
 pub mod gbuffer;
 pub mod grid;
 pub mod half_angle;
@@ -48,6 +47,7 @@ pub mod segment;
 pub mod shadow_map;
 pub mod simulate;
 pub mod soft;
+pub mod splat;
 pub mod stochastic;
 #[cfg(test)]
 mod sum_checks;

@@ -1,8 +1,8 @@
 //! CPU twins of glsl/technique/psm/: transmittance behind each slice of a texel's ray, in f32. Source: NVIDIA's talk at GDC 2013, "Particle
 //! Shadow Mapping", steps 2 to 4; the split, sums of optical depths and [`fused`] are ours.
 
-use super::gaussian::strand_axis;
 use super::segment::texel_segment;
+use super::splat::strand_axis;
 use super::sums::{self, DARK};
 use crate::scene::{Caster, View};
 use glam::Vec3;

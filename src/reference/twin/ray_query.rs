@@ -1,6 +1,6 @@
 //! CPU twin of glsl/technique/ray_query/: a box about each caster, and whether a ray ends there by chance, in f32.
 
-use super::gaussian::strand_axis;
+use super::splat::strand_axis;
 use crate::scene::Caster;
 use glam::Vec3;
 

@@ -1,7 +1,7 @@
 //! CPU twin of glsl/maps/segment.glsl: the segment that a caster cuts out of a texel's light ray, in f32.
 
 use super::cell;
-use super::gaussian::{AlongRay, CHORD, turned};
+use super::splat::{AlongRay, CHORD, turned};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
@@ -75,11 +75,11 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
         let z = strand_step((origin, direction), caster).filter(|z| *z > view.near)?;
         return Some(Segment { entry: depth(z), exit: depth(z), optical_depth: caster.density });
     }
-    if caster.is_gaussian() {
+    if caster.is_splat() {
         let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
         let axes = |v: Vec3| Vec3::new(v.dot(right), v.dot(up), v.dot(forward));
         let caster = Caster { position: axes(caster.position.into()).into(), ..turned(view, caster) };
-        return gaussian_segment(view, (axes(origin), axes(direction)), &caster);
+        return splat_segment(view, (axes(origin), axes(direction)), &caster);
     }
     if caster.is_cell() {
         let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
@@ -113,8 +113,8 @@ fn segment_within(view: &View, ray_length: f32, extinction: f32, [low, high, lon
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
-/// The segment of a Gaussian; `ray` and `caster` are in the view's axes, as from view_caster. Twin: gaussian_overlap and segment_cut.
-fn gaussian_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<Segment> {
+/// The segment of a splat; `ray` and `caster` are in the view's axes, as from view_caster. Twin: splat_overlap and segment_cut.
+fn splat_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<Segment> {
     let along = AlongRay::of(ray, caster);
     let half = (CHORD * along.deviation).min(along.half());
     let (mut low, mut high) = (along.middle - half, along.middle + half);

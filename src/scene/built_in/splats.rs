@@ -56,10 +56,10 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
 fn flat(random: &mut Random, position: DVec3, normal: DVec3, wide: f64, opacity: f64, color: [f64; 3]) -> Splat {
     let turn = DQuat::from_rotation_arc(DVec3::Z, normal) * DQuat::from_rotation_z(random.between(0.0, PI));
     let deviations = DVec3::new(wide, wide * random.between(0.5, 1.0), 0.05 * wide);
-    gaussian(position, deviations, turn, opacity, color)
+    splat(position, deviations, turn, opacity, color)
 }
 
-fn gaussian(position: DVec3, deviations: DVec3, turn: DQuat, opacity: f64, color: [f64; 3]) -> Splat {
+fn splat(position: DVec3, deviations: DVec3, turn: DQuat, opacity: f64, color: [f64; 3]) -> Splat {
     Splat {
         position: position.as_vec3().into(),
         deviations: deviations.as_vec3().into(),
@@ -96,5 +96,5 @@ fn bush(random: &mut Random, fine: f64) -> Splat {
     let long = random.between(0.06, 0.12) * fine;
     let green = random.between(0.35, 0.75);
     let opacity = random.between(0.3, 0.9);
-    gaussian(position, DVec3::new(long, long / 16.0, long / 16.0), turn, opacity, [0.5 * green, green, 0.3 * green])
+    splat(position, DVec3::new(long, long / 16.0, long / 16.0), turn, opacity, [0.5 * green, green, 0.3 * green])
 }

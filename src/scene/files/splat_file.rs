@@ -33,10 +33,10 @@ pub(in crate::scene) struct Row {
 pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Splat>> {
     let mut splats = Vec::new();
     let mut take = |number: usize, row: &Row| {
-        let gaussian = checked(row, placement).map_err(|cause| {
+        let splat = checked(row, placement).map_err(|cause| {
             input::error(path, format!("splat {number} (the first is 0): {cause}"), "correct or drop it")
         })?;
-        splats.push(gaussian);
+        splats.push(splat);
         Ok(())
     };
     match input::ending(path).as_str() {
@@ -97,23 +97,23 @@ fn checked(row: &Row, placement: &Placement) -> std::result::Result<Splat, Strin
         return Err(format!("color {:?} is not finite", row.color));
     }
     let turned = placement.rotate * DQuat::from_array(rotation.map(|x| x / length));
-    let gaussian = Splat {
+    let splat = Splat {
         position: placement.position(position.map(|x| x as f32)).map(|x| x as f32),
         deviations: deviations.map(|d| d as f32),
         rotation: turned.to_array().map(|x| x as f32),
         opacity: opacity as f32,
         color: row.color.map(|c| c.clamp(0.0, 1.0) as f32),
     };
-    if !in_range(&gaussian.position) {
+    if !in_range(&splat.position) {
         return Err(format!("position {position:?} is not finite or exceeds {MAX_COORDINATE:e}"));
     }
-    if !gaussian.deviations.iter().all(|d| f64::from(*d) <= MAX_COORDINATE && *d > 0.0) {
+    if !splat.deviations.iter().all(|d| f64::from(*d) <= MAX_COORDINATE && *d > 0.0) {
         return Err(format!("deviations {deviations:?} are not greater than 0 or exceed {MAX_COORDINATE:e}"));
     }
     // An extremely thin splat would have an infinite extinction.
-    let caster = Caster::from(&gaussian);
+    let caster = Caster::from(&splat);
     if !(caster.density.is_finite() && in_range(&[caster.radius]) && caster.radius.is_normal()) {
         return Err(format!("deviations {deviations:?} are too small or too large for floats"));
     }
-    Ok(gaussian)
+    Ok(splat)
 }

@@ -11,13 +11,13 @@ use std::cmp::Ordering;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Caster {
-    /// A sphere's, a Gaussian's or a cell's centre or a strand's start, world units.
+    /// A sphere's, a splat's or a cell's centre or a strand's start, world units.
     pub position: [f32; 3],
-    /// World units, > 0; for a Gaussian 3 times the greatest deviation, for a cell half its diagonal.
+    /// World units, > 0; for a splat 3 times the greatest deviation, for a cell half its diagonal.
     pub radius: f32,
-    /// From a strand's start to its end, world units; 0 for a sphere; for a Gaussian or a cell, bits that say its shape.
+    /// From a strand's start to its end, world units; 0 for a sphere; for a splat or a cell, bits that say its shape.
     pub axis: [f32; 3],
-    /// A sphere's or a cell's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth.
+    /// A sphere's or a cell's extinction, a splat's at its middle, 1 / world unit; a strand's optical depth.
     pub density: f32,
 }
 
@@ -31,12 +31,12 @@ impl Caster {
 
     /// Whether it is a strand.
     pub fn is_strand(&self) -> bool {
-        self.axis != [0.0; 3] && !self.is_packed()
+        self.axis != [0.0; 3] && !self.is_splat_or_cell()
     }
 
-    /// Whether its shape is packed in its axis: a Gaussian or a cell.
-    pub fn is_packed(&self) -> bool {
-        self.is_gaussian() || self.is_cell()
+    /// Whether its shape is packed in its axis: a splat or a cell.
+    pub fn is_splat_or_cell(&self) -> bool {
+        self.is_splat() || self.is_cell()
     }
 
     /// A centre or a strand's start.

@@ -9,13 +9,13 @@
 use crate::scene::{Caster, MAX_OPTICAL_DEPTH};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Deviations beyond which a splat is cut off: there its optical depth is at most exp(−4.5) = 1.1 % of its greatest. Twin: GAUSSIAN_REACH.
+/// Deviations beyond which a splat is cut off: there its optical depth is at most exp(−4.5) = 1.1 % of its greatest. Twin: SPLAT_REACH.
 pub(crate) const REACH: f64 = 3.0;
 
-/// The greatest ratio of the longest axis to another, in octaves. Flatter splats are stored with this ratio. Twin: GAUSSIAN_OCTAVES.
+/// The greatest ratio of the longest axis to another, in octaves. Flatter splats are stored with this ratio. Twin: SPLAT_OCTAVES.
 pub(super) const OCTAVES: f64 = 12.0;
 
-/// The exponent bits in a caster's axis that mark a Gaussian: those of 2^100, longer than any strand. Twin: GAUSSIAN_MARK.
+/// The exponent bits in a caster's axis that mark a splat: those of 2^100, longer than any strand. Twin: SPLAT_MARK.
 const MARK: u32 = 0x7180_0000;
 
 /// Mask of a float's exponent bits.
@@ -37,7 +37,7 @@ pub struct Splat {
     pub color: [f32; 3],
 }
 
-/// The shape of a Gaussian unpacked from a caster. Packing rounds it by at most 5e-5 rad and 0.11 % of a deviation.
+/// The shape of a splat unpacked from a caster. Packing rounds it by at most 5e-5 rad and 0.11 % of a deviation.
 #[cfg(feature = "program")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shape {
@@ -48,19 +48,19 @@ pub(crate) struct Shape {
 }
 
 impl From<&Splat> for Caster {
-    fn from(gaussian: &Splat) -> Self {
-        let [x, y, z, w] = gaussian.rotation.map(f64::from);
+    fn from(splat: &Splat) -> Self {
+        let [x, y, z, w] = splat.rotation.map(f64::from);
         let turn = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-        let mut axes = [0, 1, 2].map(|i| (f64::from(gaussian.deviations[i]), turn.col(i)));
+        let mut axes = [0, 1, 2].map(|i| (f64::from(splat.deviations[i]), turn.col(i)));
         axes.sort_by(|a, b| b.0.total_cmp(&a.0));
         let octaves = |i: usize| ((axes[0].0 / axes[i].0).log2() / OCTAVES * 4095.0).round().clamp(0.0, 4095.0) as u32;
         let octaves = [octaves(1), octaves(2)];
         let axis = packed(MARK, axes[2].1, axes[0].1, octaves);
         let radius = (REACH * axes[0].0) as f32;
         // ln_1p, because 1 − opacity would round a thin splat's opacity away.
-        let depth = (-(-f64::from(gaussian.opacity)).ln_1p()).min(MAX_OPTICAL_DEPTH.into());
+        let depth = (-(-f64::from(splat.opacity)).ln_1p()).min(MAX_OPTICAL_DEPTH.into());
         let density = depth / ((2.0 * std::f64::consts::PI).sqrt() * deviation(radius, octaves[1]));
-        Self { position: gaussian.position, radius, axis, density: density as f32 }
+        Self { position: splat.position, radius, axis, density: density as f32 }
     }
 }
 
@@ -78,14 +78,14 @@ fn half_octahedron(direction: DVec3) -> [u32; 2] {
     [x + y, x - y].map(|at| ((at * 0.5 + 0.5) * 65535.0).round().clamp(0.0, 65535.0) as u32)
 }
 
-/// Twin: gaussian_axis.
+/// Twin: splat_axis.
 fn of_half_octahedron([u, v]: [u32; 2]) -> DVec3 {
     let [u, v] = [u, v].map(|at| f64::from(at) / 65535.0 * 2.0 - 1.0);
     let (x, y) = (0.5 * (u + v), 0.5 * (u - v));
     DVec3::new(x, y, 1.0 - x.abs() - y.abs()).normalize()
 }
 
-/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: gaussian_across. Source: Duff et al.
+/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: splat_across. Source: Duff et al.
 /// 2017, *Building an Orthonormal Basis, Revisited*.
 fn across(n: DVec3) -> [DVec3; 2] {
     let a = -1.0 / (1.0 + n.z);
@@ -108,7 +108,7 @@ pub(super) fn packed(mark: u32, shortest: DVec3, longest: DVec3, octaves: [u32; 
 
 #[cfg(feature = "program")]
 impl Shape {
-    /// Unpacks the shape of a caster that is a Gaussian. Twin: gaussian_shape.
+    /// Unpacks the shape of a caster that is a splat. Twin: splat_shape.
     pub fn of(caster: &Caster) -> Self {
         let bits = caster.axis.map(f32::to_bits);
         let [u, v, turn] = bits.map(|bits| bits & 0xFFFF);
@@ -138,8 +138,8 @@ impl Shape {
 }
 
 impl Caster {
-    /// Whether it is an anisotropic Gaussian.
-    pub fn is_gaussian(&self) -> bool {
+    /// Whether it is a splat.
+    pub fn is_splat(&self) -> bool {
         self.axis[0].to_bits() & EXPONENT == MARK
     }
 }
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn gaussian() -> impl Strategy<Value = Splat> {
+    fn splat() -> impl Strategy<Value = Splat> {
         let deviation = || (-3.0f32..1.0).prop_map(|log| 10f32.powf(log));
         let rotation = prop::array::uniform4(-1.0f64..1.0)
             .prop_filter("has a length", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01);
@@ -164,13 +164,13 @@ mod tests {
         /// Packing and unpacking gives the same ellipsoid up to rounding. Ellipsoids are compared, since an axis may point either way, and
         /// axes of equal length may point anywhere in their plane.
         #[test]
-        fn packing_rounds_little(gaussian in gaussian()) {
-            let caster = Caster::from(&gaussian);
-            prop_assert!(caster.is_gaussian() && !caster.is_strand() && caster.end() == caster.start());
+        fn packing_rounds_little(splat in splat()) {
+            let caster = Caster::from(&splat);
+            prop_assert!(caster.is_splat() && !caster.is_strand() && caster.end() == caster.start());
             let shape = Shape::of(&caster);
-            let turn = DMat3::from_quat(DQuat::from_array(gaussian.rotation.map(f64::from)));
+            let turn = DMat3::from_quat(DQuat::from_array(splat.rotation.map(f64::from)));
             let given = |v: DVec3| {
-                DVec3::from_array([0, 1, 2].map(|i| turn.col(i).dot(v) * f64::from(gaussian.deviations[i]))).length()
+                DVec3::from_array([0, 1, 2].map(|i| turn.col(i).dot(v) * f64::from(splat.deviations[i]))).length()
             };
             let found = |v: DVec3| {
                 DVec3::from_array([0, 1, 2].map(|i| shape.axes[i].dot(v) * shape.deviations[i])).length()
@@ -190,8 +190,8 @@ mod tests {
 
         /// A ray through the middle along the shortest axis loses the splat's opacity, by a numeric integral.
         #[test]
-        fn opacity_is_taken_along_the_shortest_axis(gaussian in gaussian()) {
-            let caster = Caster::from(&gaussian);
+        fn opacity_is_taken_along_the_shortest_axis(splat in splat()) {
+            let caster = Caster::from(&splat);
             let shape = Shape::of(&caster);
             let step = 0.01 * shape.deviations[2];
             let extinction = |t: f64| {
@@ -199,7 +199,7 @@ mod tests {
                 f64::from(caster.density) * (-0.5 * square).exp()
             };
             let depth: f64 = (-800..=800).map(|i| extinction(f64::from(i) * step) * step).sum();
-            let expected = -(1.0 - f64::from(gaussian.opacity)).ln();
+            let expected = -(1.0 - f64::from(splat.opacity)).ln();
             prop_assert!((depth - expected.min(80.0)).abs() < 1e-5 * expected.max(1e-3), "{depth}, not {expected}");
         }
     }

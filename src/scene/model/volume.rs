@@ -193,7 +193,7 @@ mod tests {
                 .cells()
                 .iter()
                 .map(|cell| {
-                    assert!(cell.is_cell() && !cell.is_gaussian() && !cell.is_strand());
+                    assert!(cell.is_cell() && !cell.is_splat() && !cell.is_strand());
                     let shape = Shape::of_cell(cell);
                     let long = f64::from(side);
                     for (found, expected) in shape.deviations.into_iter().zip([long, 0.5 * long, 0.125 * long]) {

@@ -7,8 +7,8 @@ use super::{ENTRY, raster_order};
 use crate::gpu::{Constants, Context, Features, Limit, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS, leveled_texels};
 use crate::shaders::constant::{
-    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GAUSSIANS, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT,
-    TILED, TURNS, WORK, WORKGROUP,
+    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, SPLATS_OR_CELLS, STRANDS,
+    TIGHT, TILED, TURNS, WORK, WORKGROUP,
 };
 use crate::technique::keys::word_of;
 use crate::world::World;
@@ -211,7 +211,7 @@ impl Plan {
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_packed());
+            .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
         let constants = settings.filter().constants(constants);
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }

@@ -4,7 +4,7 @@ use super::Settings;
 use crate::Result;
 use crate::gpu::{Blend, Border, Constants, Context, Format, Image};
 use crate::maps::{Filter, TILE_TEXELS};
-use crate::shaders::constant::{ADDITIVE, COVERAGE, GAUSSIANS, LAYERS, SLICES, SPLIT, STRANDS};
+use crate::shaders::constant::{ADDITIVE, COVERAGE, LAYERS, SLICES, SPLATS_OR_CELLS, SPLIT, STRANDS};
 use crate::technique::keys::words;
 use crate::world::World;
 
@@ -109,7 +109,7 @@ impl Volume {
             .set(LAYERS, self.layers())
             .set(COVERAGE, self.coverage as u32)
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_packed());
+            .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
         self.filter.constants(constants)
     }
 

@@ -171,7 +171,7 @@ fn colored_row() -> Scene {
 }
 
 /// The most by which a pixel's color may differ from the reference's. A ball ends at 3 deviations here, with more extinction within, as
-/// glsl/world/gaussian.glsl has it (GAUSSIAN_WHOLE), and at 5 in the reference. The color is linear in what each ball lets through.
+/// glsl/world/splat.glsl has it (SPLAT_WHOLE), and at 5 in the reference. The color is linear in what each ball lets through.
 fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {
     const WHOLE: f64 = 1.011_234_52;
     let at = DVec2::new((pixel % SIZE[0] as usize) as f64 + 0.5, (pixel / SIZE[0] as usize) as f64 + 0.5);

@@ -7,7 +7,7 @@ use crate::support::{gpu_test, runs, spec};
 use glam::Vec3;
 use gobo::gpu::Context;
 use gobo::reference::twin::gather::{SplatWords, splats};
-use gobo::reference::twin::gaussian::shape;
+use gobo::reference::twin::splat::shape;
 use gobo::scene::{Caster, Scene, Splat};
 use gobo::world::{Capacity, Number, Source, SplatAt, World};
 
@@ -102,7 +102,7 @@ fn apart(a: Vec3, b: Vec3) -> f32 {
 fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
     assert_eq!(is.position.map(f32::to_bits), expected.position.map(f32::to_bits), "{what}");
     assert!((is.radius / expected.radius - 1.0).abs() < 2e-7, "{what}: {} {}", is.radius, expected.radius);
-    assert!(is.is_gaussian() && expected.is_gaussian(), "{what}");
+    assert!(is.is_splat() && expected.is_splat(), "{what}");
     let ((axes, long), (expected_axes, expected_long)) = (shape(is), shape(expected));
     for share in [0, 1, 2].map(|i| long[i] / expected_long[i]) {
         assert!((share.log2() * 4095.0 / 12.0).abs() < 1.01, "{what}: deviations {long} and {expected_long}");

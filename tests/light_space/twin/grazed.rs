@@ -2,7 +2,7 @@
 
 use super::Twins;
 use glam::DVec2;
-use gobo::reference::twin::gaussian::AlongRay;
+use gobo::reference::twin::splat::AlongRay;
 use gobo::scene::{Caster, Ray};
 
 /// How close, world units, a ray may pass a strand's outline before rounding decides: positions here are of some units,
@@ -21,7 +21,7 @@ fn grazes(ray: &Ray, caster: &Caster) -> bool {
     let offset = caster.start() - ray.origin;
     let radius = f64::from(caster.radius);
     let across = offset.reject_from(ray.direction);
-    if caster.is_gaussian() {
+    if caster.is_splat() {
         // Packing its axes again moves that.
         return ends_at(ray, caster, 0.01);
     }
@@ -49,7 +49,7 @@ impl Twins<'_> {
             let rays = (0..16).map(|i| DVec2::new(f64::from(i % 4), f64::from(i / 4)) / 4.0 + 0.125);
             let rays: Vec<_> = rays.map(|beside| self.view.ray(corner + beside)).collect();
             let grazed = |splat: &&Caster| rays.iter().any(|ray| ends_at(ray, splat, 1e-4));
-            return self.casters.iter().filter(|caster| caster.is_gaussian()).filter(grazed).count() as u64;
+            return self.casters.iter().filter(|caster| caster.is_splat()).filter(grazed).count() as u64;
         }
         let ray = self.view.ray(corner + 0.5);
         self.casters.iter().filter(|caster| grazes(&ray, caster)).count() as u64

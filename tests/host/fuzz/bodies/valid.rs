@@ -10,7 +10,7 @@ fn all_finite(numbers: &[f32]) -> bool {
 pub fn assert_valid(scene: &Scene) {
     scene.particles.iter().for_each(particle);
     scene.strands.iter().for_each(strand);
-    scene.splats.iter().for_each(gaussian);
+    scene.splats.iter().for_each(splat);
     scene.casters().iter().for_each(caster);
     scene.volumes.iter().for_each(|volume| assert!(!volume.cells().is_empty(), "{:?}", volume.placed()));
     scene.meshes.iter().for_each(mesh);
@@ -33,13 +33,13 @@ fn strand(strand: &Strand) {
     assert!((0.0..=1.0).contains(&strand.opacity), "{strand:?}");
 }
 
-fn gaussian(gaussian: &Splat) {
-    assert!(all_finite(&gaussian.position), "{gaussian:?}");
-    assert!(gaussian.deviations.iter().all(|d| d.is_finite() && *d > 0.0), "{gaussian:?}");
-    assert!((gaussian.rotation.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-5, "{gaussian:?}");
-    assert!(gaussian.color.iter().all(|c| (0.0..=1.0).contains(c)), "{gaussian:?}");
-    assert!((0.0..=1.0).contains(&gaussian.opacity), "{gaussian:?}");
-    assert!(Caster::from(gaussian).is_gaussian(), "{gaussian:?}");
+fn splat(splat: &Splat) {
+    assert!(all_finite(&splat.position), "{splat:?}");
+    assert!(splat.deviations.iter().all(|d| d.is_finite() && *d > 0.0), "{splat:?}");
+    assert!((splat.rotation.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-5, "{splat:?}");
+    assert!(splat.color.iter().all(|c| (0.0..=1.0).contains(c)), "{splat:?}");
+    assert!((0.0..=1.0).contains(&splat.opacity), "{splat:?}");
+    assert!(Caster::from(splat).is_splat(), "{splat:?}");
 }
 
 fn caster(caster: &Caster) {

@@ -1,44 +1,44 @@
 // Splats: anisotropic Gaussians of extinction. Along a ray the extinction is a Gaussian again, with a middle and a deviation, so its
-// optical depth up to a place is an error function. Source: docs/notebook/splats.md. Twins: scene::Gaussian, reference::twin::gaussian,
-// reference::truth::gaussian.
-#ifndef WORLD_GAUSSIAN_GLSL
-#define WORLD_GAUSSIAN_GLSL
+// optical depth up to a place is an error function. Source: docs/notebook/splats.md. Twins: scene::Splat, reference::twin::splat,
+// reference::truth::splat.
+#ifndef WORLD_SPLAT_GLSL
+#define WORLD_SPLAT_GLSL
 #include "world/view.glsl"
 
 // A splat casts up to so many deviations from its middle. Twin: REACH.
-const float GAUSSIAN_REACH = 3.0;
+const float SPLAT_REACH = 3.0;
 // The segment of even extinction that stands for a splat reaches this many deviations to either side of the splat's middle. With this
 // length the optical depth up to a place on the ray has the least mean error: summed over the way, an 8th of a deviation times the whole
 // optical depth. At no place is the error more than 6.7 % of the whole optical depth. Twin: CHORD.
-const float GAUSSIAN_CHORD = 1.5;
+const float SPLAT_CHORD = 1.5;
 // Octaves that the 12 bits of a ratio of two axes span. Twin: OCTAVES.
-const float GAUSSIAN_OCTAVES = 12.0;
-// Bits of an axis by which a caster is a Gaussian. Twin: MARK.
-const uint GAUSSIAN_MARK = 0x71800000u;
+const float SPLAT_OCTAVES = 12.0;
+// Bits of an axis by which a caster is a splat. Twin: MARK.
+const uint SPLAT_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
 // Within its reach a splat has all of its extinction but a share of exp(−4.5). This factor makes up for the missing share, so that on
 // average many splats take as much light as splats without a reach would.
 // Twin: WHOLE.
-const float GAUSSIAN_WHOLE = 1.01123452;
+const float SPLAT_WHOLE = 1.01123452;
 
-bool gaussian_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == GAUSSIAN_MARK; }
+bool splat_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == SPLAT_MARK; }
 
 // Unit vectors, the longest axis first, the shortest last, and the deviations along them, world units.
-struct GaussianShape {
+struct SplatShape {
     vec3 axes[3];
     vec3 deviations;
 };
 
 // A direction from the octahedron's upper half, turned by 45°.
-vec3 gaussian_axis(uvec2 packed) {
+vec3 splat_axis(uvec2 packed) {
     vec2 at = vec2(packed) * (2.0 / 65535.0) - 1.0;
     vec2 place = 0.5 * vec2(at.x + at.y, at.x - at.y);
     return normalize(vec3(place, 1.0 - abs(place.x) - abs(place.y)));
 }
 
 // Two unit vectors across one whose z is not negative. Source: Duff et al. 2017, Building an Orthonormal Basis, Revisited.
-void gaussian_across(vec3 n, out vec3 first, out vec3 second) {
+void splat_across(vec3 n, out vec3 first, out vec3 second) {
     float a = -1.0 / (1.0 + n.z), b = n.x * n.y * a;
     first = vec3(1.0 + n.x * n.x * a, b, -n.x);
     second = vec3(b, 1.0 + n.y * n.y * a, -n.y);
@@ -46,34 +46,34 @@ void gaussian_across(vec3 n, out vec3 first, out vec3 second) {
 
 // By how many octaves the longest axis is longer than the middle one (x) and than the shortest (y), as numbers of 12
 // bits.
-uvec2 gaussian_octaves(uvec3 bits) {
+uvec2 splat_octaves(uvec3 bits) {
     uvec3 high = (bits >> 16u & 127u) | (bits >> 24u & 128u);
     uint both = high.x | high.y << 8u | high.z << 16u;
     return uvec2(both & 4095u, both >> 12u);
 }
 
-GaussianShape gaussian_shape(float radius, vec3 packed) {
+SplatShape splat_shape(float radius, vec3 packed) {
     uvec3 bits = floatBitsToUint(packed);
-    GaussianShape shape;
-    vec3 shortest = gaussian_axis(bits.xy & 0xFFFFu), first, second;
-    gaussian_across(shortest, first, second);
+    SplatShape shape;
+    vec3 shortest = splat_axis(bits.xy & 0xFFFFu), first, second;
+    splat_across(shortest, first, second);
     float along = float(bits.z & 0xFFFFu) * (2.0 / 65535.0) - 1.0;
     vec3 longest = normalize(along * first + (1.0 - abs(along)) * second);
     shape.axes = vec3[](longest, cross(shortest, longest), shortest);
-    vec2 less = exp2(vec2(gaussian_octaves(bits)) * (-GAUSSIAN_OCTAVES / 4095.0));
-    shape.deviations = radius * (1.0 / GAUSSIAN_REACH) * vec3(1.0, less);
+    vec2 less = exp2(vec2(splat_octaves(bits)) * (-SPLAT_OCTAVES / 4095.0));
+    shape.deviations = radius * (1.0 / SPLAT_REACH) * vec3(1.0, less);
     return shape;
 }
 
 // The shortest and the longest axis, packed as 16 bits in each of three words. Which end of an axis is packed does not
 // matter. Twin: axes_packed.
-uvec3 gaussian_packed(vec3 shortest, vec3 longest) {
+uvec3 splat_packed(vec3 shortest, vec3 longest) {
     vec3 first, second;
     shortest = shortest.z < 0.0 ? -shortest : shortest;
     vec2 place = shortest.xy / (abs(shortest.x) + abs(shortest.y) + shortest.z);
     vec2 both = vec2(place.x + place.y, place.x - place.y) * 0.5 + 0.5;
     uvec2 axis = uvec2(clamp(both, 0.0, 1.0) * 65535.0 + 0.5);
-    gaussian_across(gaussian_axis(axis), first, second);
+    splat_across(splat_axis(axis), first, second);
     vec2 turn = vec2(dot(first, longest), dot(second, longest));
     turn = turn.y < 0.0 ? -turn : turn;
     uint angle = uint(clamp(turn.x / (abs(turn.x) + turn.y) * 0.5 + 0.5, 0.0, 1.0) * 65535.0 + 0.5);
@@ -82,24 +82,24 @@ uvec3 gaussian_packed(vec3 shortest, vec3 longest) {
 
 // A packed shape, turned into a view's axes and packed again. An ellipsoid is the same as its mirror image about its own axes, so
 // that the view's axes may be left-handed.
-vec3 gaussian_turned(View view, vec3 packed) {
-    GaussianShape shape = gaussian_shape(GAUSSIAN_REACH, packed);
+vec3 splat_turned(View view, vec3 packed) {
+    SplatShape shape = splat_shape(SPLAT_REACH, packed);
     mat3 across = transpose(mat3(view.right, view.up, view.forward));
-    uvec3 turned = gaussian_packed(across * shape.axes[2], across * shape.axes[0]);
+    uvec3 turned = splat_packed(across * shape.axes[2], across * shape.axes[0]);
     return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | turned);
 }
 
 // A Gaussian along a ray: z of its middle; its deviation, in lengths of the ray's direction; the square of the ray's least distance
 // from the Gaussian's middle, in deviations.
-struct GaussianRay {
+struct SplatRay {
     float middle;
     float deviation;
     float square;
 };
 
 // The point of the ray nearest to the middle is found first: a far origin then costs no digits in the division by small deviations.
-GaussianRay gaussian_ray(Ray ray, vec3 position, float radius, vec3 packed) {
-    GaussianShape shape = gaussian_shape(radius, packed);
+SplatRay splat_ray(Ray ray, vec3 position, float radius, vec3 packed) {
+    SplatShape shape = splat_shape(radius, packed);
     vec3 offset = position - ray.origin;
     float nearest = dot(offset, ray.direction) / dot(ray.direction, ray.direction);
     vec3 across = offset - nearest * ray.direction, per_deviation = 1.0 / shape.deviations;
@@ -109,30 +109,30 @@ GaussianRay gaussian_ray(Ray ray, vec3 position, float radius, vec3 packed) {
     q *= per_deviation;
     float square = dot(v, v);
     vec3 apart = cross(q, v);
-    return GaussianRay(nearest + dot(q, v) / square, inversesqrt(square), dot(apart, apart) / square);
+    return SplatRay(nearest + dot(q, v) / square, inversesqrt(square), dot(apart, apart) / square);
 }
 
 // The length, in lengths of the ray's direction, over which the extinction of the Gaussian's middle has its whole
 // optical depth.
-float gaussian_length(GaussianRay along) { return GAUSSIAN_WHOLE * ROOT_TWO_PI * along.deviation * exp(-0.5 * along.square); }
+float splat_length(SplatRay along) { return SPLAT_WHOLE * ROOT_TWO_PI * along.deviation * exp(-0.5 * along.square); }
 
 // Share of a Gaussian of deviation 1 below x, as Abramowitz and Stegun 26.2.17 has it: wrong by 7.5e-8 at most.
-float gaussian_share(float x) {
+float splat_share(float x) {
     float t = 1.0 / (1.0 + 0.2316419 * abs(x));
     float tail = exp(-0.5 * x * x) * t * (0.12741480 + t * (-0.14224837 + t * (0.71070687 + t * (-0.72657601 + t * 0.53070271))));
     return x < 0.0 ? tail : 1.0 - tail;
 }
 
-// Half of the ray's chord within GAUSSIAN_REACH.
-float gaussian_half(GaussianRay along) { return sqrt(max(GAUSSIAN_REACH * GAUSSIAN_REACH - along.square, 0.0)) * along.deviation; }
+// Half of the ray's chord within SPLAT_REACH.
+float splat_half(SplatRay along) { return sqrt(max(SPLAT_REACH * SPLAT_REACH - along.square, 0.0)) * along.deviation; }
 
 // What the ellipsoid of a Gaussian in the view's axes covers, as sphere_extent has it for a sphere: low to high along right (x, y)
 // and along up (z, w). In perspective the bounds are the two planes through the eye that touch the ellipsoid.
-vec4 gaussian_extent(View view, vec3 centre, float radius, vec3 packed) {
-    GaussianShape shape = gaussian_shape(radius, packed);
+vec4 splat_extent(View view, vec3 centre, float radius, vec3 packed) {
+    SplatShape shape = splat_shape(radius, packed);
     mat3 rows = transpose(mat3(shape.axes[0], shape.axes[1], shape.axes[2]));
-    vec3 x = rows[0] * shape.deviations * GAUSSIAN_REACH, y = rows[1] * shape.deviations * GAUSSIAN_REACH;
-    vec3 z = rows[2] * shape.deviations * GAUSSIAN_REACH;
+    vec3 x = rows[0] * shape.deviations * SPLAT_REACH, y = rows[1] * shape.deviations * SPLAT_REACH;
+    vec3 z = rows[2] * shape.deviations * SPLAT_REACH;
     if (view.projection != VIEW_PERSPECTIVE) {
         vec2 reach = vec2(length(x), length(y));
         return vec4(centre.x - reach.x, centre.x + reach.x, centre.y - reach.y, centre.y + reach.y);

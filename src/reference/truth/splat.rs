@@ -26,7 +26,7 @@ pub(super) fn missed(ray: &Ray, caster: &Caster) -> bool {
     offset.length_squared() - offset.dot(ray.direction).powi(2) / square > 1.001 * radius * radius
 }
 
-/// A ray through a caster that is a Gaussian.
+/// A ray through a caster that is a splat.
 pub(crate) fn along(ray: &Ray, caster: &Caster) -> Along {
     let shape = Shape::of(caster);
     let (v, q) = (shape.whitened(ray.direction), shape.whitened(caster.start() - ray.origin));
@@ -113,14 +113,14 @@ mod tests {
         ) {
             let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt();
             prop_assume!(length > 0.1);
-            let gaussian = Splat {
+            let splat = Splat {
                 position: [0.1, -0.2, 0.3],
                 deviations: logs.map(|log| 10f32.powf(log)),
                 rotation: turn.map(|x| x / length),
                 opacity: 0.7,
                 color: [1.0; 3],
             };
-            let caster = Caster::from(&gaussian);
+            let caster = Caster::from(&splat);
             let ray = Ray { origin: origin.into(), direction: DVec3::from(towards) - DVec3::from(origin) };
             prop_assume!(ray.direction.length() > 0.1);
             let shape = Shape::of(&caster);

@@ -1,21 +1,21 @@
-//! CPU twin of glsl/world/gaussian.glsl: optical depth of an anisotropic Gaussian along a ray, in f32.
+//! CPU twin of glsl/world/splat.glsl: optical depth of an anisotropic Gaussian along a ray, in f32.
 
 use crate::scene::{Caster, View};
 use glam::{Vec2, Vec3};
 
-/// Twin: GAUSSIAN_REACH.
+/// Twin: SPLAT_REACH.
 pub(super) const REACH: f32 = 3.0;
 
-/// Twin: GAUSSIAN_CHORD.
+/// Twin: SPLAT_CHORD.
 pub const CHORD: f32 = 1.5;
 
-/// Twin: GAUSSIAN_OCTAVES.
+/// Twin: SPLAT_OCTAVES.
 pub(super) const OCTAVES: f32 = 12.0;
 
 /// Twin: ROOT_TWO_PI.
 pub(super) const ROOT_TWO_PI: f32 = 2.506_628_3;
 
-/// Twin: GAUSSIAN_WHOLE.
+/// Twin: SPLAT_WHOLE.
 const WHOLE: f32 = 1.011_234_5;
 
 /// From a strand's start to its end; 0 for all other casters. Twin: caster_axis.
@@ -23,7 +23,7 @@ pub(super) fn strand_axis(caster: &Caster) -> Vec3 {
     if caster.is_strand() { caster.axis.into() } else { Vec3::ZERO }
 }
 
-/// A splat's axes as unit vectors, the longest first and the shortest last, and the deviations along them. Twin: gaussian_shape.
+/// A splat's axes as unit vectors, the longest first and the shortest last, and the deviations along them. Twin: splat_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let bits = caster.axis.map(f32::to_bits);
     let n = axis(bits[0] & 0xFFFF, bits[1] & 0xFFFF);
@@ -37,14 +37,14 @@ pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     ([longest, n.cross(longest), n], deviations)
 }
 
-/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: gaussian_across.
+/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: splat_across.
 fn across(n: Vec3) -> [Vec3; 2] {
     let a = -1.0 / (1.0 + n.z);
     let b = n.x * n.y * a;
     [Vec3::new(1.0 + n.x * n.x * a, b, -n.x), Vec3::new(b, 1.0 + n.y * n.y * a, -n.y)]
 }
 
-/// Twin: gaussian_axis.
+/// Twin: splat_axis.
 fn axis(u: u32, v: u32) -> Vec3 {
     let at = Vec2::new(u as f32, v as f32) * (2.0 / 65535.0) - 1.0;
     let place = 0.5 * Vec2::new(at.x + at.y, at.x - at.y);
@@ -52,7 +52,7 @@ fn axis(u: u32, v: u32) -> Vec3 {
 }
 
 /// Packs the shortest and the longest axis into three numbers of 16 bits: two for the shortest axis, one for the angle of the longest about
-/// it. Twin: gaussian_packed.
+/// it. Twin: splat_packed.
 pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     let shortest = if shortest.z < 0.0 { -shortest } else { shortest };
     let place = Vec2::new(shortest.x, shortest.y) / (shortest.x.abs() + shortest.y.abs() + shortest.z);
@@ -64,7 +64,7 @@ pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     [u, v, word(first / (first.abs() + second) * 0.5 + 0.5)]
 }
 
-/// A caster whose packed axes are turned into a view's axes; its position stays. Twin: gaussian_turned.
+/// A caster whose packed axes are turned into a view's axes; its position stays. Twin: splat_turned.
 pub fn turned(view: &View, caster: &Caster) -> Caster {
     let ([longest, _, shortest], _) = shape(caster);
     let view_axes = [view.right, view.up, view.forward].map(Vec3::from);
@@ -74,7 +74,7 @@ pub fn turned(view: &View, caster: &Caster) -> Caster {
     Caster { axis, ..*caster }
 }
 
-/// A Gaussian along a ray. Twin: GaussianRay.
+/// A Gaussian along a ray. Twin: SplatRay.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongRay {
     /// z of the ray's point nearest to the middle, as measured in deviations.
@@ -86,7 +86,7 @@ pub struct AlongRay {
 }
 
 impl AlongRay {
-    /// Twin: gaussian_ray.
+    /// Twin: splat_ray.
     pub fn of((origin, direction): (Vec3, Vec3), caster: &Caster) -> Self {
         let (axes, deviations) = shape(caster);
         let offset = Vec3::from(caster.position) - origin;
@@ -98,18 +98,18 @@ impl AlongRay {
         Self { middle: nearest + q.dot(v) / square, deviation: 1.0 / square.sqrt(), square: apart.dot(apart) / square }
     }
 
-    /// Twin: gaussian_length.
+    /// Twin: splat_length.
     pub fn length(&self) -> f32 {
         WHOLE * ROOT_TWO_PI * self.deviation * (-0.5 * self.square).exp()
     }
 
-    /// Twin: gaussian_half.
+    /// Twin: splat_half.
     pub fn half(&self) -> f32 {
         (REACH * REACH - self.square).max(0.0).sqrt() * self.deviation
     }
 }
 
-/// Share of a Gaussian of deviation 1 below x. Twin: gaussian_share.
+/// Share of a Gaussian of deviation 1 below x. Twin: splat_share.
 pub fn share(x: f32) -> f32 {
     let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
     let series = 0.710_706_9 + t * (-0.726_576 + t * 0.530_702_7);
@@ -117,7 +117,7 @@ pub fn share(x: f32) -> f32 {
     if x < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// The optical depth of a Gaussian between a ray's origin and `end`, in lengths of its direction. Twin: gaussian_cast_depth.
+/// The optical depth of a Gaussian between a ray's origin and `end`, in lengths of its direction. Twin: splat_cast_depth.
 pub fn cast_depth(ray: (Vec3, Vec3), caster: &Caster, end: f32) -> f32 {
     let along = AlongRay::of(ray, caster);
     let half = along.half();
@@ -133,7 +133,7 @@ pub fn cast_depth(ray: (Vec3, Vec3), caster: &Caster, end: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::truth::gaussian;
+    use crate::reference::truth::splat;
     use crate::scene::{Ray, Splat};
     use glam::DVec3;
     use proptest::prelude::*;
@@ -143,7 +143,7 @@ mod tests {
     fn shares_are_as_stated() {
         for i in -1200..=1200 {
             let x = i as f32 / 100.0;
-            assert!((f64::from(share(x)) - gaussian::share(x.into())).abs() < 7.5e-8 + 2.4e-7, "{x}");
+            assert!((f64::from(share(x)) - splat::share(x.into())).abs() < 7.5e-8 + 2.4e-7, "{x}");
         }
     }
 
@@ -162,19 +162,19 @@ mod tests {
             prop_assume!(turn.iter().map(|x| x * x).sum::<f32>() > 0.01);
             let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt();
             let position = [0.1, -0.2, 0.3];
-            let gaussian = Splat {
+            let splat = Splat {
                 position,
                 deviations: logs.map(|log| 10f32.powf(log)),
                 rotation: turn.map(|x| x / length),
                 opacity,
                 color: [1.0; 3],
             };
-            let caster = Caster::from(&gaussian);
+            let caster = Caster::from(&splat);
             let (origin, towards) = (Vec3::from(origin), Vec3::from(position) + 0.3 * Vec3::from(towards));
             let ray = (origin, towards - origin);
             prop_assume!(ray.1.length() > 0.01);
             let as_f64 = Ray { origin: origin.as_dvec3(), direction: ray.1.as_dvec3() };
-            let along = gaussian::along(&as_f64, &caster);
+            let along = splat::along(&as_f64, &caster);
             let whole = along.optical_depth(&as_f64, &caster, f64::NEG_INFINITY, f64::INFINITY);
             let found = AlongRay::of(ray, &caster);
             prop_assert!((f64::from(found.square) - along.square).abs() < 2e-3 * (1.0 + along.square));
@@ -198,11 +198,11 @@ mod tests {
         let places = (-8000..=8000).map(|i| f64::from(i) / 1000.0);
         let chord = f64::from(CHORD);
         let even = |x: f64| ((x + chord) / (2.0 * chord)).clamp(0.0, 1.0);
-        let apart = places.clone().map(|x| (gaussian::share(x) - even(x)).abs());
+        let apart = places.clone().map(|x| (splat::share(x) - even(x)).abs());
         let (most, whole) = (apart.clone().fold(0.0, f64::max), apart.sum::<f64>() * 1e-3);
         assert!((most - 0.0668).abs() < 1e-4 && (whole - 0.12).abs() < 5e-3, "{most} {whole}");
         for depth in [0.1, 1.0, 4.6, 10.0, 80.0] {
-            let off = |x: f64| ((-depth * gaussian::share(x)).exp() - (-depth * even(x)).exp()).abs();
+            let off = |x: f64| ((-depth * splat::share(x)).exp() - (-depth * even(x)).exp()).abs();
             let (found, bound) = (places.clone().map(off).fold(0.0, f64::max), 1.0 - (-depth * most).exp());
             assert!(found <= bound + 1e-9 && found > 0.9 * bound, "{depth}: {found} of {bound}");
         }
@@ -211,14 +211,14 @@ mod tests {
     /// A ray that ends farther away never has less optical depth.
     #[test]
     fn depth_never_falls() {
-        let gaussian = Splat {
+        let splat = Splat {
             position: [0.0; 3],
             deviations: [0.5, 0.2, 0.1],
             rotation: [0.5, 0.5, 0.5, 0.5],
             opacity: 0.9,
             color: [1.0; 3],
         };
-        let caster = Caster::from(&gaussian);
+        let caster = Caster::from(&splat);
         // The rotation makes the Gaussian 0.1 wide along x; the ray drifts by 0.08 in x.
         for aside in [0.0, 0.1, 0.2] {
             let ray = (Vec3::new(aside, 0.1 * aside, -4.0), DVec3::new(0.02, 0.05, 1.0).as_vec3());
