@@ -6,7 +6,7 @@ use crate::gpu::Features;
 use crate::scene::Scene;
 use crate::shading::runs;
 use crate::technique::runs::List;
-use crate::technique::{Casts, Name, Spec};
+use crate::technique::{Casts, Spec};
 use std::collections::BTreeSet;
 
 /// A scene of meshes with more lights than this counts as one of many lights.
@@ -41,7 +41,7 @@ pub(super) fn sees_all(spec: &Spec, scene: &Scene) -> bool {
 
 /// Whether the device has what the spec's path needs.
 fn runs_on(spec: &Spec, features: &Features) -> bool {
-    let path = spec.entry.paths.iter().find(|path| path.name == spec.text(Name::PATH));
+    let path = spec.named_path();
     path.is_none_or(|path| path.requires.iter().all(|requirement| features.lacks(*requirement).is_none()))
 }
 

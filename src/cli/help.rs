@@ -4,9 +4,9 @@
 use crate::cli::hooks::OPTION;
 use crate::error::did_you_mean;
 use crate::scene::known;
-use crate::shading::{KEYS, parse};
+use crate::shading::KEYS;
 use crate::technique::keys::EVERY;
-use crate::technique::{Entry, Key, Lifetime, REGISTRY, Values};
+use crate::technique::{Entry, Key, Lifetime, Promises, REGISTRY, Spec, Values};
 use crate::{Error, Result};
 
 /// Characters per line of help.
@@ -62,7 +62,7 @@ pub fn asked<'a>(commands: impl Iterator<Item = &'a str>) -> Result<Option<Strin
     }
 }
 
-fn page(entry: &Entry) -> String {
+fn page(entry: &'static Entry) -> String {
     let mut text = format!("{}\n  paths, and what a device needs for each\n", about(entry));
     for path in entry.paths {
         let needs: Vec<_> = path.requires.iter().map(|needed| needed.name()).collect();
@@ -70,8 +70,8 @@ fn page(entry: &Entry) -> String {
         text += &fill(&format!("    {:<12} ", path.name), &needs);
     }
     text += "\n  what it promises of its answers with the default keys, and gobo stress checks\n";
-    for path in entry.paths {
-        text += &fill(&format!("    {:<12} ", path.name), &promised(entry, path.name));
+    for plan in Spec::new(entry, &[]).plans() {
+        text += &fill(&format!("    {:<12} ", plan.path.name), &promised(&plan.promises));
     }
     text += "\n  keys\n";
     text += &keys(entry.keys.iter());
@@ -91,9 +91,7 @@ fn page(entry: &Entry) -> String {
     text + &format!("\n  such as\n    gobo compare --quick --technique {example}\n")
 }
 
-fn promised(entry: &Entry, path: &str) -> String {
-    let Ok([spec]) = parse(entry.name).as_deref().map(|specs| [specs[0].clone()]) else { return String::new() };
-    let promises = (entry.promises)(&spec, path);
+fn promised(promises: &Promises) -> String {
     let most = |what: &str, value: Option<f64>| value.map(|value| format!("{what} at most {value}"));
     let all = [
         most("mean error on a texel's ray", promises.mean),

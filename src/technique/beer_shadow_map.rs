@@ -24,7 +24,7 @@
 use super::keys::{Name, words};
 use super::settings::{Keyed, Setting};
 use super::texel_map::{BINNED, RASTER, TexelMap, texel_settings};
-use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
+use super::{Casts, Entry, Lifetime, Path, PathPlan, Promises, Runs};
 use crate::gpu::{Blend, Constants, Context, Format, Limit};
 use crate::maps::{TexelKernels, TexelWay, Texels};
 use crate::shaders::constant::WEIGHTED_FRONT;
@@ -60,7 +60,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[] }],
-    promises: |_, _| Promises::OF_DEPTH,
+    plan: |spec, path| PathPlan {
+        path,
+        limits: vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
+        promises: Promises::OF_DEPTH,
+    },
     runs: Runs {
         usual: &["path=binned"],
         usual_on_cpu: &["size=128,path=binned"],
@@ -69,7 +73,6 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,front=weighted,levels=3"],
         ..Runs::NONE
     },
-    limits: |spec, _| vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
     open: |context, world, spec| Ok(Box::new(BeerShadowMap::new(context, world, &spec.settings())?)),
 };
 

@@ -26,7 +26,9 @@
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{
+    Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Spec, Technique,
+};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, MediaContent, media_limit, voxels_per_side};
@@ -88,7 +90,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
-    promises: |spec, _| promises(spec),
+    plan: |spec, path| PathPlan {
+        path,
+        limits: vec![media_limit(voxels_per_side(spec.settings::<Settings>().size), 1)],
+        promises: promises(spec),
+    },
     runs: Runs {
         usual: &["size=128"],
         usual_on_cpu: &["size=64"],
@@ -97,7 +103,6 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=64,march=exact|steps|ratio", "size=64,direction=mean"],
         ..Runs::NONE
     },
-    limits: |spec, _| vec![media_limit(voxels_per_side(spec.settings::<Settings>().size), 1)],
     open: |context, world, spec| Ok(Box::new(DensityGrid::new(context, world, &spec.settings())?)),
 };
 

@@ -26,7 +26,7 @@ use super::keys::Name;
 use super::settings::{Keyed, Setting};
 use super::sums::{self, PATHS, RANGE, Range, STORAGE, Storage, sum_kernels};
 use super::texel_map::{TexelMap, texel_settings};
-use super::{Casts, Entry, Lifetime, Promises, Runs};
+use super::{Casts, Entry, Lifetime, Path, PathPlan, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Constants, Context};
 use crate::maps::{EVEN_CELLS, Sums};
@@ -52,7 +52,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    promises: |_, path| promises(path),
+    plan: |spec, path| {
+        let settings: Settings = spec.settings();
+        let limits = sums::limits(path, [settings.coefficients, settings.words()], settings.size, settings.levels);
+        PathPlan { path, limits, promises: promises(path) }
+    },
     runs: Runs {
         usual: &["coefficients=15"],
         usual_on_cpu: &["size=128,coefficients=15"],
@@ -61,15 +65,11 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f,levels=3"],
         ..Runs::NONE
     },
-    limits: |spec, path| {
-        let settings: Settings = spec.settings();
-        sums::limits(path, [settings.coefficients, settings.words()], settings.size, settings.levels)
-    },
     open: |context, world, spec| Ok(Box::new(Fourier::new(context, world, &spec.settings())?)),
 };
 
 /// A series rings, so that light may rise along a ray: nothing is promised about that.
-fn promises(path: &str) -> Promises {
+fn promises(path: &Path) -> Promises {
     Promises { rise: None, ..sums::promises(path) }
 }
 

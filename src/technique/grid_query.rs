@@ -22,7 +22,7 @@
 //! ```
 
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, Placement};
@@ -49,9 +49,8 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
-    promises: |_, _| Promises::EXACT,
+    plan: |_, path| PathPlan { path, limits: Vec::new(), promises: Promises::EXACT },
     runs: Runs { usual: &[""], compare: &[""], stress_smoke: &[""], stress_meshes: &[""], ..Runs::NONE },
-    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(GridQuery::new(context, world, &spec.settings())?)),
 };
 

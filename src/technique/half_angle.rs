@@ -28,7 +28,7 @@
 use super::keys::{Name, words};
 use super::painter::{Painter, PainterKernels};
 use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{CasterQuads, DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, QuadsPush};
 use crate::scene::LightKind;
@@ -79,7 +79,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: SLICED, requires: &[] }],
-    promises: |_, _| Promises::OF_NO_DEPTH,
+    plan: |_, path| PathPlan { path, limits: Vec::new(), promises: Promises::OF_NO_DEPTH },
     runs: Runs {
         usual: &[""],
         usual_on_cpu: &["size=128"],
@@ -88,7 +88,6 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,slices=32,storage=r16f|r8|r32f"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(HalfAngle::new(context, world, &spec.settings())?)),
 };
 

@@ -25,7 +25,7 @@ use super::keys::{Name, words};
 use super::settings::{Keyed, Setting};
 use super::sums::{self, PATHS, promises, sum_kernels};
 use super::texel_map::{TexelMap, texel_settings};
-use super::{Casts, Entry, Lifetime, Runs};
+use super::{Casts, Entry, Lifetime, PathPlan, Runs};
 use crate::Result;
 use crate::gpu::{Constants, Context};
 use crate::maps::Sums;
@@ -78,7 +78,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    promises: |_, path| promises(path),
+    plan: |spec, path| {
+        let settings: Settings = spec.settings();
+        let limits = sums::limits(path, [settings.layers, settings.words()], settings.size, settings.levels);
+        PathPlan { path, limits, promises: promises(path) }
+    },
     runs: Runs {
         usual: &["layers=16"],
         usual_on_cpu: &["size=128,layers=16"],
@@ -90,10 +94,6 @@ pub const ENTRY: Entry = Entry {
             "size=32,layers=4,storage=r16,levels=3",
         ],
         ..Runs::NONE
-    },
-    limits: |spec, path| {
-        let settings: Settings = spec.settings();
-        sums::limits(path, [settings.layers, settings.words()], settings.size, settings.levels)
     },
     open: |context, world, spec| Ok(Box::new(Layers::new(context, world, &spec.settings())?)),
 };

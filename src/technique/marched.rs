@@ -25,7 +25,7 @@
 use super::keys::Name;
 use super::map_settings::map_settings;
 use super::settings::{Keyed, LEVELS, SIZE, Setting};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory};
 use crate::grid::{Grid, MediaContent, media_limit};
@@ -69,7 +69,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
-    promises: |_, _| PROMISES,
+    plan: |spec, path| PathPlan { path, limits: vec![limit(&spec.settings())], promises: PROMISES },
     runs: Runs {
         usual: &["nodes=8"],
         usual_on_cpu: &["size=128,grid=64,nodes=8"],
@@ -78,13 +78,15 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,grid=64", "size=32,grid=64,nodes=16,samples=32,levels=3"],
         ..Runs::NONE
     },
-    limits: |spec, _| {
-        let Settings { nodes, size, grid, levels, .. } = spec.settings();
-        let curves = Limit::buffer_range(8 * u64::from(nodes) * leveled_texels(size, levels));
-        vec![if curves.least > media_limit(grid, 1).least { curves } else { media_limit(grid, 1) }]
-    },
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
+
+/// The limit of the larger of its buffers: the curves or the grid.
+fn limit(settings: &Settings) -> Limit {
+    let Settings { nodes, size, grid, levels, .. } = *settings;
+    let curves = Limit::buffer_range(8 * u64::from(nodes) * leveled_texels(size, levels));
+    if curves.least > media_limit(grid, 1).least { curves } else { media_limit(grid, 1) }
+}
 
 /// The grid's sums of whole numbers do not depend on the order of casters. No mean error is promised, since the grid is only as fine as its
 /// voxels. No bound on steps from frame to frame is promised, since curves change where a caster moves from one voxel into the next.

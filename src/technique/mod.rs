@@ -33,6 +33,7 @@ mod build;
 pub mod keys;
 mod map_settings;
 mod painter;
+mod path_plan;
 #[doc(hidden)]
 pub mod promises;
 mod requirements;
@@ -83,6 +84,7 @@ pub use self::{
     },
     keys::{Key, Name, Values},
     painter::{Painter, answers_in_space, half_vector},
+    path_plan::{Path, PathPlan},
     promises::Promises,
     runs::Runs,
     texel_map::TexelMap,
@@ -90,7 +92,7 @@ pub use self::{
     voxelized::{Coverage, Free, LevelCounts, Structure, TreeData},
 };
 
-use crate::gpu::{Bindings, Commands, Constants, Context, Limit, Requirement};
+use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::{Map, OpaqueMaps};
 use crate::scene::{Kinds, Resolution};
 use crate::shaders::Folder;
@@ -263,14 +265,6 @@ pub struct Facts {
     pub counters: BTreeMap<String, u64>,
 }
 
-/// A path of a technique, for `gobo devices`.
-pub struct Path {
-    /// Its name in specs.
-    pub name: &'static str,
-    /// What the device must have.
-    pub requires: &'static [Requirement],
-}
-
 /// What a technique casts shadows from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Casts {
@@ -364,13 +358,10 @@ pub struct Entry {
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
-    /// The promises about the answers of a spec. The second argument is the path that runs.
-    pub promises: fn(&Spec, &str) -> Promises,
+    /// What a spec needs and promises on a path.
+    pub plan: fn(&Spec, &'static Path) -> PathPlan,
     /// The specs that commands run where the technique is not named.
     pub runs: Runs,
-    /// The limits of a spec's path, which the second argument names: a device that has less is refused. They are the limits that a world
-    /// with one light and smoke needs. A world with more lights needs higher ones, and one with strands or meshes may.
-    pub limits: fn(&Spec, &str) -> Vec<Limit>,
     /// Opens the technique for a world that has casters which it sees.
     pub open: Open,
 }
@@ -391,8 +382,7 @@ impl Entry {
     /// # Errors
     /// [`crate::Error::Refused`] that names the first missing feature.
     pub fn require(&self, context: &Context, path: &str) -> Result<()> {
-        let known = self.paths.iter().find(|p| p.name == path);
-        known.map_or(Ok(()), |path| context.features().require(path.requires))
+        self.path(path).map_or(Ok(()), |path| context.features().require(path.requires))
     }
 }
 

@@ -27,11 +27,11 @@ use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{Keyed, Setting};
 use super::sums::{self, PATHS, RANGE, Range, sum_kernels};
-use super::texel_map::{BINNED, TexelMap, texel_settings};
-use super::{Casts, Entry, Lifetime, Promises, Runs};
+use super::texel_map::{TexelMap, texel_settings};
+use super::{Casts, Entry, Lifetime, Path, PathPlan, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Constants, Context};
-use crate::maps::{EVEN_CELLS, Sums};
+use crate::maps::{EVEN_CELLS, Sums, TexelWay};
 use crate::shaders::constant::{MOMENTS, OVERESTIMATION, SUM_RANGE, SUM_STORAGE, TRIGONOMETRIC};
 use crate::shaders::folder;
 use crate::world::World;
@@ -79,7 +79,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    promises: |spec, path| promises(&spec.settings(), path),
+    plan: |spec, path| {
+        let settings: Settings = spec.settings();
+        let limits = sums::limits(path, [settings.moments + 1, settings.words()], settings.size, settings.levels);
+        PathPlan { path, limits, promises: promises(&settings, path) }
+    },
     runs: Runs {
         usual: &["moments=6"],
         usual_on_cpu: &["size=128,moments=6"],
@@ -93,10 +97,6 @@ pub const ENTRY: Entry = Entry {
         ],
         ..Runs::NONE
     },
-    limits: |spec, path| {
-        let settings: Settings = spec.settings();
-        sums::limits(path, [settings.moments + 1, settings.words()], settings.size, settings.levels)
-    },
     open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
 };
 
@@ -104,8 +104,8 @@ pub const ENTRY: Entry = Entry {
 /// each caster, and the bounds amplify that. With range=texel, bounds from powers do not let light rise along a ray. Cosines and sines
 /// treat the range as a circle, so what lies at its end may affect answers at its beginning. With range=scene, the bounds do not know where
 /// the smoke of a texel ends. In front of the smoke and behind it, their rounding is then multiplied by the whole optical depth.
-fn promises(settings: &Settings, path: &str) -> Promises {
-    let (own, binned) = (settings.range == Range::Texel, path == BINNED);
+fn promises(settings: &Settings, path: &Path) -> Promises {
+    let (own, binned) = (settings.range == Range::Texel, path.is(TexelWay::Binned));
     let rise = own && binned && settings.basis == Basis::Power;
     Promises {
         tail: Some(1e-3).filter(|_| own),

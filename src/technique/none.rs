@@ -19,7 +19,7 @@
 //! # Ok(()) });
 //! ```
 
-use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::shaders::folder;
@@ -39,9 +39,12 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[],
     paths: &[Path { name: LIT, requires: &[] }],
-    promises: |_, _| Promises { rise: Some(0.0), order: Some(0.0), ..Promises::NONE },
+    plan: |_, path| PathPlan {
+        path,
+        limits: Vec::new(),
+        promises: Promises { rise: Some(0.0), order: Some(0.0), ..Promises::NONE },
+    },
     runs: Runs { usual: &[""], usual_on_cpu: &[""], compare: &[""], many_lights: &["shading=tiled"], ..Runs::NONE },
-    limits: |_, _| Vec::new(),
     open: |context, _, _| Ok(Box::new(Unshadowed::new(context, &Settings)?)),
 };
 

@@ -23,7 +23,7 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups, push_struct};
 use crate::grid::{Grid, GridData, MediaContent};
 use crate::maps::{Maps, OpaqueWay};
@@ -75,7 +75,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
-    promises: |_, _| Promises { order: Some(0.0), ..Promises::NONE },
+    plan: |spec, path| PathPlan {
+        path,
+        limits: vec![room(&spec.settings(), 1)],
+        promises: Promises { order: Some(0.0), ..Promises::NONE },
+    },
     runs: Runs {
         usual: &["cells=64"],
         usual_on_cpu: &["cells=64"],
@@ -84,7 +88,6 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["cells=32,bake=whole|round-robin"],
         ..Runs::NONE
     },
-    limits: |spec, _| vec![room(&spec.settings(), 1)],
     open: |context, world, spec| Ok(Box::new(OpticalDepthGrid::new(context, world, &spec.settings())?)),
 };
 

@@ -24,7 +24,7 @@
 
 use super::keys::words;
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{
     AccelerationStructure, BOX_BYTES, Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement,
@@ -63,7 +63,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: TRACE, requires: &[Requirement::RayQuery] }],
-    promises: |spec, _| promises(spec),
+    plan: |spec, path| PathPlan { path, limits: Vec::new(), promises: promises(spec) },
     runs: Runs {
         usual: &[""],
         usual_on_cpu: &[""],
@@ -73,7 +73,6 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &[""],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(RayQuery::new(context, world, &spec.settings())?)),
 };
 

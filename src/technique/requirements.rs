@@ -1,7 +1,6 @@
 //! What the paths of a technique require of a device, known before a device is opened.
 
-use super::keys::Name;
-use super::{Path, Spec};
+use super::{PathPlan, Spec};
 use crate::gpu::{Enabled, Limit};
 use std::ffi::CStr;
 
@@ -18,14 +17,14 @@ pub struct PathRequirements {
 }
 
 impl PathRequirements {
-    fn of(spec: &Spec, path: &Path) -> Self {
+    fn of(plan: PathPlan) -> Self {
         let mut any_of = vec![Enabled::FLOOR];
-        for requirement in path.requires {
+        for requirement in plan.path.requires {
             let each = requirement.any_of();
             any_of = any_of.iter().flat_map(|one| each.iter().map(|other| one.or(*other))).collect();
         }
-        let limits = Limit::FLOOR.into_iter().chain((spec.entry.limits)(spec, path.name)).collect();
-        Self { path: path.name, any_of, limits }
+        let limits = Limit::FLOOR.into_iter().chain(plan.limits).collect();
+        Self { path: plan.path.name, any_of, limits }
     }
 
     /// The device extensions of each set in `any_of`.
@@ -38,11 +37,7 @@ impl PathRequirements {
 /// world with one light and smoke needs. A world with more lights needs higher ones, and one with strands or meshes may; opening the
 /// technique checks those. Lists grow with the casters on each ray, so the limits that they need are known only while they are built.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
-    let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
-    let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });
-    let paths = spec.entry.paths;
-    let known = paths.iter().any(|path| path.name == named);
-    paths.iter().filter(|path| !known || path.name == named).map(|path| PathRequirements::of(spec, path)).collect()
+    spec.plans().into_iter().map(PathRequirements::of).collect()
 }
 
 #[cfg(test)]

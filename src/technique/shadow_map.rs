@@ -23,7 +23,7 @@
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, Limit};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind, Resolution, gutter_texels};
@@ -40,7 +40,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: RASTER, requires: &[] }, Path { name: COMPUTE, requires: &[] }],
-    promises: |_, _| Promises::OF_OPAQUE,
+    plan: |spec, path| PathPlan {
+        path,
+        limits: vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
+        promises: Promises::OF_OPAQUE,
+    },
     runs: Runs {
         usual: &[""],
         usual_on_cpu: &[""],
@@ -49,7 +53,6 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=32"],
         ..Runs::NONE
     },
-    limits: |spec, _| vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
     open: |context, world, spec| Ok(Box::new(ShadowMap::new(context, world, &spec.settings())?)),
 };
 

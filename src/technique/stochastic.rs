@@ -25,7 +25,7 @@ use super::keys::{Name, words};
 use super::map_settings::map_settings;
 use super::settings::{Keyed, SIZE, Setting};
 use super::texel_map::{BINNED, RASTER};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, Requirement};
 use crate::maps::{Bins, CasterQuads, DrawingOrder, Entries, Map, Maps, OpaqueMaps, QuadsPush, TexelWay, Use, stacked};
 use crate::shaders::constant::{SAMPLES, SAMPLING, SPLATS_OR_CELLS, STRANDS};
@@ -70,7 +70,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
-    promises,
+    plan: |spec, path| {
+        let settings: Settings = spec.settings();
+        let bytes = 4 * u64::from(settings.samples) * u64::from(settings.size).pow(2);
+        PathPlan { path, limits: vec![Limit::buffer_range(bytes)], promises: promises(&settings) }
+    },
     runs: Runs {
         usual: &["path=binned,sampling=stratified,samples=16"],
         usual_on_cpu: &["size=128,path=binned,sampling=plain,samples=16"],
@@ -83,17 +87,12 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,sampling=stratified|hash"],
         ..Runs::NONE
     },
-    limits: |spec, _| {
-        let settings: Settings = spec.settings();
-        vec![Limit::buffer_range(4 * u64::from(settings.samples) * u64::from(settings.size).pow(2))]
-    },
     open: |context, world, spec| Ok(Box::new(Stochastic::new(context, world, &spec.settings())?)),
 };
 
 /// A sample that ends at a depth counts at all greater depths, so that light never rises along a ray. Samples are right on average, which
 /// is no promise about one picture.
-fn promises(spec: &Spec, _path: &str) -> Promises {
-    let settings: Settings = spec.settings();
+fn promises(settings: &Settings) -> Promises {
     let even = settings.sampling == Sampling::Stratified;
     // At most one of the samples that stand for quantiles ends too early or too late.
     let one = even.then(|| 1.0 / f64::from(settings.samples) + 1e-3);

@@ -5,7 +5,7 @@ use super::settings::Setting;
 use super::texel_map::{BINNED, RASTER};
 use super::{Path, Promises};
 use crate::gpu::{Limit, Requirement};
-use crate::maps::{leveled_texels, sum_targets};
+use crate::maps::{TexelWay, leveled_texels, sum_targets};
 
 words! {
     /// The depths that a texel's sums cover.
@@ -58,16 +58,16 @@ pub const PATHS: &[Path] =
 /// The sum over all casters on a ray is right except for rounding. A sum is rounded where it is stored. Each caster's part is rounded to a
 /// whole number, which shows where thousands of casters are on the ray. Sums of whole numbers do not depend on the order of casters; drawn
 /// sums are rounded at each caster.
-pub fn promises(path: &str) -> Promises {
-    let order = if path == BINNED { 0.0 } else { 1e-3 };
+pub fn promises(path: &Path) -> Promises {
+    let order = if path.is(TexelWay::Binned) { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
 }
 
 /// Limits of a path that has `sums` sums in `words` words per texel, in maps of `size` texels per side with `levels` levels of detail. A
 /// device that has less is refused.
-pub fn limits(path: &str, [sums, words]: [u32; 2], size: u32, levels: u32) -> Vec<Limit> {
+pub fn limits(path: &Path, [sums, words]: [u32; 2], size: u32, levels: u32) -> Vec<Limit> {
     let mut limits = vec![Limit::buffer_range(4 * u64::from(words) * leveled_texels(size, levels))];
-    if path != BINNED {
+    if !path.is(TexelWay::Binned) {
         limits.extend([sum_targets(sums), Limit::image_2d(size.into())]);
     }
     limits

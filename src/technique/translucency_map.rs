@@ -26,10 +26,10 @@ use super::keys::{Name, words};
 use super::promises::EIGHT_BITS;
 use super::settings::{Keyed, Setting};
 use super::texel_map::{BINNED, RASTER, TexelMap, texel_settings};
-use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
+use super::{Casts, Entry, Lifetime, Path, PathPlan, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Blend, Constants, Context, Format, Limit, Requirement};
-use crate::maps::{TexelKernels, Texels};
+use crate::maps::{TexelKernels, TexelWay, Texels};
 use crate::shaders::{folder, translucency_map as shaders};
 use crate::world::World;
 
@@ -57,7 +57,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: BINNED, requires: &[Requirement::ExtendedFormats] }, Path { name: RASTER, requires: &[] }],
-    promises: |_, path| promises(path),
+    plan: |spec, path| PathPlan {
+        path,
+        limits: vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
+        promises: promises(path),
+    },
     runs: Runs {
         usual: &["path=binned"],
         usual_on_cpu: &["size=128,path=binned"],
@@ -66,13 +70,12 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=raster|binned,levels=3", "size=32,path=binned,storage=r16f"],
         ..Runs::NONE
     },
-    limits: |spec, _| vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 
 /// Blending rounds at each sphere, so that only sums, which are rounded once, have a promised tail.
-fn promises(path: &str) -> Promises {
-    Promises { tail: Some(EIGHT_BITS).filter(|_| path == BINNED), ..Promises::OF_NO_DEPTH }
+fn promises(path: &Path) -> Promises {
+    Promises { tail: Some(EIGHT_BITS).filter(|_| path.is(TexelWay::Binned)), ..Promises::OF_NO_DEPTH }
 }
 
 /// The technique, opened for one world.

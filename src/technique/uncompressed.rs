@@ -23,7 +23,7 @@
 use super::keys::Name;
 use super::promises::ROUNDING;
 use super::settings::Keyed;
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{CasterQuads, DrawingOrder, Keep, List, Map, Maps, OpaqueMaps};
@@ -42,7 +42,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: LIST, requires: &[Requirement::FragmentStores] }],
-    promises: |_, _| PROMISES,
+    plan: |_, path| PathPlan { path, limits: Vec::new(), promises: PROMISES },
     runs: Runs {
         usual: &[""],
         compare: &[""],
@@ -51,7 +51,6 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=32"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, &spec.settings())?)),
 };
 

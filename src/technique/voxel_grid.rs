@@ -24,7 +24,7 @@
 
 use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
 use crate::grid::{Grid, GridBuffers, Placement, Refinement, Voxelizer, media_limit};
 use crate::scene::{Casting, Resolution, View};
@@ -108,7 +108,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
-    promises: |_, _| Promises::OF_OPAQUE,
+    plan: |spec, path| PathPlan {
+        path,
+        limits: vec![media_limit(spec.settings::<Settings>().size, 1)],
+        promises: Promises::OF_OPAQUE,
+    },
     runs: Runs {
         usual: &["march=exact", "cell=triangles"],
         usual_on_cpu: &["march=exact,size=64"],
@@ -124,7 +128,6 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=64,march=exact,path=compute|raster", "size=64,cell=triangles"],
         ..Runs::NONE
     },
-    limits: |spec, _| vec![media_limit(spec.settings::<Settings>().size, 1)],
     open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &spec.settings())?)),
 };
 

@@ -26,7 +26,7 @@ use super::keys::Name;
 use super::settings::{Keyed, Setting};
 use super::sums::{self, PATHS, RANGE, Range, STORAGE, Storage, promises, sum_kernels};
 use super::texel_map::{TexelMap, texel_settings};
-use super::{Casts, Entry, Lifetime, Runs};
+use super::{Casts, Entry, Lifetime, PathPlan, Runs};
 use crate::gpu::{Constants, Context};
 use crate::maps::{EVEN_CELLS, Sums, TexelWay};
 use crate::shaders::constant::{MEANS, SUM_RANGE, SUM_STORAGE};
@@ -55,7 +55,11 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    promises: |_, path| promises(path),
+    plan: |spec, path| {
+        let settings: Settings = spec.settings();
+        let limits = sums::limits(path, [settings.means() + 1, settings.words()], settings.size, settings.levels);
+        PathPlan { path, limits, promises: promises(path) }
+    },
     runs: Runs {
         usual: &["rank=3"],
         usual_on_cpu: &["size=128,rank=3"],
@@ -63,10 +67,6 @@ pub const ENTRY: Entry = Entry {
         on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f,levels=3"],
         ..Runs::NONE
-    },
-    limits: |spec, path| {
-        let settings: Settings = spec.settings();
-        sums::limits(path, [settings.means() + 1, settings.words()], settings.size, settings.levels)
     },
     open: |context, world, spec| Ok(Box::new(Wavelet::new(context, world, &spec.settings())?)),
 };

@@ -1,7 +1,7 @@
 //! Whether two answers to the same question are the same: to the bit where the technique promises that, else as the same numbers summed in
 //! two orders are.
 
-use gobo::technique::{Path, Spec};
+use gobo::technique::Spec;
 
 /// By how much e^−τ may differ where τ is the same up to `terms` numbers summed in two orders, τ is made a transmittance, and four of those
 /// are averaged. 2 (n − 1) u τ of the sums (Higham 2002, section 4.2; u = 2⁻²⁴), times e^−τ, of which τ e^−τ ≤ 1 / e; 3 + 2 τ units of
@@ -17,8 +17,7 @@ pub fn of_two_orders(terms: usize) -> f32 {
 #[track_caller]
 pub fn assert_alike(spec: &Spec, casters: usize, is: &[f32], expected: &[f32], what: &str) {
     assert_eq!(is.len(), expected.len(), "{what}");
-    let repeats = |path: &Path| (spec.entry.promises)(spec, path.name).repeats;
-    if spec.entry.paths.iter().all(repeats) {
+    if spec.plans().iter().all(|plan| plan.promises.repeats) {
         let other = is.iter().zip(expected).position(|(is, expected)| is.to_bits() != expected.to_bits());
         assert!(other.is_none(), "{what}: another answer than {:?}", other.map(|i| (is[i], expected[i])));
         return;

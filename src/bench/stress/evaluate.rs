@@ -63,7 +63,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     figures.seen = seen(context, subject, &world, &opened, &mut figures)?;
     if !maps.is_empty() {
         let truth: Vec<f64> = maps.iter().flat_map(|points| &points.visibility).copied().collect();
-        let finer = (spec.entry.promises)(spec, path).finer;
+        let finer = spec.plan_on(path).map_or(1.0, |plan| plan.promises.finer);
         (figures.rise, figures.tail) = along_rays(&first[0], &truth, rounded, finer);
     }
     figures.order_spread = order_spread(context, subject, &mut world, &mut opened, (&kinds, &first), &mut figures)?;

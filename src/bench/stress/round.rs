@@ -12,7 +12,7 @@ use crate::reference::truth::bounds;
 use crate::scene::{Random, Scene};
 use crate::technique::keys::word_of;
 use crate::technique::settings::FILTER;
-use crate::technique::{self, Lifetime, Name, Opened, Spec};
+use crate::technique::{self, Lifetime, Name, Opened, Promises, Spec};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -113,7 +113,7 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
     }
     let (Some(mut opened), Some(scene)) = (moved, drawn.frames.last()) else { return Ok(broken) };
     let ask = |opened: &Opened| anywhere(context, opened, scene, seed, &mut Figures::default());
-    let promises = (spec.entry.promises)(spec, opened.technique.inspect().facts()?.path);
+    let promises = promises(spec, &opened)?;
     if promises.repeats {
         opened.rebuild(&world)?;
         let again = ask(&opened)?;
@@ -135,6 +135,12 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
         }
     }
     Ok(broken)
+}
+
+/// The promises of the path that runs.
+fn promises(spec: &Spec, opened: &Opened) -> Result<Promises> {
+    let plan = spec.plan_on(opened.technique.inspect().facts()?.path);
+    Ok(plan.map_or(Promises::NONE, |plan| plan.promises))
 }
 
 /// Describes how two lists of answers differ in their bits, if they do.
@@ -165,7 +171,7 @@ fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figur
     let on_rays = Subject::new(scene).maps(&views);
     let said = answers(context, opened, &[&on_rays.0], figures)?.concat();
     let truth: Vec<f64> = on_rays.0.iter().flat_map(|points| &points.visibility).copied().collect();
-    let finer = (spec.entry.promises)(spec, opened.technique.inspect().facts()?.path).finer;
+    let finer = promises(spec, opened)?.finer;
     (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1, finer);
     Ok(())
 }

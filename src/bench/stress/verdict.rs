@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The promises of a row's technique; none where its spec is not valid.
 fn promises(row: &CaseResult) -> Option<Promises> {
     let spec = parse(&row.technique).ok()?.pop()?;
-    Some((spec.entry.promises)(&spec, &row.path))
+    spec.plan_on(&row.path).map(|plan| plan.promises)
 }
 
 /// A promise that broke.

@@ -70,9 +70,8 @@ pub const ENTRY: Entry = Entry {
         Path { name: "interlock", requires: &[Requirement::FragmentStores, Requirement::PixelInterlock] },
         Path { name: "raster-order", requires: &[Requirement::RasterOrder] },
     ],
-    promises: |spec, path| promises::promises(&spec.settings(), path),
+    plan: plan::of_path,
     runs: promises::RUNS,
-    limits: |spec, path| plan::limits(&spec.settings(), path),
     open: |context, world, spec| Ok(Box::new(Avsm::new(context, world, &spec.settings())?)),
 };
 

@@ -2,6 +2,7 @@
 //! why the spec is refused.
 
 use super::curves::pairs;
+use super::promises::promises;
 use super::settings::{Batch, BuildPath, Fit, Resolve, Settings};
 use super::{ENTRY, raster_order};
 use crate::gpu::{Constants, Context, Features, Limit, Requirement};
@@ -11,6 +12,7 @@ use crate::shaders::constant::{
     TIGHT, TILED, TURNS, WORK, WORKGROUP,
 };
 use crate::technique::keys::word_of;
+use crate::technique::{Path, PathPlan, Spec};
 use crate::world::World;
 use crate::{Error, Need, Result};
 
@@ -226,20 +228,26 @@ impl Plan {
     }
 }
 
+/// What a spec needs and promises on a path.
+pub fn of_path(spec: &Spec, path: &'static Path) -> PathPlan {
+    let settings: Settings = spec.settings();
+    PathPlan { path, limits: limits(&settings, path), promises: promises(&settings, path) }
+}
+
 /// Limits of a path: a device that has less is refused. For curves from cells they are the limits of [`Cells::Half`], the variant that
 /// needs the least shared memory; every device has enough threads for it. With detail=adaptive there is no limit on the bytes of curves,
 /// since they are a setting.
-pub fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
+fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
     let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
     let mut limits = Vec::new();
     if !settings.is_adaptive() {
         limits.push(Limit::buffer_range(8 * pairs(settings) as u64 * leveled_texels(settings.size, settings.levels)));
     }
-    if path == BuildPath::RasterOrder.name() {
+    if path.is(BuildPath::RasterOrder) {
         limits.extend(raster_order::limits(settings));
-    } else if path == BuildPath::Binned.name() && settings.resolve.is_none_or(|resolve| resolve == Resolve::Cells) {
+    } else if path.is(BuildPath::Binned) && settings.resolve.is_none_or(|resolve| resolve == Resolve::Cells) {
         limits.push(Cells::Half.room(GPU_GROUPS));
-    } else if path == BuildPath::TwoPass.name() && refines {
+    } else if path.is(BuildPath::TwoPass) && refines {
         limits.push(FIT_ROOM);
     }
     limits

@@ -1,18 +1,18 @@
 //! What AVSM promises, and which specs of it run where a command names none.
 
 use super::settings::{BuildPath, Settings};
-use crate::technique::keys::{Name, word_of};
+use crate::technique::keys::Name;
 use crate::technique::promises::EIGHT_BITS;
-use crate::technique::{Promises, Runs};
+use crate::technique::{Path, Promises, Runs};
 
 /// Promises of settings, on the path that runs.
-pub fn promises(settings: &Settings, path: &str) -> Promises {
+pub fn promises(settings: &Settings, path: &Path) -> Promises {
     let (is_linear, is_captured) = (!settings.is_exponential(), !settings.is_sorted());
     let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
     // A list that is full loses the last segments.
     let loses = settings.capacity.is_some();
     // Single-pass paths insert in the order of the casters' middles.
-    let is_sorted = [BuildPath::TwoPass, BuildPath::Binned].map(word_of).contains(&path) && !is_captured;
+    let is_sorted = (path.is(BuildPath::TwoPass) || path.is(BuildPath::Binned)) && !is_captured;
     // `gobo stress` asks along the rays of an even map's texels. Adaptive maps and area texels answer for other rays; tests against
     // the CPU twins check their tails instead.
     let has_other_rays = is_adaptive || settings.is_of_areas();
@@ -57,12 +57,14 @@ pub const RUNS: Runs = Runs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::technique::avsm::ENTRY;
     use crate::technique::parse;
 
     /// Promises that each key takes back.
     #[test]
     fn keys_take_promises_back() {
         let of = |settings: &str, path: &str| {
+            let path = ENTRY.path(path).expect(path);
             let promises = promises(&parse(&format!("avsm:{settings}"), &[]).expect(settings)[0].settings(), path);
             (promises.mean, promises.tail, promises.order)
         };

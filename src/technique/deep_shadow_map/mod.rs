@@ -30,7 +30,9 @@ use self::curves::Curves;
 use self::lists::Lists;
 use super::keys::Name;
 use super::settings::Keyed;
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{
+    Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Spec, Technique,
+};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, push_struct};
 use crate::maps::{Map, Maps, OpaqueMaps};
@@ -52,7 +54,7 @@ pub const ENTRY: Entry = Entry {
         Path { name: "two-pass", requires: &[Requirement::FragmentStores] },
         Path { name: "binned", requires: &[] },
     ],
-    promises: |spec, _| promises(spec),
+    plan: |spec, path| PathPlan { path, limits: Vec::new(), promises: promises(spec) },
     runs: Runs {
         usual: &["error=100"],
         usual_on_cpu: &["size=128,error=100"],
@@ -61,7 +63,6 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &["size=32,path=two-pass|binned,removal=bound|area", "size=32,path=binned,storage=packed"],
         ..Runs::NONE
     },
-    limits: |_, _| Vec::new(),
     open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
 };
 

@@ -45,7 +45,7 @@ use self::adapt::Adapt;
 use self::sample::Sample;
 use super::keys::word_of;
 use super::settings::Keyed;
-use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, Promises, Runs, Technique};
+use super::{Answer, Casts, Entry, Facts, Inspect, Lifetime, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::scene::{Light, LightKind, Resolution, View};
 use crate::shaders::set;
@@ -64,12 +64,11 @@ pub const ENTRY: Entry = Entry {
     keys: Settings::KEYS,
     paths: PATHS,
     // Nothing is promised: points leave holes, and the choice of their triangles depends on the triangles' order.
-    promises: |_, _| Promises::NONE,
+    plan: |spec, path| PathPlan { path, limits: settings::limits(&spec.settings(), path), promises: Promises::NONE },
     runs: Runs {
         stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles,adaptive=on|off"],
         ..Runs::NONE
     },
-    limits: |spec, path| settings::limits(&spec.settings(), path),
     open: |context, world, spec| Ok(Box::new(Ism::new(context, world, &spec.settings())?)),
 };
 

@@ -115,11 +115,13 @@ impl Settings {
 }
 
 /// Limits of a path: a device that has less is refused.
-pub(super) fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
-    match path {
-        "tiled" => vec![settings.room()],
-        "quads" | "triangles" => vec![Limit::image_2d(settings.size.into())],
-        _ => Vec::new(),
+pub(super) fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
+    if path.is(BuildPath::Tiled) {
+        vec![settings.room()]
+    } else if path.is(BuildPath::Quads) || path.is(BuildPath::Triangles) {
+        vec![Limit::image_2d(settings.size.into())]
+    } else {
+        Vec::new()
     }
 }
 

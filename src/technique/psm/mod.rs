@@ -40,7 +40,7 @@ use super::keys::{Name, word_of, words};
 use super::map_settings::map_settings;
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
 use super::settings::{Keyed, Setting};
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Technique};
+use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Limit, Requirement, Resource};
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps, OpaqueMaps};
 use crate::shaders::constant::FETCH_AHEAD;
@@ -92,7 +92,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
-    promises: |_, path| promises(path),
+    plan: |spec, path| PathPlan { path, limits: limits(&spec.settings(), path), promises: promises(path) },
     runs: Runs {
         usual: &["path=fused"],
         usual_on_cpu: &["size=128,path=fused"],
@@ -106,18 +106,18 @@ pub const ENTRY: Entry = Entry {
         ],
         ..Runs::NONE
     },
-    limits: |spec, path| limits(&spec.settings(), path),
     open: |context, world, spec| Ok(Box::new(Psm::new(context, world, &spec.settings())?)),
 };
 
 /// A sphere lies in one slice, so that depths may be wrong by as much as a sphere's size: no mean is promised.
-fn promises(path: &str) -> Promises {
+fn promises(path: &Path) -> Promises {
     let in_hardware = Promises { rise: Some(ROUNDING + FILTERED), ..Promises::OF_DEPTH };
-    match path {
+    if path.is(BuildPath::Fused) {
         // Eight bits are rounded once.
-        FUSED => Promises { tail: Some(EIGHT_BITS), order: Some(0.0), ..in_hardware },
+        Promises { tail: Some(EIGHT_BITS), order: Some(0.0), ..in_hardware }
+    } else {
         // Blending rounds at each sphere.
-        _ => in_hardware,
+        in_hardware
     }
 }
 
@@ -231,10 +231,10 @@ fn room(settings: &Settings) -> Limit {
     Limit::shared_memory((settings.slices * SLICE_BYTES + OTHER_BYTES).into())
 }
 
-fn limits(settings: &Settings, path: &str) -> Vec<Limit> {
+fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
     let layers = u64::from(Volume::of(settings).layers());
     let image = Limit::image_3d(layers.max(settings.size.into()));
-    if path == FUSED { vec![room(settings), image] } else { vec![image, Limit::layers(layers)] }
+    if path.is(BuildPath::Fused) { vec![room(settings), image] } else { vec![image, Limit::layers(layers)] }
 }
 
 /// The path and why. `auto` takes the fused path wherever it runs, since it writes each voxel once and blends nothing.

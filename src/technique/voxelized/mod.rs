@@ -49,7 +49,9 @@ use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
 use self::cube::{Cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
 use super::settings::Keyed;
-use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::{
+    Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Spec, Technique,
+};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory};
 use crate::scene::Resolution;
 use crate::shaders::folder;
@@ -68,9 +70,8 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Baked,
     keys: Settings::KEYS,
     paths: &[Path { name: TILES, requires: &[] }],
-    promises: |_, _| Promises::OF_OPAQUE,
+    plan: |_, path| PathPlan { path, limits: Vec::new(), promises: Promises::OF_OPAQUE },
     runs: Runs { usual: &[""], usual_on_cpu: &[""], stress_meshes: &["size=64"], ..Runs::NONE },
-    limits: |_, _| Vec::new(),
     open,
 };
 
