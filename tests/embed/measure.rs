@@ -198,8 +198,11 @@ fn rows() {
         };
         let mut turning = plain(Optional::All, true);
         turning.options.turn_per_s = TURN_PER_S;
+        let mut painted = Setup { validation: true, ..plain(Optional::All, true) };
+        painted.options.painted = true;
         for (variant, setup, frames) in [
             ("validation layer", Setup { validation: true, ..plain(Optional::All, true) }, 1000),
+            ("painted, validation layer", painted, 1000),
             ("", plain(Optional::All, true), 300),
             ("device light", turning, 300),
             ("no interlock", plain(Optional::NoInterlock, true), 300),
