@@ -1,4 +1,4 @@
-//! Counts of occupied voxels in cells of 8 voxels per side and more, for cones.
+//! Counts of occupied voxels in cells of at least 8 voxels per side, for cone tracing.
 
 use super::{GridPush, THREADS};
 use crate::Result;
@@ -7,7 +7,7 @@ use crate::shaders::grid::CELLS;
 use crate::shaders::set;
 use bytemuck::Zeroable;
 
-/// Log2 of the voxels per side of the smallest cells. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
+/// Base-2 logarithm of the voxels per side of the smallest cells. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
 const FIRST: u32 = 3;
 
 /// Counts for cells of all sizes, up to the whole grid.
@@ -18,10 +18,10 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Cells of a grid whose buffers are in the set `grid`.
+    /// Creates the cells of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub(super) fn new(context: &Context, size: u32, grid: &Bindings) -> Result<Self> {
         let bytes = 4 * u64::from(count(size));
         let counts = Buffer::new(context, "grid.cells", bytes, Memory::Device)?;
@@ -42,7 +42,7 @@ impl Cells {
     }
 }
 
-/// How many cells there are in all levels.
+/// Returns the number of cells in all levels.
 pub(super) fn count(size: u32) -> u32 {
     (FIRST..=size.ilog2()).map(|level| (size >> level).pow(3)).sum()
 }

@@ -1,4 +1,4 @@
-//! What the voxels of a grid have of meshes, and of smoke and hair.
+//! The contents of a grid's voxels: meshes, and smoke and hair.
 
 use super::cells::Cells;
 use super::lists::{CastLists, Lists};
@@ -9,31 +9,31 @@ use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context};
 use crate::world::World;
 
-/// Extra data of meshes in a grid, besides a bit per voxel.
+/// Extra mesh data in a grid, besides a bit per voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refinement {
-    /// Nothing.
+    /// No extra data.
     Nothing,
-    /// How many voxels are occupied in larger cells, for cones.
+    /// Number of occupied voxels in larger cells, for cone tracing.
     Counts,
     /// For each occupied voxel, which of its 4 × 4 × 4 cells are occupied.
     Masks,
 }
 
-/// What voxels have of the meshes.
+/// The voxels' mesh data.
 pub(super) enum MeshVoxels {
-    /// Nothing: the grid is of smoke and hair alone.
+    /// Nothing: the grid contains only smoke and hair.
     Nothing,
-    /// A bit; or, where [`Voxelize`] lists triangles, these.
+    /// A bit per voxel, or lists of triangles if [`Voxelize`] is `Listed`.
     Bits(Voxelize),
-    /// A bit, and counts in larger cells, for cones.
+    /// A bit, and counts in larger cells, for cone tracing.
     Counts(Voxelize, Cells),
-    /// A bit, and which parts of the voxel are occupied, for shadows that are finer than voxels.
+    /// A bit, and which parts of the voxel are occupied, for shadows finer than voxels.
     Masks(Voxelize, Masks),
 }
 
 impl MeshVoxels {
-    /// For a grid of `size` voxels per side, whose buffers are in the set `grid`.
+    /// Creates the mesh data of a grid of `size` voxels per side, whose buffers are in the set `grid`.
     pub(super) fn new(
         context: &Context,
         world: &World,
@@ -71,7 +71,7 @@ impl MeshVoxels {
         if let Self::Masks(_, masks) = self { Some(masks) } else { None }
     }
 
-    /// Whether lists or masks of frame `frame`, which is over, had too little room; then they have more now.
+    /// Returns whether lists or masks of the completed frame `frame` had too little room, in which case it has been enlarged.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         match self {
             Self::Bits(Voxelize::Listed(lists)) => lists.settle(frame),
@@ -80,7 +80,7 @@ impl MeshVoxels {
         }
     }
 
-    /// Fills the voxels of an empty grid of `size` voxels per side. `large` lists the triangles that meet many voxels.
+    /// Fills the voxels of an empty grid of `size` voxels per side. `large` lists the triangles that overlap many voxels.
     pub(super) fn record(&self, commands: &mut Commands, world: &World, size: u32, large: &Buffer) {
         if let Some(voxelize) = self.voxelize() {
             voxelize.record(commands, "grid.voxelize", world, size);
@@ -92,7 +92,7 @@ impl MeshVoxels {
         }
     }
 
-    /// Bytes that a look-up needs.
+    /// Returns the number of bytes that a look-up needs.
     pub(super) fn resident_bytes(&self) -> u64 {
         match self {
             Self::Bits(Voxelize::Listed(lists)) => lists.words.bytes(),
@@ -102,7 +102,7 @@ impl MeshVoxels {
         }
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         match self {
             Self::Bits(Voxelize::Listed(lists)) => lists.transient_bytes(),
@@ -112,13 +112,13 @@ impl MeshVoxels {
     }
 }
 
-/// What voxels have of smoke and hair.
+/// The voxels' smoke and hair data.
 pub(super) enum CasterVoxels {
-    /// Nothing: the grid is of meshes alone.
+    /// Nothing: the grid contains only meshes.
     Nothing,
-    /// An optical depth.
+    /// An optical depth per voxel.
     Media(Media),
-    /// The casters that meet them.
+    /// The casters that overlap each voxel.
     Lists(CastLists),
 }
 
@@ -131,7 +131,7 @@ impl CasterVoxels {
         if let Self::Lists(lists) = self { Some(lists) } else { None }
     }
 
-    /// Bytes that a look-up needs.
+    /// Returns the number of bytes that a look-up needs.
     pub(super) fn resident_bytes(&self) -> u64 {
         match self {
             Self::Nothing => 0,
@@ -140,7 +140,7 @@ impl CasterVoxels {
         }
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         match self {
             Self::Nothing => 0,

@@ -1,4 +1,4 @@
-//! Lists of the triangles or casters that meet each voxel.
+//! Lists of the triangles or casters that overlap each voxel.
 
 use super::{GridPush, LARGE_GROUPS, LISTS_BYTES, THREADS, grid_words, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack, Shader, groups};
@@ -8,29 +8,29 @@ use crate::world::World;
 use crate::{Error, Less, Result, WayOut};
 use bytemuck::{Pod, Zeroable};
 
-/// Values that a workgroup adds up. Twin: SCANNED in glsl/grid/lists/scan.glsl.
+/// Number of values that a workgroup sums. Twin: SCANNED in glsl/grid/lists/scan.glsl.
 const SCANNED: u32 = 1024;
 
-/// Words of a used voxel, and of an entry of a list. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
+/// Number of words per used voxel, and per list entry. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
 const LIST_WORDS: u64 = 2;
 
-/// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box in the voxel.
+/// Size of a pair in bytes: a voxel's bit, a triangle or a caster, and its box in the voxel.
 const PAIR_BYTES: u64 = 12;
 
 /// Totals over all lists. Twin: ListTotals in glsl/grid/lists/set.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ListTotals {
-    /// Pairs of a triangle or a caster and a voxel that it meets.
+    /// Number of pairs of a voxel and a triangle or caster that overlaps it.
     pub pairs: u32,
-    /// Voxels that any triangle or caster meets. The device counts one more: the voxel whose list all voxels share.
+    /// Number of voxels overlapped by any triangle or caster. The device counts one more: the voxel of the list shared by all voxels.
     pub voxels: u32,
-    /// 1 where there are more pairs than 32 bits count.
+    /// 1 if the number of pairs exceeds 32 bits.
     pub overflowed: u32,
 }
 
 impl ListTotals {
-    /// Words of the lists, with the words of `bricks` bricks.
+    /// Returns the number of words in the lists, including the words of `bricks` bricks.
     fn words(self, bricks: u32) -> u64 {
         u64::from(bricks) + 1 + LIST_WORDS * (u64::from(self.voxels) + 1 + u64::from(self.pairs))
     }
@@ -60,30 +60,30 @@ const CASTERS: ListKind = ListKind {
     ],
 };
 
-/// The most pairs for all casters together, where a buffer holds as many: half a gigabyte of lists.
+/// The largest number of pairs for all casters together, if a buffer can hold that many: half a gigabyte of lists.
 const MOST_PAIRS: u32 = 1 << 25;
 
-/// The most bytes of lists per pair: the pair's own words, and the words of a voxel that only this pair uses.
+/// The largest number of list bytes per pair: the pair's own words, and the words of a voxel that only this pair uses.
 const LISTED_BYTES: u32 = 4 * 2 * LIST_WORDS as u32;
 
-/// A caster whose box has at most so many voxels is always listed in each of them.
+/// A caster whose box has at most this many voxels is always listed in each of them.
 const LEAST_SHARE: u32 = 64;
 
-/// The most voxels that a caster's box may have for the caster to be listed in each voxel that it meets. A caster with
-/// a larger box is listed once, in the list that all voxels share. The number is chosen so that a buffer of this device
-/// has room for the pairs of `casters` casters.
+/// Returns the largest number of voxels in a caster's box for which the caster is listed in each voxel that it overlaps. A caster with a
+/// larger box is listed once, in the list shared by all voxels. The number is chosen so that a buffer on this device has room for the pairs
+/// of `casters` casters.
 pub fn caster_share(context: &Context, casters: u32) -> u32 {
     let pairs = (context.features().max_storage_buffer_range / LISTED_BYTES).min(MOST_PAIRS);
     (pairs / casters.max(1)).max(LEAST_SHARE)
 }
 
-/// The lists and the passes that make them. Their buffers grow as needed.
+/// The lists and the passes that build them. Their buffers grow as needed.
 pub(super) struct Lists {
     context: Context,
-    /// The grid's bricks, and one more for the list that all voxels share.
+    /// Number of bricks in the grid, plus one for the list shared by all voxels.
     bricks: u32,
     pairs: Buffer,
-    /// As glsl/grid/lists/place.glsl has them.
+    /// The lists, in the layout of glsl/grid/lists/place.glsl.
     pub(super) words: Buffer,
     sums: Buffer,
     totals: Buffer,
@@ -102,8 +102,7 @@ pub(super) struct Lists {
     sort: Kernel<GridPush>,
 }
 
-/// Buffers with room for `pairs` pairs, for `words` words of lists, for the words' prefix sums, and for unsorted
-/// triangles.
+/// Allocates buffers with room for `pairs` pairs, for `words` words of lists, for the words' prefix sums, and for unsorted triangles.
 fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
@@ -115,18 +114,18 @@ fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffe
 }
 
 impl Lists {
-    /// Lists of the triangles of a grid whose buffers are in the set `grid`.
+    /// Creates lists of the triangles of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings) -> Result<Self> {
         let first = u64::from(world.triangle_capacity().max(SCANNED));
         let note = [&shaders::PAIRS_STEP_0, &shaders::PAIRS_STEP_1, &shaders::PAIRS_STEP_2];
         Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
     }
 
-    /// Lists of all pairs that the three shaders of `note` find. These shaders have the grid's set, the lists' set, and
-    /// then the sets of `more`. At first there is room for `first` pairs.
+    /// Creates lists of all pairs found by the three shaders of `note`. These shaders use the grid's set, the lists' set, and then the sets
+    /// of `more`. Initially there is room for `first` pairs.
     fn noted(
         context: &Context,
         size: u32,
@@ -165,12 +164,12 @@ impl Lists {
         })
     }
 
-    /// Occupies the voxels of an empty grid, whose place is set, and lists the triangles of each voxel.
+    /// Occupies the voxels of an empty grid, whose placement is set, and lists the triangles of each voxel.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
         self.list(commands, world, world.triangle_count());
     }
 
-    /// Records the passes that make the lists of `count` triangles or casters.
+    /// Records the passes that build the lists of `count` triangles or casters.
     fn list(&self, commands: &mut Commands, world: &World, count: u32) {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
@@ -195,7 +194,7 @@ impl Lists {
         for number in &self.number {
             run(commands, numbering, number, self.bricks.into(), SCANNED);
         }
-        // At most as many voxels are used as there are pairs.
+        // The number of used voxels cannot exceed the number of pairs.
         let pairs = self.pairs.bytes() / PAIR_BYTES;
         run(commands, filling, &self.fill[0], pairs, THREADS);
         for starts in &self.starts {
@@ -206,10 +205,10 @@ impl Lists {
         run(commands, sorting, &self.sort, pairs, THREADS);
     }
 
-    /// Reads frame `frame`'s counts, after the frame is over. Where they did not fit, makes room and returns true.
+    /// Reads the counts of the completed frame `frame`. If they did not fit, makes room and returns true.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device has no room for it.
+    /// [`Error::Gpu`] if the device has no room for them.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(counted) = self.counted.read::<ListTotals>(frame, 1)? else { return Ok(false) };
         let Some(totals) = counted.first().copied() else { return Ok(false) };
@@ -227,8 +226,8 @@ impl Lists {
         if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
-        // Room for an eighth more than is needed, so that a scene in motion does not make the buffers grow every frame.
-        // Where this exceeds the limit of a buffer, the room is what the limit allows, but never less than is needed.
+        // Room for an eighth more than needed, so that the buffers of an animated scene do not grow every frame. If this exceeds the limit
+        // of a buffer, the room is what the limit allows, but never less than needed.
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);
@@ -239,29 +238,29 @@ impl Lists {
         self.set.replace(set::GridLists::SUMS, &sums)?;
         self.set.replace(set::GridLists::UNSORTED, &unsorted)?;
         (self.pairs, self.words, self.sums, self.unsorted) = (pairs, words, sums, unsorted);
-        // Frames that are already recorded had less room: their counts do not say what fits now.
+        // Frames already recorded had less room, so their counts do not show what fits now.
         self.counted.forget();
         Ok(true)
     }
 
-    /// The words of the lists that the last build used.
+    /// Reads the words of the lists that the last build used.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub(super) fn read(&self) -> Result<Vec<u32>> {
         self.words.read(self.last.words(self.bricks) as usize)
     }
 
-    /// Buffers that only a build needs.
+    /// Returns the number of bytes that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.pairs.bytes() + self.sums.bytes() + self.totals.bytes() + self.unsorted.bytes()
     }
 }
 
-/// Smoke and hair in a grid that lists them: bits of their own, and the casters of each voxel.
+/// Smoke and hair in a grid that lists them: separate occupancy bits, and the casters of each voxel.
 pub(super) struct CastLists {
     size: u32,
-    /// In the order of the grid's.
+    /// Occupancy bits, in the order of the grid's bits.
     pub(super) bits: Buffer,
     large: Buffer,
     pub(super) lists: Lists,
@@ -269,13 +268,13 @@ pub(super) struct CastLists {
 }
 
 impl CastLists {
-    /// Pairs per caster that there is room for at first.
+    /// Initial room, in pairs per caster.
     const FIRST: u32 = 8;
 
-    /// Lists of the casters in a grid whose place is in `data`.
+    /// Creates lists of the casters in a grid whose placement is in `data`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub(super) fn new(context: &Context, world: &World, size: u32, data: &Buffer) -> Result<Self> {
         let capacity = world.caster_capacity();
         let bits = Buffer::zeroed(context, "grid.cast_bits", 8 * u64::from(grid_words(size)))?;
@@ -291,7 +290,7 @@ impl CastLists {
         Ok(Self { size, bits, large, lists, clear })
     }
 
-    /// Lists the present casters in a grid whose place is set.
+    /// Lists the present casters in a grid whose placement is set.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = 8 * u64::from(side(self.size, 2).pow(3));
@@ -304,12 +303,12 @@ impl CastLists {
         self.lists.list(commands, world, world.caster_count());
     }
 
-    /// Buffers that a look-up needs.
+    /// Returns the number of bytes that a look-up needs.
     pub(super) fn resident_bytes(&self) -> u64 {
         self.bits.bytes() + self.lists.words.bytes()
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.large.bytes() + self.lists.transient_bytes()
     }

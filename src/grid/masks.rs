@@ -1,5 +1,5 @@
-//! Masks: one word of 64 bits per occupied voxel, a bit for each of its 4 × 4 × 4 cells, in the order of voxels. The
-//! buffer grows with the number of occupied voxels.
+//! Masks: one 64-bit word per occupied voxel, with a bit for each of its 4 × 4 × 4 cells, in voxel order. The buffer grows with the number
+//! of occupied voxels.
 
 use super::{GridPush, THREADS, Voxelize, Voxelizer, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack};
@@ -9,13 +9,13 @@ use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 
-/// Bricks per workgroup. Twin: THREADS times BRICKS in glsl/grid/number.comp.
+/// Number of bricks per workgroup. Twin: THREADS times BRICKS in glsl/grid/number.comp.
 const RUN: u32 = THREADS * 16;
 
-/// Room at first, in layers of the grid.
+/// Initial room, in layers of the grid.
 const FIRST_LAYERS: u64 = 4;
 
-/// Bytes of a mask.
+/// Size of a mask, in bytes.
 const MASK_BYTES: u64 = 8;
 
 /// The masks, and the passes that fill them.
@@ -25,14 +25,14 @@ pub(super) struct Masks {
     /// The masks, in the layout of glsl/grid/masks.glsl.
     pub(super) words: Buffer,
     runs: Buffer,
-    /// How many voxels are occupied, for the host.
+    /// Number of occupied voxels, for the host.
     counted: ReadBack,
     set: Bindings,
     number: [Kernel<GridPush>; 3],
     voxelize: Voxelize,
 }
 
-/// Bytes of the first part of the buffer: per brick, how many occupied voxels come before it.
+/// Returns the size in bytes of the first part of the buffer, which stores, per brick, the number of occupied voxels before it.
 fn numbers_bytes(size: u32) -> u64 {
     4 * u64::from(side(size, 0).pow(3))
 }
@@ -49,10 +49,10 @@ fn words(context: &Context, size: u32, masks: u64) -> Result<Buffer> {
 }
 
 impl Masks {
-    /// Masks of a grid whose buffers are in the set `grid`.
+    /// Creates masks for a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub(super) fn new(context: &Context, size: u32, voxelizer: Voxelizer, grid: &Bindings) -> Result<Self> {
         let words = words(context, size, FIRST_LAYERS * u64::from(size).pow(2))?;
         let bytes = 4 * (1 + u64::from(side(size, 0).pow(3) / RUN));
@@ -66,7 +66,7 @@ impl Masks {
         Ok(Self { context: context.clone(), size, words, runs, counted, set, number, voxelize })
     }
 
-    /// Fills the masks of the occupied voxels from the triangles. `large` lists the triangles that meet many cells.
+    /// Fills the masks of the occupied voxels from the triangles. `large` lists the triangles that overlap many cells.
     pub(super) fn record(&self, commands: &mut Commands, world: &World, large: &Buffer) {
         let runs = side(self.size, 0).pow(3) / RUN;
         for (kernel, groups) in self.number.iter().zip([runs, 1, runs]) {
@@ -81,38 +81,38 @@ impl Masks {
         self.voxelize.record(commands, "grid.mask", world, MASK_SIDE * self.size);
     }
 
-    /// Makes room for the occupied voxels of frame `frame`, which is over; returns whether the buffer grew.
+    /// Makes room for the occupied voxels of the completed frame `frame`; returns whether the buffer grew.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device binds no buffer of that size, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] if the device cannot bind a buffer of that size, [`Error::Gpu`] if memory runs out.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(counted) = self.counted.read::<u32>(frame, 1)? else { return Ok(false) };
         let (wants, first) = (counted.first().map_or(0, |count| u64::from(*count)), numbers_bytes(self.size));
         if first + MASK_BYTES * wants <= self.words.bytes() {
             return Ok(false);
         }
-        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
+        // An eighth more than needed, so that the buffer of an animated scene does not grow every frame.
         self.words = words(&self.context, self.size, wants + wants / 8)?;
         self.set.replace(set::GridMasks::MASKS, &self.words)?;
-        // Frames that are already recorded had less room: their counts do not say what fits now.
+        // Frames already recorded had less room, so their counts do not show what fits now.
         self.counted.forget();
         Ok(true)
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.runs.bytes()
     }
 
-    /// The buffer, up to its last mask.
+    /// Reads the buffer, up to its last mask.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where it cannot be read back.
+    /// [`Error::Gpu`] if it cannot be read back.
     pub(super) fn read(&self) -> Result<Vec<u32>> {
         let masks = self.runs.read::<u32>(1)?[0];
         self.words.read((side(self.size, 0).pow(3) + 2 * masks) as usize)
     }
 }
 
-/// Cells per side of a voxel. Twin: FACET_CELLS in glsl/grid/occupy_cell.glsl.
+/// Number of cells per side of a voxel. Twin: FACET_CELLS in glsl/grid/occupy_cell.glsl.
 pub(super) const MASK_SIDE: u32 = 4;

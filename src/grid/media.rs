@@ -1,4 +1,4 @@
-//! Smoke and hair in a grid: per voxel, the optical depth along one voxel's length.
+//! Smoke and hair in a grid: for each voxel, the optical depth along one voxel's length.
 
 use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups};
@@ -8,24 +8,24 @@ use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
 
-/// Workgroups that share the casters that meet many voxels.
+/// Number of workgroups that share the casters overlapping many voxels.
 const LARGE_GROUPS: u32 = 4096;
 
 /// Extra data of smoke and hair in a grid, besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MediaContent {
-    /// Whether the grid holds how strands run in each voxel.
+    /// Whether the grid stores the directions of the strands in each voxel.
     pub directions: bool,
-    /// Whether the grid holds the greatest number of any voxel.
+    /// Whether the grid stores the maximum over all voxels.
     pub most: bool,
 }
 
-/// A number per voxel, and bits that say which voxels have one.
+/// A number per voxel, and bits that mark the voxels that have one.
 pub(super) struct Media {
     size: u32,
-    /// Optical depths of one voxel's length, brick by brick, in the layout of glsl/grid/media.glsl.
+    /// Optical depths along one voxel's length, brick by brick, in the layout of glsl/grid/media.glsl.
     pub(super) voxels: Buffer,
-    /// In the order of the grid's.
+    /// Occupancy bits, in the order of the grid's bits.
     pub(super) bits: Buffer,
     pub(super) large: Buffer,
     clear: Kernel<GridPush>,
@@ -34,12 +34,12 @@ pub(super) struct Media {
     most: Option<(Buffer, Kernel<GridPush>)>,
 }
 
-/// The limit of a device whose largest storage buffer has `numbers` numbers per voxel.
+/// Returns the limit for a device whose largest storage buffer must hold `numbers` numbers per voxel.
 pub fn media_limit(size: u32, numbers: u64) -> Limit {
     Limit::buffer_range(4 * numbers * u64::from(size).pow(3))
 }
 
-/// Bytes of `numbers` numbers per voxel, if the device binds so many.
+/// Returns the size in bytes of `numbers` numbers per voxel, if the device can bind that much.
 fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
     let limit = media_limit(size, numbers);
     match limit.lacks(context.features(), &format!(" for smoke and hair in {size}³ voxels")) {
@@ -49,11 +49,10 @@ fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
 }
 
 impl Media {
-    /// Media of a grid whose buffers are in the set `grid`.
+    /// Creates the media of a grid whose buffers are in the set `grid`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device binds no buffer with one number per voxel, [`Error::Gpu`] where memory runs
-    /// out.
+    /// [`Error::Refused`] if the device cannot bind a buffer with one number per voxel, [`Error::Gpu`] if memory runs out.
     pub(super) fn new(
         context: &Context,
         world: &World,
@@ -101,7 +100,7 @@ impl Media {
         self.voxels.bytes() + self.bits.bytes() + held.map(Buffer::bytes).sum::<u64>()
     }
 
-    /// Empties the media. `voxels` is cleared only where it held something.
+    /// Empties the media. Only non-empty bricks of `voxels` are cleared.
     pub(super) fn clear(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = u64::from(side(self.size, 2).pow(3));
@@ -117,7 +116,7 @@ impl Media {
         });
     }
 
-    /// Puts the casters into a grid whose place is set.
+    /// Deposits the casters in a grid whose placement is set.
     pub(super) fn deposit(&self, commands: &mut Commands, world: &World) {
         let caster_count = world.caster_count();
         if caster_count == 0 {

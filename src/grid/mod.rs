@@ -1,6 +1,5 @@
-//! Code shared by techniques that work in the world's space: the grid of voxels that meshes occupy and smoke and hair
-//! fill, rebuilt where the world moves. It belongs to the world, not to a light: it costs the same for one light and
-//! for a thousand.
+//! Code shared by techniques that work in world space: the grid of voxels occupied by meshes and filled by smoke and hair, rebuilt where
+//! the world moves. It belongs to the world, not to a light: it costs the same for one light as for a thousand.
 
 mod cells;
 mod content;
@@ -28,52 +27,52 @@ use crate::shaders::set;
 use crate::world::{BuildStamp, Parts, World};
 use bytemuck::{Pod, Zeroable};
 
-/// Threads of every pass.
+/// Number of threads per workgroup in every pass.
 const THREADS: u32 = 64;
 
-/// Workgroups that find the bounds of meshes, smoke and hair.
+/// Number of workgroups that find the bounds of meshes, smoke and hair.
 const BOUNDS_GROUPS: u32 = 512;
 
-/// Workgroups that share the triangles that meet many voxels.
+/// Number of workgroups that share the triangles overlapping many voxels.
 const LARGE_GROUPS: u32 = 1024;
 
-/// Bytes of the two counts in front of a list of those triangles or casters that meet many voxels: how many of them one workgroup handles
-/// each, and how many all workgroups handle together.
+/// Size in bytes of the two counts that precede a list of triangles or casters overlapping many voxels: how many of them are handled by one
+/// workgroup each, and how many are handled by all workgroups together.
 const LISTS_BYTES: u64 = 8;
 
-/// The place of a grid. Twin: Grid in glsl/grid/grid.glsl.
+/// The placement of a grid. Twin: Grid in glsl/grid/grid.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GridData {
-    /// Its corner, world units.
+    /// Low corner of the grid, in world units.
     pub origin: [f32; 3],
-    /// A voxel's side, world units.
+    /// Side of a voxel, in world units.
     pub voxel: f32,
-    /// Voxels per world unit.
+    /// Number of voxels per world unit.
     pub per_unit: f32,
-    /// Voxels per side.
+    /// Number of voxels per side.
     pub size: u32,
-    /// The low corner of the box about all casters, world units, as whole numbers that have the order of the floats.
+    /// Low corner of the box around all casters, in world units, as integers ordered like the floats.
     pub low: [u32; 3],
-    /// The high corner of that box, likewise.
+    /// High corner of that box, likewise.
     pub high: [u32; 3],
 }
 
-/// Words of 64 bits per side of a level, with a bit per voxel, per brick of 4³ voxels, or per block of 16³.
+/// Returns the number of 64-bit words per side of a level. A word has a bit per voxel, per brick of 4³ voxels, or per block of 16³.
 const fn side(size: u32, level: u32) -> u32 {
     size >> (2 * level + 2)
 }
 
-/// Voxels per side of a grid that has `fitted` of them along the longest side of the box about all casters: a power of two, and whole blocks
-/// of the highest level. What is more than `fitted` stays empty. Twin: reference::twin::grid::Place::about.
+/// Returns the number of voxels per side of a grid that needs `fitted` of them along the longest side of the box around all casters: a
+/// power of two, and whole blocks of the highest level. The voxels beyond `fitted` stay empty. Twin: reference::twin::grid::Place::about.
 pub fn voxels_per_side(fitted: u32) -> u32 {
     fitted.next_power_of_two().max(1 << (2 * GRID_LEVELS))
 }
 
-/// Levels of bits.
+/// Number of levels of bits.
 pub const GRID_LEVELS: u32 = 3;
 
-/// Words of 64 bits of all levels.
+/// Returns the number of 64-bit words in all levels.
 pub fn grid_words(size: u32) -> u32 {
     (0..GRID_LEVELS).map(|level| side(size, level).pow(3)).sum()
 }
@@ -91,8 +90,8 @@ push_struct! {
     }
 }
 
-/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (voxels that meet a triangle); levels and clearing are
-/// ours.
+/// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (voxels overlapped by a triangle); levels and clearing
+/// are ours.
 pub struct Grid {
     size: u32,
     data: Buffer,
@@ -106,11 +105,11 @@ pub struct Grid {
     deposited: BuildStamp,
 }
 
-/// Where a grid is.
+/// The placement of a grid.
 enum Place {
-    /// About all casters, with `voxels` voxels along the longest side of the box about them.
+    /// Around all casters, with `voxels` voxels along the longest side of their box.
     Fitted { voxels: u32, bounds: Kernel<GridPush>, fit: Kernel<GridPush> },
-    /// Where the caller says.
+    /// At a placement given by the caller.
     Given(GridData),
 }
 
@@ -127,7 +126,7 @@ impl Place {
     }
 }
 
-/// What a new grid is to have of smoke and hair: see [`CasterVoxels`].
+/// The smoke and hair data planned for a new grid: see [`CasterVoxels`].
 #[derive(Clone, Copy)]
 enum CasterPlan {
     Nothing,
@@ -135,70 +134,70 @@ enum CasterPlan {
     Lists,
 }
 
-/// Where a new grid is to be: see [`Place`].
+/// The placement planned for a new grid: see [`Place`].
 #[derive(Clone, Copy)]
 enum PlacePlan {
     Fitted(u32),
     Given(GridData),
 }
 
-/// Bindings of a look-up. Where the grid lacks a buffer, its bits are bound instead.
+/// Bindings of a look-up. If the grid lacks a buffer, its bits are bound instead.
 #[derive(Clone, Copy)]
 pub struct GridBuffers<'a> {
-    /// [`GridData`].
+    /// Holds a [`GridData`].
     pub data: &'a Buffer,
-    /// A bit per voxel, set where a mesh meets the voxel, and the bits of the levels above.
+    /// A bit per voxel, set if a mesh overlaps the voxel, and the bits of the higher levels.
     pub bits: &'a Buffer,
     /// Optical depth of each voxel's smoke and hair.
     pub media: &'a Buffer,
-    /// A bit per voxel, set where the voxel has smoke or hair, and the bits of the levels above.
+    /// A bit per voxel, set if the voxel has smoke or hair, and the bits of the higher levels.
     pub media_bits: &'a Buffer,
-    /// The counts of cells for cones, or the lists of triangles in a grid that has them.
+    /// Cell counts for cone tracing, or the lists of triangles in a grid that has them.
     pub cells: &'a Buffer,
     /// The masks of occupied voxels.
     pub masks: &'a Buffer,
 }
 
 impl Grid {
-    /// A grid of `size` voxels per side, a power of two from 64 to 512, about all casters of `world`.
+    /// Creates a grid of `size` voxels per side, a power of two from 64 to 512, around all casters of `world`.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where there is smoke or hair and the device binds no buffer with one number per voxel,
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Refused`] if there is smoke or hair and the device cannot bind a buffer with one number per voxel,
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Refinement) -> Result<Self> {
         let has_casters = world.caster_capacity() > 0;
         let casters = if has_casters { CasterPlan::Media(MediaContent::default()) } else { CasterPlan::Nothing };
         Self::planned(context, world, PlacePlan::Fitted(size), Some((voxelizer, finer)), casters)
     }
 
-    /// A grid that lists the triangles and the casters of each voxel.
+    /// Creates a grid that lists the triangles and the casters of each voxel.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn listing(context: &Context, world: &World, size: u32) -> Result<Self> {
         let meshes = Some((Voxelizer::Listed, Refinement::Nothing));
         Self::planned(context, world, PlacePlan::Fitted(size), meshes, CasterPlan::Lists)
     }
 
-    /// A grid of smoke and hair alone, with the data that `holds` names, and `fitted` voxels along the longest side of the box about these
-    /// ([`voxels_per_side`]).
+    /// Creates a grid of smoke and hair only, with the data selected by `holds`, and `fitted` voxels along the longest side of the box
+    /// around them ([`voxels_per_side`]).
     ///
     /// # Errors
-    /// As [`Grid::new`].
+    /// Same as [`Grid::new`].
     pub fn of_media(context: &Context, world: &World, fitted: u32, holds: MediaContent) -> Result<Self> {
         Self::planned(context, world, PlacePlan::Fitted(fitted), None, CasterPlan::Media(holds))
     }
 
-    /// A grid of the meshes alone, at `place`. All meshes must lie inside it, at least a voxel from its sides.
+    /// Creates a grid of the meshes only, at `place`. All meshes must be inside it, at least a voxel from its sides.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn of_meshes(context: &Context, world: &World, place: GridData) -> Result<Self> {
         let meshes = Some((Voxelizer::Compute, Refinement::Nothing));
         Self::planned(context, world, PlacePlan::Given(place), meshes, CasterPlan::Nothing)
     }
 
-    /// `meshes`: none for a grid without meshes.
+    /// Creates a grid; `meshes` is None for a grid without meshes.
     fn planned(
         context: &Context,
         world: &World,
@@ -247,7 +246,7 @@ impl Grid {
         })
     }
 
-    /// Bindings of a look-up.
+    /// Returns the bindings of a look-up.
     pub fn buffers(&self) -> GridBuffers<'_> {
         let bits = &self.bits;
         let (media, media_bits) = self.casters.media().map_or((bits, bits), |media| (&media.voxels, &media.bits));
@@ -261,121 +260,120 @@ impl Grid {
         GridBuffers { data: &self.data, bits, media, media_bits, cells, masks }
     }
 
-    /// The bits and the lists of casters, in a grid that lists them.
+    /// Returns the bits and the lists of casters, in a grid that lists them.
     pub fn cast_buffers(&self) -> [&Buffer; 2] {
         self.casters.lists().map_or([&self.bits; 2], |cast| [&cast.bits, &cast.lists.words])
     }
 
-    /// Whether the world may have smoke or hair.
+    /// Returns whether the grid stores smoke and hair.
     pub fn has_media(&self) -> bool {
         self.casters.media().is_some()
     }
 
-    /// Bytes that a look-up needs.
+    /// Returns the number of bytes that a look-up needs.
     pub fn resident_bytes(&self) -> u64 {
         self.data.bytes() + self.bits.bytes() + self.meshes.resident_bytes() + self.casters.resident_bytes()
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         self.large.bytes() + self.meshes.transient_bytes() + self.casters.transient_bytes()
     }
 
-    /// The grid's place, after a build.
+    /// Reads back the grid's placement, after a build.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where it cannot be read back.
+    /// [`crate::Error::Gpu`] if it cannot be read back.
     pub fn data(&self) -> Result<GridData> {
         Ok(self.data.read(1)?[0])
     }
 
-    /// The bits of all levels, after a build.
+    /// Reads back the bits of all levels, after a build.
     ///
     /// # Errors
-    /// As [`Grid::data`].
+    /// Same as [`Grid::data`].
     pub fn bits(&self) -> Result<Vec<u64>> {
         self.bits.read(grid_words(self.size) as usize)
     }
 
-    /// The optical depth of smoke and hair per voxel, brick by brick, and one bit per voxel that says whether it has any, after a build.
-    /// `None` where the world may have neither smoke nor hair.
+    /// Reads back the optical depth of smoke and hair per voxel, brick by brick, and one bit per voxel that is set if it has any, after a
+    /// build. `None` if the world cannot have smoke or hair.
     ///
     /// # Errors
-    /// As [`Grid::data`].
+    /// Same as [`Grid::data`].
     pub fn media(&self) -> Result<Option<(Vec<u32>, Vec<u64>)>> {
         let Some(media) = self.casters.media() else { return Ok(None) };
         Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
     }
 
-    /// The directions of the strands in each voxel, in the layout of glsl/grid/directions.glsl, after a build; empty where the grid does
-    /// not hold directions.
+    /// Reads back the directions of the strands in each voxel, in the layout of glsl/grid/directions.glsl, after a build; empty if the grid
+    /// does not store directions.
     ///
     /// # Errors
-    /// As [`Grid::data`].
+    /// Same as [`Grid::data`].
     pub fn directions(&self) -> Result<Vec<i32>> {
         let directions = self.casters.media().and_then(Media::directions);
         directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
     }
 
-    /// Two buffers: the directions of strands in each voxel, and the greatest optical depth of any voxel. Where the grid lacks one of them,
-    /// the buffer of bits stands in its place, since a shader needs something bound there.
+    /// Returns two buffers: the directions of strands in each voxel, and the greatest optical depth of any voxel. If the grid lacks one of
+    /// them, the buffer of bits takes its place, since the shader's binding must not be empty.
     pub fn direction_buffers(&self) -> [&Buffer; 2] {
         let media = self.casters.media();
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
     }
 
-    /// How many occupied voxels each cell has, after a build: first the cells of 8 voxels per side, then those of 16, and so on; empty in a
-    /// grid without cones.
+    /// Reads back the number of occupied voxels in each cell, after a build: first the cells of 8 voxels per side, then those of 16, and so
+    /// on; empty in a grid without cell counts.
     ///
     /// # Errors
-    /// As [`Grid::data`].
+    /// Same as [`Grid::data`].
     pub fn cells(&self) -> Result<Vec<u32>> {
         self.meshes.cells().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
     }
 
-    /// The lists of triangles, in the layout of glsl/grid/lists/place.glsl, after a build; nothing in a grid without
-    /// lists.
+    /// Reads back the lists of triangles, in the layout of glsl/grid/lists/place.glsl, after a build; empty in a grid without lists.
     ///
     /// # Errors
-    /// As [`Grid::data`].
+    /// Same as [`Grid::data`].
     pub fn listed(&self) -> Result<Vec<u32>> {
         self.meshes.lists().map_or(Ok(Vec::new()), Lists::read)
     }
 
-    /// The bits of the voxels that casters meet, and the lists of casters, after a build. The lists have the layout of the lists of
-    /// triangles. Empty in a grid without lists.
+    /// Reads back the bits of the voxels overlapped by casters, and the lists of casters, after a build. These lists have the same layout
+    /// as the lists of triangles. Empty in a grid without lists.
     ///
     /// # Errors
-    /// As [`Grid::data`].
+    /// Same as [`Grid::data`].
     pub fn listed_casters(&self) -> Result<(Vec<u64>, Vec<u32>)> {
         let Some(cast) = self.casters.lists() else { return Ok(Default::default()) };
         Ok((cast.bits.read(grid_words(self.size) as usize)?, cast.lists.read()?))
     }
 
-    /// Totals of the lists of casters, after a build.
+    /// Returns the totals of the lists of casters, after a build.
     pub fn cast_totals(&self) -> Option<ListTotals> {
         self.casters.lists().map(|cast| cast.lists.last)
     }
 
-    /// Totals of the lists of triangles, after a build.
+    /// Returns the totals of the lists of triangles, after a build.
     pub fn list_totals(&self) -> Option<ListTotals> {
         self.meshes.lists().map(|lists| lists.last)
     }
 
-    /// After a build: first, per brick, how many occupied voxels come before it; then the masks of the occupied voxels, two words each.
-    /// Empty in a grid without masks.
+    /// Reads back the masks, after a build: first, per brick, the number of occupied voxels before it; then the masks of the occupied
+    /// voxels, two words each. Empty in a grid without masks.
     ///
     /// # Errors
-    /// As [`Grid::data`].
+    /// Same as [`Grid::data`].
     pub fn masks(&self) -> Result<Vec<u32>> {
         self.meshes.masks().map_or(Ok(Vec::new()), Masks::read)
     }
 
-    /// Reads frame `frame`'s counts, after the frame is over. Returns whether buffers of lists or masks have grown, so
-    /// that the build has to be recorded again.
+    /// Reads the counts of the completed frame `frame`. Returns whether buffers of lists or masks have grown, so that the build has to be
+    /// recorded again.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device binds no buffer of so many masks, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Refused`] if the device cannot bind a buffer with that many masks, [`crate::Error::Gpu`] if memory runs out.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let mut grew = self.meshes.settle(frame)?;
         if let CasterVoxels::Lists(cast) = &mut self.casters {
@@ -390,9 +388,9 @@ impl Grid {
         Ok(grew)
     }
 
-    /// Records the passes that fill the grid with the present casters. The voxels of meshes are made anew if the meshes or the grid's place
-    /// have changed; those of smoke and hair if the smoke, the hair or the grid's place have. Smoke that moves without changing the box
-    /// about all casters leaves the meshes' voxels as they are.
+    /// Records the passes that fill the grid with the present casters. The voxels of meshes are rebuilt if the meshes or the grid's
+    /// placement have changed, and the voxels of smoke and hair if the smoke, the hair or the grid's placement have changed. Smoke that
+    /// moves without changing the box around all casters leaves the meshes' voxels as they are.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         if self.voxelized.make(world) {
             self.clear(commands);
@@ -415,7 +413,7 @@ impl Grid {
         self.deposited.forget();
     }
 
-    /// Empties the grid and forgets the casters' bounds; only words that are not 0 are set to 0.
+    /// Empties the grid and resets the casters' bounds; only words that are not 0 are set to 0.
     fn clear(&self, commands: &mut Commands) {
         let unknown = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
         let start = if let Place::Given(place) = self.place { place } else { unknown };
@@ -433,7 +431,7 @@ impl Grid {
         });
     }
 
-    /// Fits the grid to all casters, unless its place is given.
+    /// Fits the grid to all casters, unless its placement is given.
     fn place(&self, commands: &mut Commands, world: &World) {
         let Place::Fitted { voxels, bounds, fit } = &self.place else { return };
         let is_of_meshes = !matches!(self.meshes, MeshVoxels::Nothing);

@@ -1,29 +1,29 @@
-//! The place of a grid, as far as the host knows it.
+//! The placement of a grid, as far as the host knows it.
 
 use crate::world::World;
 use glam::DVec3;
 
-/// A grid about all that casts.
+/// A grid around all casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     low: DVec3,
     high: DVec3,
     size: u32,
-    /// A voxel's side, world units.
+    /// Side of a voxel, in world units.
     pub voxel: f64,
 }
 
 impl Placement {
-    /// A grid of `size` voxels per side; none where the host does not know the box about all casters.
+    /// Returns the placement of a grid of `size` voxels per side; None if the host does not know the box around all casters.
     pub fn known(world: &World, size: u32) -> Option<Self> {
         let [low, high] = world.known_box()?;
         let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
-        // A little more than the device has, by a float's rounding.
+        // Slightly larger than on the device, to allow for rounding.
         let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
         Some(Self { low, high, size, voxel })
     }
 
-    /// The largest rounding of a ray's or a triangle side's position in the grid, world units. Twin: grid_rounding in
+    /// Returns the greatest rounding error of a ray's or a triangle side's position in the grid, in world units. Twin: grid_rounding in
     /// glsl/grid/march_triangles.glsl.
     pub fn rounding(&self) -> f64 {
         let side = self.voxel * f64::from(self.size);

@@ -1,4 +1,4 @@
-//! Finds the voxels that triangles meet, or the cells of their masks.
+//! Finds the voxels that triangles overlap, or the cells of their masks.
 
 use super::lists::Lists;
 use super::{GridPush, LARGE_GROUPS, THREADS};
@@ -9,17 +9,17 @@ use crate::shaders::grid as shaders;
 use crate::world::World;
 use bytemuck::Zeroable;
 
-/// How to find the voxels that a triangle meets. All but [`Voxelizer::Listed`] find the same voxels.
+/// The method for finding the voxels that a triangle overlaps. All except [`Voxelizer::Listed`] find the same voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Voxelizer {
-    /// Compute passes go through triangles' boxes.
+    /// Compute passes iterate over the voxels in the triangles' boxes.
     Compute,
-    /// As `Compute`, and the triangles of each voxel are listed; such a grid's voxels are a little larger.
+    /// As `Compute`, but the triangles of each voxel are also listed; such a grid's voxels are slightly enlarged.
     Listed,
-    /// Triangles are drawn along the axis that they face most, and fragments go through columns.
+    /// Triangles are drawn along their dominant axis, and fragments iterate over columns of voxels.
     Raster {
-        /// Whether fragments cover what a triangle touches by [`crate::gpu::Features::conservative_rasterization`];
-        /// else by widening the triangles.
+        /// Whether fragments cover everything that a triangle touches by [`crate::gpu::Features::conservative_rasterization`]; otherwise by
+        /// widening the triangles.
         conservative: bool,
     },
 }
@@ -32,8 +32,8 @@ pub(super) enum Voxelize {
 }
 
 impl Voxelize {
-    /// Passes that fill the grid in the first of `sets`, or masks where a second set holds these. Lists have passes of
-    /// their own.
+    /// Creates the passes that fill the grid in the first of `sets`, or masks if there is a second set that holds them. Lists have their
+    /// own passes.
     pub(super) fn new(context: &Context, voxelizer: Voxelizer, sets: &[&Bindings]) -> Result<Self> {
         let kernel = |shader| Kernel::compute(context, shader, sets, &Constants::new());
         let is_mask = sets.len() > 1;
@@ -62,7 +62,7 @@ impl Voxelize {
         })
     }
 
-    /// `size` counts voxels per side, or cells per side for masks.
+    /// Records the passes; `size` is the number of voxels per side, or of cells per side for masks.
     pub(super) fn record(&self, commands: &mut Commands, label: &'static str, world: &World, size: u32) {
         let triangle_count = world.triangle_count();
         let push = GridPush { triangle_count, ..GridPush::zeroed() };

@@ -1,6 +1,6 @@
 //! Scenes: casters, lights and the camera. This module does not depend on Vulkan.
 
-// Files and built-in scenes.
+// Scene files and built-in scenes.
 #[cfg(feature = "program")]
 pub(crate) mod built_in;
 #[cfg(feature = "program")]
@@ -32,7 +32,7 @@ pub use model::volume::{Placed, Volume};
 #[cfg(feature = "program")]
 pub(crate) use model::voxels::Facet;
 
-// For the program and the tests.
+// Used by the program and the tests.
 #[cfg(feature = "program")]
 #[doc(hidden)]
 pub use self::{
@@ -67,46 +67,45 @@ pub use self::{
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
 
-/// A sphere of constant extinction: a caster that lets some light pass.
+/// A sphere of constant extinction: a translucent caster.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Particle {
-    /// Centre, world units.
+    /// Centre, in world units.
     pub position: [f32; 3],
-    /// Radius, world units, > 0.
+    /// Radius in world units, > 0.
     pub radius: f32,
     /// Extinction σ, 1 / world unit, ≥ 0 and finite.
     pub extinction: f32,
 }
 
-/// A straight piece of a hair: a ribbon that faces every ray, `2 · radius` wide, and has no thickness along the ray. A ray that passes its
-/// axis within the radius loses `opacity` of its light in one step, at the point of the axis that is nearest to the ray. That point must be
-/// the start, or lie between start and end; the end does not count, so that a joint of two strands counts once. A ray along the axis
-/// misses.
+/// A straight piece of a hair: a ribbon, `2 · radius` wide and infinitely thin, that faces every ray. A ray that passes within the radius
+/// of the axis loses `opacity` of its light in one step, at the axis point nearest to the ray. That point must be the start, or lie between
+/// start and end. The end itself is excluded, so that a joint between two strands counts once. A ray parallel to the axis misses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strand {
-    /// World units.
+    /// Start point, in world units.
     pub start: [f32; 3],
-    /// Half the ribbon's width, world units, > 0.
+    /// Half the ribbon's width in world units, > 0.
     pub radius: f32,
-    /// World units, not `start`.
+    /// End point in world units, different from `start`.
     pub end: [f32; 3],
-    /// In [0, 1]; the optical depth is −ln(1 − opacity), at most [`MAX_OPTICAL_DEPTH`].
+    /// Opacity in [0, 1]; the optical depth is −ln(1 − opacity), at most [`MAX_OPTICAL_DEPTH`].
     pub opacity: f32,
 }
 
 /// An opaque triangle mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// For messages and labels.
+    /// Name used in messages and labels.
     pub name: String,
-    /// Vertices, world units.
+    /// Vertex positions, in world units.
     pub positions: Vec<[f32; 3]>,
     /// Three vertex indices per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance in [0, 1].
     pub albedo: [f32; 3],
-    /// Whether the mesh's back is never seen, like that of a ground. Techniques are not asked for light behind its front faces
+    /// Whether the mesh's back is never seen, as for a ground. Techniques are not queried for light behind its front faces
     /// (counter-clockwise).
     pub solid: bool,
 }
@@ -114,18 +113,18 @@ pub struct Mesh {
 /// A pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// World units.
+    /// Position, in world units.
     pub position: DVec3,
-    /// A point in the middle of the picture.
+    /// The point at the centre of the picture.
     pub target: DVec3,
-    /// Up, any length.
+    /// Up vector, of any length.
     pub up: DVec3,
-    /// Full vertical field of view, degrees.
+    /// Full vertical field of view, in degrees.
     pub fov_y_degrees: f64,
 }
 
 impl Camera {
-    /// The camera after turning around its target, about its up, by `degrees`.
+    /// Returns the camera rotated by `degrees` around its target, about its up vector.
     pub fn turned(mut self, degrees: f64) -> Self {
         let way = DQuat::from_axis_angle(self.up.normalize(), degrees.to_radians());
         self.position = self.target + way * (self.position - self.target);
@@ -148,33 +147,33 @@ pub struct Kinds {
     pub meshes: bool,
 }
 
-/// All casters, lights and the camera at one time, on the host. A [`crate::world::World`] can be made from a scene. The default has no
-/// casters, one directional light straight down, and a camera that looks at the origin.
+/// All casters, lights and the camera at one time, on the host; a [`crate::world::World`] can be created from it. The default scene has no
+/// casters, one directional light pointing straight down, and a camera that looks at the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The name shown in tables and file names.
+    /// Name shown in tables and used in file names.
     pub name: String,
     /// Translucent casters.
     pub particles: Vec<Particle>,
-    /// Hair: translucent casters too.
+    /// Hair; its strands are translucent casters.
     pub strands: Vec<Strand>,
-    /// Splats: translucent casters too.
+    /// Splats, also translucent casters.
     pub splats: Vec<Splat>,
-    /// Grids of densities: translucent casters too.
+    /// Grids of densities, also translucent casters.
     pub volumes: Vec<Volume>,
     /// Opaque casters and receivers.
     pub meshes: Vec<Mesh>,
-    /// At least one.
+    /// Lights, at least one.
     pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
-    /// Factors of the casters' extinction for red, green and blue light: finite, ≥ 0, not all 0. So a color's transmittance is the grey one
-    /// to the power of its factor. Meshes block all colors alike.
+    /// Factors of the casters' extinction for red, green and blue light: finite, ≥ 0, not all 0. A color's transmittance is thus the grey
+    /// transmittance raised to the power of its factor. Meshes block all colors alike.
     pub extinction_ratio: [f32; 3],
-    /// Where casters have different ratios, their ratios in place of [`Scene::extinction_ratio`], which is then [`Scene::GREY`]; the lights
-    /// stand three times ([`Scene::with_inks`]). Else empty.
+    /// Per-group ratios, if casters have different ones. They replace [`Scene::extinction_ratio`], which is then [`Scene::GREY`], and each
+    /// light is listed three times ([`Scene::with_inks`]). Otherwise empty.
     pub inks: Vec<ExtinctionGroup>,
-    /// What the scene has at most, where this is its state at one of several times.
+    /// Upper bounds over all times, if this scene is one state of an animation.
     pub reserve: Reserve,
 }
 
@@ -202,8 +201,8 @@ impl Default for Scene {
     }
 }
 
-/// The greatest optical depth across a particle's diameter. It stands for an `opacity` of 1, whose optical depth −ln(1 − opacity) would be
-/// infinite. exp(−80) is the smallest transmittance that techniques can tell from 0.
+/// The greatest optical depth across a particle's diameter. It also replaces the infinite optical depth −ln(1 − opacity) of an `opacity` of
+/// 1. exp(−80) is the smallest transmittance that techniques can tell from 0.
 #[doc(hidden)]
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
@@ -211,29 +210,29 @@ impl Scene {
     /// The extinction ratio of casters that absorb all colors equally.
     pub const GREY: [f32; 3] = [1.0; 3];
 
-    /// The most casters that the scene has at once, over all times.
+    /// Returns the largest number of casters that the scene has at any time.
     pub fn most_casters(&self) -> usize {
         self.particles.len().max(self.reserve.particles) + self.strands.len() + self.splats.len() + self.most_cells()
     }
 
-    /// The most cells of volumes that the scene has at once, over all times.
+    /// Returns the largest number of volume cells that the scene has at any time.
     pub(crate) fn most_cells(&self) -> usize {
         self.cell_count().max(self.reserve.cells)
     }
 
-    /// The most blocks that each volume's field has, over all times.
+    /// Returns the largest number of blocks that each volume's field has at any time.
     pub(crate) fn most_blocks(&self) -> Vec<usize> {
         let reserved = self.reserve.blocks.iter().copied().chain(std::iter::repeat(0));
         let blocks = self.volumes.iter().map(|volume| volume.field().blocks().len());
         blocks.zip(reserved).map(|(now, most)| now.max(most)).collect()
     }
 
-    /// Whether anything is opaque.
+    /// Returns whether the scene contains any opaque geometry.
     pub fn has_triangles(&self) -> bool {
         self.meshes.iter().any(|mesh| !mesh.triangles.is_empty())
     }
 
-    /// The kinds of casters in the scene.
+    /// Returns the kinds of casters in the scene.
     pub fn kinds(&self) -> Kinds {
         Kinds {
             particles: !self.particles.is_empty(),
@@ -244,12 +243,12 @@ impl Scene {
         }
     }
 
-    /// The number of maps of all lights together.
+    /// Returns the number of maps of all lights together.
     pub fn map_count(&self) -> usize {
         self.first_map(self.lights.len())
     }
 
-    /// The number of the first map of light `light`, counted over the maps of all lights in order.
+    /// Returns the index of the first map of light `light`, counting the maps of all lights in order.
     pub fn first_map(&self, light: usize) -> usize {
         self.lights.iter().take(light).map(Light::map_count).sum()
     }
@@ -259,7 +258,7 @@ impl Scene {
 pub(crate) mod tests {
     use super::*;
 
-    /// A scene of spheres (z, radius, extinction) on the z axis, under a light that shines down along it.
+    /// Builds a scene of spheres (z, radius, extinction) on the z axis, under a light that shines down along it.
     pub(crate) fn on_the_axis(spheres: &[(f32, f32, f32)]) -> Scene {
         let particle =
             |&(z, radius, extinction): &(f32, f32, f32)| Particle { position: [0.0, 0.0, z], radius, extinction };
@@ -271,23 +270,23 @@ pub(crate) mod tests {
         }
     }
 
-    /// A map with a single texel, whose ray goes from z = 2 to −2, and spheres on that ray as in [`on_the_axis`].
+    /// Builds a map with a single texel, whose ray runs from z = 2 to −2, and spheres on that ray as in [`on_the_axis`].
     #[cfg(feature = "program")]
     pub(crate) fn along_the_axis(spheres: &[(f32, f32, f32)]) -> (View, Vec<Caster>) {
         let held = on_the_axis(&[(-1.0, 1.0, 0.0), (1.0, 1.0, 0.0)]);
         (View::volumes(&held, 1)[0], on_the_axis(spheres).casters())
     }
 
-    /// A mesh that is not solid, with the given vertices and triangles.
+    /// Builds a mesh that is not solid, with the given vertices and triangles.
     pub(crate) fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         Mesh { name: "test".into(), positions, triangles, albedo: [0.5; 3], solid: false }
     }
 
-    /// The sides of a cube, counter-clockwise from outside; bit 0 of a corner's number is x, bit 1 y, bit 2 z.
+    /// The faces of a cube, counter-clockwise from outside; bit 0 of a corner's number is x, bit 1 y, bit 2 z.
     pub(crate) const CUBE: [[u32; 4]; 6] =
         [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
 
-    /// A closed cube, by its lowest corner and side.
+    /// Builds a closed cube from its lowest corner and side length.
     pub(crate) fn cube(low: [f32; 3], side: f32) -> Mesh {
         let corner = |i: u32| [0, 1, 2].map(|axis| low[axis] + if i >> axis & 1 == 1 { side } else { 0.0 });
         let triangles = CUBE.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();

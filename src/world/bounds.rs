@@ -1,10 +1,10 @@
-//! The box about all casters, in the floats that glsl/grid/bounds.comp computes: while the box is the same, a grid
-//! keeps its place.
+//! The box around all casters, with the same float results as glsl/grid/bounds.comp: as long as the box is the same, a grid keeps its
+//! placement.
 
 use crate::scene::{Caster, Mesh};
 use glam::{DVec3, Vec3};
 
-/// A box; low is above high where the box is empty.
+/// A box; low exceeds high if the box is empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     low: Vec3,
@@ -15,22 +15,22 @@ impl Bounds {
     /// The empty box.
     pub(super) const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
-    /// A box that is given.
+    /// Creates a box from its low and high corners.
     pub(super) fn of([low, high]: [Vec3; 2]) -> Self {
         Self { low, high }
     }
 
-    /// Its low and its high corner.
+    /// Returns the low and high corners.
     pub(super) fn ends(self) -> [DVec3; 2] {
         [self.low.as_dvec3(), self.high.as_dvec3()]
     }
 
-    /// All eight corners.
+    /// Returns all eight corners.
     pub(super) fn corners(self) -> [[f32; 3]; 8] {
         std::array::from_fn(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { self.high[axis] } else { self.low[axis] }))
     }
 
-    /// The box about the corners of triangles.
+    /// Returns the box around the corners of triangles.
     pub(super) fn of_meshes(meshes: &[Mesh]) -> Self {
         let mut bounds = Self::NONE;
         for mesh in meshes {
@@ -41,7 +41,7 @@ impl Bounds {
         bounds
     }
 
-    /// The box about smoke and hair.
+    /// Returns the box around smoke and hair.
     pub(super) fn of_casters(casters: &[Caster]) -> Self {
         let mut bounds = Self::NONE;
         for caster in casters {
@@ -59,7 +59,7 @@ impl Bounds {
         self.high = self.high.max(centre + radius);
     }
 
-    /// The box about both.
+    /// Returns the box around both.
     pub(super) fn with(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }

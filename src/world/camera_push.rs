@@ -1,4 +1,4 @@
-//! The camera as push constants, of a picture and of virtual lights that follow it.
+//! The camera as push constants, for pictures and for virtual lights that follow it.
 
 use crate::gpu::push_struct;
 use crate::scene::View;
@@ -19,7 +19,7 @@ push_struct! {
 }
 
 impl CameraPush {
-    /// A perspective view, as shaders are pushed it.
+    /// Converts a perspective view to push constants.
     pub(crate) fn of(camera: &View) -> Self {
         let View { origin, scale_x, right, scale_y, up, near, forward, far, width, height, .. } = *camera;
         Self { origin, scale_x, right, scale_y, up, near, forward, far, size: [width, height] }

@@ -1,4 +1,4 @@
-//! A world made on the device from the caller's buffers.
+//! A world built on the device from the caller's buffers.
 
 use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
@@ -8,20 +8,20 @@ use crate::scene::{Camera, Caster, Kinds, Volume};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
-/// A world's capacities. Techniques are opened for them.
+/// A world's capacities. Techniques are created for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capacity {
-    /// Spheres of smoke.
+    /// Number of smoke spheres.
     pub particles: u32,
-    /// Straight pieces of hair.
+    /// Number of straight pieces of hair.
     pub strands: u32,
-    /// Anisotropic Gaussians.
+    /// Number of anisotropic Gaussians.
     pub splats: u32,
-    /// Cells of volumes ([`Volume::cells`]).
+    /// Number of volume cells ([`Volume::cells`]).
     pub cells: u32,
-    /// Opaque triangles.
+    /// Number of opaque triangles.
     pub triangles: u32,
-    /// Lights.
+    /// Number of lights.
     pub lights: u32,
 }
 
@@ -37,7 +37,7 @@ impl Capacity {
         }
     }
 
-    /// Whether casters of one kind come behind the room of another kind.
+    /// Returns whether casters of one kind are stored after the room for another kind.
     fn is_mixed(self) -> bool {
         [self.particles, self.strands, self.splats, self.cells].iter().filter(|room| **room > 0).count() > 1
     }
@@ -48,26 +48,25 @@ pub(super) struct External {
     pub capacity: Capacity,
     pub gather: Gather,
     volumes: Vec<Volume>,
-    /// Whether casters that were not yet written have been given radius 0.
+    /// Whether unwritten casters have been given radius 0.
     cleared: bool,
 }
 
-/// The error for a call that only a world of the caller's buffers takes.
+/// Returns the error for a call that is only valid in a world filled from the caller's buffers.
 fn of_a_scene(name: &str) -> Error {
     let cause = "a scene fills this world, and no buffer of the caller's";
     Error::input(name, cause, "make the world with World::of, or move the scene with World::replace")
 }
 
 impl World {
-    /// A world with room for `capacity`, in which nothing casts and nothing shines yet. Call [`World::update_lights`] or
-    /// [`World::update_lights_from_buffer`] before a technique is opened for it, and give the casters before its passes are
-    /// recorded.
+    /// Creates a world with room for `capacity`, which has no casters and no lights yet. Call [`World::update_lights`] or
+    /// [`World::update_lights_from_buffer`] before a technique is created for it, and supply the casters before its passes are recorded.
     ///
-    /// Casters and triangles are copied on the device, in passes `world.gather`, from the caller's layout to this
-    /// crate's: 32 bytes per caster and 48 per triangle, written once.
+    /// Casters and triangles are copied on the device, in passes named `world.gather`, from the caller's layout to this crate's: 32 bytes
+    /// per caster and 48 per triangle, written once.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub fn of(context: &Context, capacity: Capacity) -> Result<Self> {
         let casters = capacity
             .particles
@@ -117,21 +116,19 @@ impl World {
         }
     }
 
-    /// Replaces the particles by those in the caller's buffer: records the pass that gathers them, and counts them as
-    /// moved. Particles with a number that is not finite, or without a size, cast nothing, and are counted
-    /// ([`World::gathered`]).
+    /// Replaces the particles with those in the caller's buffer: records the pass that gathers them, and marks them as moved. Particles
+    /// that have a non-finite number or no size cast nothing, and are counted as refused ([`World::gathered`]).
     ///
-    /// Where only the device knows the number of particles, kernels go through as many casters as there is room for;
-    /// they skip the casters behind the count at once.
+    /// If only the device knows the number of particles, kernels iterate over the full capacity, but skip casters past the count
+    /// immediately.
     ///
     /// # Errors
-    /// [`Error::Input`] where the host's count exceeds the room, or the layout lies outside the buffer; [`Error::Gpu`]
-    /// where memory runs out.
+    /// [`Error::Input`] if the host's count exceeds the capacity, or the layout extends past the buffer; [`Error::Gpu`] if memory runs out.
     pub fn update_particles(&mut self, commands: &mut Commands, source: &Source, at: SphereAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles: capacity, strands, splats, cells, .. } = theirs.capacity;
-        // The other casters come behind the room for all particles.
+        // The other casters are stored after the room for all particles.
         let count = shown(&source.count, capacity, strands + splats + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: 0, count, capacity };
@@ -142,10 +139,10 @@ impl World {
         Ok(())
     }
 
-    /// Replaces the strands by those in the caller's buffer, as in [`World::update_particles`].
+    /// Replaces the strands with those in the caller's buffer, as in [`World::update_particles`].
     ///
     /// # Errors
-    /// As [`World::update_particles`].
+    /// Same as [`World::update_particles`].
     pub fn update_strands(&mut self, commands: &mut Commands, source: &Source, at: StrandAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
@@ -160,12 +157,12 @@ impl World {
         Ok(())
     }
 
-    /// Replaces the splats by those in the caller's buffer, as in [`World::update_particles`]. Splats without axes or with an
-    /// opacity out of range cast nothing either. They are packed in f32. A scene's splats are packed in f64, so
-    /// directions and deviations may differ in the last bit.
+    /// Replaces the splats with those in the caller's buffer, as in [`World::update_particles`]. Splats without axes or with an opacity out
+    /// of range cast nothing either. Splats are packed in f32 here but in f64 in a scene, so directions and deviations may differ in the
+    /// last bit.
     ///
     /// # Errors
-    /// As [`World::update_particles`].
+    /// Same as [`World::update_particles`].
     pub fn update_splats(&mut self, commands: &mut Commands, source: &Source, at: SplatAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
@@ -180,13 +177,13 @@ impl World {
         Ok(())
     }
 
-    /// Replaces the volumes by the host's `volumes`. Where any has changed, records the copy of their cells, in a pass
-    /// `world.volumes`, and counts them as moved. Unchanged volumes cost nothing, and no pass. Clones of a volume share
-    /// its field, so their equality is seen without comparing the field. An empty slice removes all volumes.
+    /// Replaces the volumes with the host's `volumes`. If any has changed, records the copy of their cells, in a pass `world.volumes`, and
+    /// marks them as moved. Unchanged volumes need no pass and cost nothing. Clones of a volume share its field, so comparing them does not
+    /// compare the field. An empty slice removes all volumes.
     ///
     /// # Errors
-    /// [`Error::Input`] where they have more cells than there is room for, or where a scene fills the world;
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if the volumes have more cells than there is room for, or a scene fills the world; [`Error::Gpu`] if memory runs
+    /// out.
     pub fn volumes(&mut self, commands: &mut Commands, volumes: &[Volume]) -> Result<()> {
         let casters = self.casters.clone();
         let theirs = self.theirs()?;
@@ -212,13 +209,13 @@ impl World {
         Ok(())
     }
 
-    /// Replaces the triangles by those in the caller's buffers: records the pass that gathers them, and counts them as
-    /// moved. Whether these triangles close a mesh is not known. Triangles with a corner that is not finite, or with an
-    /// index of no vertex, cast nothing, and are counted. Kernels go through as many triangles as there is room for.
-    /// Triangles behind the count have no area, and lie at a corner of a triangle that has an area.
+    /// Replaces the triangles with those in the caller's buffers: records the pass that gathers them, and marks them as moved. Whether
+    /// these triangles form closed meshes is unknown. Triangles with a corner that is not finite, or with an invalid vertex index, cast
+    /// nothing, and are counted as refused. These triangles, and those past the count, collapse to a point: a corner of a
+    /// valid triangle, if a few tries find one. Kernels iterate over the full triangle capacity.
     ///
     /// # Errors
-    /// As [`World::update_particles`].
+    /// Same as [`World::update_particles`].
     pub fn update_triangles(&mut self, commands: &mut Commands, corners: &Corners) -> Result<()> {
         let (context, triangles) = (self.context.clone(), self.triangles.clone());
         let place = self.anchors[1].as_vec3().to_array();
@@ -234,19 +231,19 @@ impl World {
         Ok(())
     }
 
-    /// Sets the camera. A technique that adapts to the camera reads it from the world.
+    /// Sets the camera, which camera-dependent techniques read from the world.
     pub fn set_camera(&mut self, camera: Camera) {
         self.generations.camera += u64::from(self.camera != Some(camera));
         self.camera = Some(camera);
     }
 
-    /// Sets a box in which all casters stay, low and high corner, for a world of the caller's buffers. Techniques that
-    /// need a box on the host (`voxelized`, `ray-query`) refuse to open without one. The views of directional lights
-    /// measure from the middle of the box, and without a box from the world's origin: the farther the origin is from
-    /// the casters, the coarser the views. Set the box before techniques are opened.
+    /// Sets a box that contains all casters at all times, by its low and high corners, for a world filled from the caller's buffers.
+    /// Techniques that need a box on the host (`voxelized`, `ray-query`) cannot be created without one. The views of directional lights are
+    /// relative to the centre of the box, or to the world's origin without a box: the farther the origin is from the casters, the coarser
+    /// the views. Set the box before creating techniques.
     ///
     /// # Errors
-    /// [`Error::Input`] where low exceeds high or a number is not finite, or where a scene fills the world.
+    /// [`Error::Input`] if low exceeds high, a number is not finite, or a scene fills the world.
     pub fn set_box(&mut self, low: [f32; 3], high: [f32; 3]) -> Result<()> {
         self.theirs()?;
         let is_box = low.iter().zip(&high).all(|(low, high)| low <= high && (high - low).is_finite());
@@ -261,11 +258,11 @@ impl World {
         Ok(())
     }
 
-    /// Counts of the elements that frame `frame`, which is over, gathered from the caller's buffers. None where that
-    /// frame gathered nothing, or where a later recorded frame uses the same memory for its counts.
+    /// Returns the counts of elements that the completed frame `frame` gathered from the caller's buffers. None if that frame gathered
+    /// nothing, or if a later recorded frame reuses the memory of its counts.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the counts cannot be read, [`Error::Input`] where a scene fills the world.
+    /// [`Error::Gpu`] if the counts cannot be read, [`Error::Input`] if a scene fills the world.
     pub fn gathered(&self, frame: u64) -> Result<Option<Gathered>> {
         match &self.filled {
             WorldSource::External(theirs) => theirs.gather.read(frame),
@@ -275,7 +272,7 @@ impl World {
 }
 
 impl External {
-    /// Clears all casters before the first are written, so that casters of kinds that were not given yet cast nothing.
+    /// Clears all casters before the first are written, so that kinds of casters not supplied yet cast nothing.
     fn clear(&mut self, commands: &mut Commands, casters: &Buffer) {
         if !self.cleared && self.capacity.is_mixed() {
             commands.pass("world.gather", |pass| pass.fill(casters, 0));
@@ -284,8 +281,8 @@ impl External {
     }
 }
 
-/// How many casters of one kind kernels go through. It is the number of casters, where the host knows it and no casters
-/// of another kind follow in the buffer. Else it is the number for which there is room.
+/// Returns how many casters of one kind kernels iterate over: the number of casters if the host knows it and no casters of another kind
+/// follow in the buffer, otherwise the capacity.
 fn shown(count: &Count, capacity: u32, others_behind: bool) -> u32 {
     match count {
         Count::Host(count) if !others_behind => (*count).min(capacity),

@@ -1,4 +1,4 @@
-//! The passes that make casters, triangles and lights from the caller's buffers. Twin:
+//! The passes that build casters, triangles and lights from the caller's buffers. Twin:
 //! [`crate::reference::twin::gather`].
 
 use super::LightData;
@@ -11,31 +11,31 @@ use crate::shaders::set;
 use crate::shaders::world as shaders;
 use bytemuck::{Pod, Zeroable};
 
-/// Threads per workgroup.
+/// Number of threads per workgroup.
 const THREADS: u32 = 64;
 
-/// Kernels that are kept for buffers that come again, as the buffers of a ring do.
+/// Number of kernels kept for buffers that are used again, as in a ring of buffers.
 const KEPT: usize = 8;
 
 /// Counts of one pass. Twin: GatherTotals in glsl/world/gather.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct GatherTotals {
-    /// Elements by the caller's count.
+    /// Number of elements according to the caller's count.
     pub asked: u32,
-    /// Elements that there is room for and that have no place or no size.
+    /// Number of elements within the capacity that have no position or no size.
     pub refused: u32,
 }
 
 /// Counts of elements in the caller's buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// Particles, strands, triangles, splats and lights, by the caller's counts. A count above the capacity says how
-    /// many there are too many.
+    /// Number of particles, strands, triangles, splats and lights, according to the caller's counts. A count above the capacity shows how
+    /// many are too many.
     pub asked: [u32; 5],
-    /// How many elements were refused, among those that there is room for. Particles, strands, splats and triangles are
-    /// refused, and cast nothing, if a number is not finite, or if they have no size or no vertex. Lights are refused,
-    /// and are dark, if their numbers are not as [`LightAt`] says.
+    /// Number of elements refused, among those within the capacity. Particles, strands, splats and triangles are refused, and cast nothing,
+    /// if a number is not finite, or if they have no size or no vertex. Lights are refused, and are dark, if their numbers violate
+    /// [`LightAt`].
     pub refused: [u32; 5],
 }
 
@@ -114,7 +114,7 @@ struct Kernels<P> {
 }
 
 impl<P: Push> Kernels<P> {
-    /// The kernel that reads `theirs`. `bind` makes its set.
+    /// Returns the kernel that reads `theirs`, creating it if necessary; `bind` creates its descriptor set.
     fn of(
         &mut self,
         context: &Context,
@@ -134,19 +134,18 @@ impl<P: Push> Kernels<P> {
     }
 }
 
-/// Where casters go, and how many of them are written.
+/// The position of casters in the buffer, and how many of them are written.
 #[derive(Clone, Copy)]
 pub(super) struct Slots {
     pub first: u32,
     pub count: u32,
-    /// Room for casters; a higher count is cut to it.
+    /// Room for casters; a higher count is clamped to it.
     pub capacity: u32,
 }
 
-/// The counts of one kind of elements. Each kind has its own, so that passes of a submission need not wait for each
-/// other.
+/// The counts of one kind of elements. Each kind has its own, so that passes of a submission need not wait for each other.
 struct CountSource {
-    /// [`GatherTotals`].
+    /// Holds a [`GatherTotals`].
     counts: Buffer,
     read: ReadBack,
 }
@@ -163,7 +162,7 @@ impl CountSource {
     }
 
     fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32) {
-        // One workgroup even without elements: it writes the counts.
+        // Dispatch at least one workgroup, even without elements: it writes the counts.
         let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
         commands.pass("world.gather", |pass| pass.update(&self.counts, &[GatherTotals::default()]));
         commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
@@ -171,7 +170,7 @@ impl CountSource {
     }
 }
 
-/// The passes, and their counts.
+/// The gather passes and their counts.
 pub(super) struct Gather {
     /// Counts of particles, strands, triangles, splats and lights.
     counted: [CountSource; 5],
@@ -193,7 +192,7 @@ impl Gather {
         Ok(Self { counted, casters, triangles, splats, lights })
     }
 
-    /// Counts of frame `frame`, which is over.
+    /// Returns the counts of the completed frame `frame`.
     pub(super) fn read(&self, frame: u64) -> Result<Option<Gathered>> {
         let mut all = [None; 5];
         for (one, counted) in all.iter_mut().zip(&self.counted) {
@@ -204,7 +203,7 @@ impl Gather {
         Ok(all.iter().any(Option::is_some).then_some(gathered))
     }
 
-    /// Records the pass that makes casters from particles.
+    /// Records the pass that builds casters from particles.
     pub(super) fn spheres(
         &mut self,
         context: &Context,
@@ -220,7 +219,7 @@ impl Gather {
         self.gather(context, commands, to, (source, bytes, what), push)
     }
 
-    /// Records the pass that makes casters from strands.
+    /// Records the pass that builds casters from strands.
     pub(super) fn strands(
         &mut self,
         context: &Context,
@@ -263,7 +262,7 @@ impl Gather {
         Ok(())
     }
 
-    /// Records the pass that makes casters from splats.
+    /// Records the pass that builds casters from splats.
     pub(super) fn splats(
         &mut self,
         context: &Context,
@@ -297,9 +296,8 @@ impl Gather {
         Ok(())
     }
 
-    /// Records the pass that makes lights from the caller's buffer. It writes `slots` lights, of which at most `told`
-    /// come from the caller. `stand_ins` are lights that are copied first, where the lights differ from those of the
-    /// last call.
+    /// Records the pass that builds lights from the caller's buffer. It writes `slots` lights, of which at most `told` come from the
+    /// caller. `stand_ins` are lights that are copied first, if the lights differ from those of the last call.
     pub(super) fn lights(
         &mut self,
         context: &Context,
@@ -338,8 +336,8 @@ impl Gather {
         Ok(())
     }
 
-    /// Records the pass that makes `capacity` triangles from the caller's. All of them lie at `place` if none of them
-    /// has a place.
+    /// Records the pass that builds `capacity` triangles from the caller's. Invalid triangles, and those past the count, collapse to a
+    /// corner of a valid triangle. At most 16 triangles are tried to find one; if none is valid, they collapse to `place`.
     pub(super) fn triangles(
         &mut self,
         context: &Context,

@@ -1,8 +1,8 @@
-//! Counters that say which part of a world has changed since something was built from it.
+//! Counters that show which parts of a world have changed since something was built from it.
 
 use super::World;
 
-/// Parts of a world that something is built from.
+/// A set of parts of a world, on which a build may depend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts(u8);
 
@@ -15,23 +15,23 @@ impl Parts {
     pub const STRANDS: Self = Self(4);
     /// Smoke and hair.
     pub const CASTERS: Self = Self::PARTICLES.and(Self::STRANDS);
-    /// The lights' positions and directions. Their colors are read by look-ups, and nothing is built from them.
+    /// The lights, except for their colors, which are read by look-ups and from which nothing is built.
     pub const LIGHTS: Self = Self(8);
     /// The scene's camera.
     pub const CAMERA: Self = Self(16);
-    /// The box about all that casts.
+    /// The box around all casters.
     pub const BOX: Self = Self(32);
-    /// No part.
+    /// No parts.
     pub const NONE: Self = Self(0);
     /// All parts.
     pub const ALL: Self = Self(63);
 
-    /// Both sets of parts.
+    /// Returns the union of both sets.
     pub const fn and(self, those: Self) -> Self {
         Self(self.0 | those.0)
     }
 
-    /// These parts without those.
+    /// Returns these parts without those.
     const fn without(self, those: Self) -> Self {
         Self(self.0 & !those.0)
     }
@@ -41,25 +41,25 @@ impl Parts {
     }
 }
 
-/// How often each part of a world has changed.
+/// Number of changes of each part of a world.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Generations {
     /// Changes of opaque triangles.
     pub meshes: u64,
-    /// Changes of spheres of smoke.
+    /// Changes of smoke spheres.
     pub particles: u64,
     /// Changes of hair.
     pub strands: u64,
-    /// Per light, changes of its position or direction.
+    /// Changes of each light, except for its color.
     pub lights: Vec<u64>,
     /// Changes of the scene's camera.
     pub camera: u64,
-    /// Changes of the box about all casters.
+    /// Changes of the box around all casters.
     pub bounds: u64,
 }
 
 impl Generations {
-    /// Whether none of `parts` differs between these counts and `those`.
+    /// Returns whether these counts and `those` agree on all of `parts`.
     pub fn agree(&self, those: &Self, parts: Parts) -> bool {
         let same = [
             (Parts::MESHES, self.meshes == those.meshes),
@@ -73,7 +73,7 @@ impl Generations {
     }
 }
 
-/// Something that is made from parts of a world, and the state of the world that it was last made from.
+/// The parts of a world that something is built from, and the state of the world at its last build.
 #[derive(Clone, Debug)]
 pub struct BuildStamp {
     of: Parts,
@@ -81,18 +81,17 @@ pub struct BuildStamp {
 }
 
 impl BuildStamp {
-    /// Not made yet.
+    /// Creates a stamp for something that has not been built yet.
     pub fn of(parts: Parts) -> Self {
         Self { of: parts, at: None }
     }
 
-    /// Whether the thing is already made from the present world.
+    /// Returns whether the last build is up to date with the world.
     pub fn is_current(&self, world: &World) -> bool {
         self.at.as_ref().is_some_and(|at| at.agree(world.generations(), self.of))
     }
 
-    /// Returns whether the thing has to be made from the present world. If so, counts it as made from now on: the
-    /// caller must make it.
+    /// Returns whether a rebuild from the present world is needed. If so, records it as done: the caller must rebuild.
     pub fn make(&mut self, world: &World) -> bool {
         let make = !self.is_current(world);
         if make {
@@ -101,8 +100,8 @@ impl BuildStamp {
         make
     }
 
-    /// As [`BuildStamp::make`], for something that has a part per light: returns, per light, whether its part has to be made.
-    /// Where more than lights has changed, all parts have to be.
+    /// Like [`BuildStamp::make`], but for something with one part per light: returns, for each light, whether its part must be rebuilt. If
+    /// anything besides lights has changed, all parts must be.
     pub fn make_lights(&mut self, world: &World) -> Vec<bool> {
         let now = world.generations();
         let make = self.lights_to_make(now);
@@ -129,7 +128,7 @@ impl BuildStamp {
 mod tests {
     use super::*;
 
-    /// Whether counts agree on the parts that a thing is made from, even where other parts have changed.
+    /// Counts must agree on the parts that something is built from, even if other parts have changed.
     #[test]
     fn only_what_it_is_made_of_counts() {
         let before = Generations { lights: vec![0; 3], ..Generations::default() };
@@ -152,8 +151,7 @@ mod tests {
         assert!(!before.agree(&changed[2].1, Parts::CASTERS) && before.agree(&changed[0].1, Parts::CASTERS));
     }
 
-    /// Where one light has moved, only its part is made. Where something else has changed, or the number of lights has,
-    /// all parts are made.
+    /// If one light has moved, only its part is rebuilt. If something else has changed, or the number of lights has, all parts are rebuilt.
     #[test]
     fn a_light_that_moved_is_made_alone() {
         let before = Generations { lights: vec![4, 0, 7], ..Generations::default() };

@@ -1,4 +1,4 @@
-//! Lights as the shaders have them.
+//! Lights in the shaders' layout.
 
 use crate::scene::{Light, LightKind, Scene};
 use bytemuck::{Pod, Zeroable};
@@ -7,34 +7,33 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct LightData {
-    /// World units; 0 for a directional light.
+    /// Position, in world units; 0 for a directional light.
     pub position: [f32; 3],
-    /// 0 directional, 1 spot, 2 point, 3 virtual.
+    /// Kind: 0 directional, 1 spot, 2 point, 3 virtual.
     pub kind: u32,
-    /// The direction in which a directional light travels, the axis of a spot light, the normal of a virtual one; 0 for
-    /// a point light.
+    /// Direction in which a directional light shines, axis of a spot light, or normal of a virtual light; 0 for a point light.
     pub direction: [f32; 3],
-    /// Cosine of half the cone of a spot light, 0 for a virtual light, −2 for the others.
+    /// Cosine of half the opening angle of a spot light, 0 for a virtual light, −2 for the others.
     pub cos_cone: f32,
-    /// Linear RGB.
+    /// Radiance, linear RGB.
     pub radiance: [f32; 3],
-    /// 1 / radius², 0 for a light of infinite reach; for a virtual light 1 / nearest².
+    /// 1 / radius², or 0 for a light of infinite range; for a virtual light 1 / nearest².
     pub falloff: f32,
-    /// Its first map among the maps of all lights.
+    /// Index of the light's first map among the maps of all lights.
     pub first_map: u32,
-    /// 6 for a point or a virtual light, else 1.
+    /// Number of maps: 6 for a point or a virtual light, otherwise 1.
     pub map_count: u32,
-    /// 1 where meshes cast shadows.
+    /// 1 if meshes cast shadows.
     pub has_opaque: u32,
 }
 
 impl LightData {
-    /// The lights of `scene`.
+    /// Returns the data of all lights of `scene`.
     pub fn all(scene: &Scene) -> Vec<Self> {
         Self::of(&scene.lights, scene.has_triangles())
     }
 
-    /// Data of `lights`; `has_opaque` says whether meshes cast shadows.
+    /// Returns the data of `lights`; `has_opaque` is whether meshes cast shadows.
     pub fn of(lights: &[Light], has_opaque: bool) -> Vec<Self> {
         let mut first_map = 0;
         let data = |light: &Light| {

@@ -1,4 +1,4 @@
-//! The lights of a world that the caller fills: from the host, or from a buffer of the caller's.
+//! The lights of a world that the caller fills: from the host, or from one of the caller's buffers.
 
 use super::source::{Count, LightAt, LightType, Source};
 use super::staged::raise_lights;
@@ -9,15 +9,14 @@ use crate::{Error, Result};
 use glam::DVec3;
 
 impl World {
-    /// Replaces the lights by `lights`. Records their copy where any has changed, and raises the generations of those
-    /// that have moved. A technique is opened for the most lights that the world has had until then. Where there are
-    /// fewer now, the lights that are gone keep their places and are dark. Where there are more, techniques that store
-    /// something per light refuse to be recorded, and must be opened anew.
+    /// Replaces the lights with `lights`. Records their copy if any has changed, and increments the generations of lights that have moved.
+    /// A technique is created for the largest number of lights that the world has had so far. If there are fewer lights now, the removed
+    /// ones keep their places and are dark. If there are more, techniques with per-light data refuse to be recorded, and must be created
+    /// anew.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are more lights than there is room for, a number is out of range, or a light has
-    /// another number of maps than the light before it in its place: a point or a virtual light has six, any other has
-    /// one.
+    /// [`Error::Input`] if there are more lights than there is room for, a number is out of range, or a light has a different number of
+    /// maps from the light previously in its place: a point or a virtual light has six, any other has one.
     pub fn update_lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
         let all = self.places(lights)?;
         if let Some(i) = lights.iter().position(|light| !is_light(light)) {
@@ -33,19 +32,18 @@ impl World {
         Ok(())
     }
 
-    /// Replaces the lights by those in a buffer of the caller's, whose types are `types`, in the buffer's order.
-    /// Records the pass that gathers them, and counts all of them as moved. The host knows only their types, which
-    /// decide how many maps there are. Lights with a number that is not as [`LightAt`] says are dark, and are counted
-    /// ([`World::gathered`]). Also dark are lights behind a count that is less than the number of types, and earlier
-    /// lights that are gone.
+    /// Replaces the lights with those in one of the caller's buffers; `types` are their types, in the buffer's order. Records the pass that
+    /// gathers them, and marks all of them as moved. The host knows only their types, which determine the number of maps. Lights with a
+    /// number that violates [`LightAt`] are dark, and are counted as refused ([`World::gathered`]). Lights past a count below the number of
+    /// types are dark too, as are earlier lights that have been removed.
     ///
-    /// Views are then aimed on the device, in single floats. Axes of directional and of spot lights differ by up to
-    /// 2.1e-6 from those of the same lights given by the host. The width of a spot light's view differs by more the
-    /// narrower it is (0.08 % at 1°); point lights do not differ.
+    /// Views are then aimed on the device, in single precision. Axes of directional and of spot lights differ by up to 2.1e-6 from those of
+    /// the same lights given by the host. The width of a spot light's view differs more for narrower cones (0.08 % at 1°); point lights do
+    /// not differ.
     ///
     /// # Errors
-    /// [`Error::Input`] as [`World::update_lights`], where the host's count exceeds the number of types, or where the layout
-    /// lies outside the buffer; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] as for [`World::update_lights`], and if the host's count exceeds the number of types, or the layout extends past
+    /// the buffer; [`Error::Gpu`] if memory runs out.
     pub fn update_lights_from_buffer(
         &mut self,
         commands: &mut Commands,
@@ -69,8 +67,7 @@ impl World {
         Ok(())
     }
 
-    /// `lights`, in the places of the present lights. Where there are more present lights, these are kept behind and
-    /// dark.
+    /// Returns `lights`, in the places of the present lights. Surplus present lights are kept at the end and made dark.
     fn places(&mut self, lights: &[Light]) -> Result<Vec<Light>> {
         let room = self.theirs()?.capacity.lights as usize;
         let other_maps = |(is, was): (&Light, &Light)| is.map_count() != was.map_count();
@@ -88,7 +85,7 @@ impl World {
         Error::input(self.name.clone(), cause, "make a new world, and open its techniques anew")
     }
 
-    /// Sets the present lights to `all`. With `moved` all of them count as moved, else those whose place has changed.
+    /// Sets the present lights to `all`. If `moved`, all of them are marked as moved, otherwise only those whose placement has changed.
     fn stand(&mut self, all: Vec<Light>, moved: bool, known: bool) {
         raise_lights(&mut self.generations, &all, &self.lit, moved);
         self.generations.lights.resize(all.len(), 0);
@@ -96,7 +93,7 @@ impl World {
     }
 }
 
-/// Whether the light's numbers are in the ranges that [`Light`] says.
+/// Returns whether the light's numbers are in the ranges documented for [`Light`].
 fn is_light(light: &Light) -> bool {
     let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-3;
     let stands = light.position().is_none_or(DVec3::is_finite);

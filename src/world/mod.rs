@@ -1,6 +1,5 @@
-//! Casters and lights on the device in their present state: casters, triangles, lights, and generations that say which
-//! part has changed. A [`Scene`] of the host fills a world ([`World::new`]), or the caller's buffers do
-//! ([`World::of`]).
+//! The present state on the device: casters, triangles, lights, and generations that show which parts have changed. A world is filled from
+//! a host [`Scene`] ([`World::new`]) or from the caller's buffers ([`World::of`]).
 
 mod bounds;
 mod camera_push;
@@ -17,7 +16,7 @@ pub use external::Capacity;
 pub use generations::Parts;
 pub use source::{Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt};
 
-// For the program and the tests.
+// Used by the program and the tests.
 #[doc(hidden)]
 pub use self::{
     gather::{GatherTotals, Gathered},
@@ -39,44 +38,44 @@ use glam::DVec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TriangleData {
-    /// World units.
+    /// Corner positions, in world units.
     pub corners: [[f32; 3]; 3],
     /// Diffuse reflectance.
     pub albedo: [f32; 3],
 }
 
-/// Casters and lights on the device. All techniques of a scene share it.
+/// Casters and lights on the device, shared by all techniques of a scene.
 pub struct World {
     context: Context,
     name: String,
     generations: Generations,
-    /// [`Caster`]: spheres, then strands, then splats, then cells of volumes; [`World::caster_count`] of them, once per
-    /// color ([`World::colors`]), each color behind the room for [`World::caster_capacity`] of the one before.
+    /// Array of [`Caster`]: spheres, then strands, then splats, then volume cells, [`World::caster_count`] in total. The array is repeated
+    /// once per color ([`World::colors`]), at intervals of [`World::caster_capacity`].
     pub(crate) casters: Buffer,
     caster_capacity: u32,
-    /// How many times casters and lights stand in the buffers: see [`World::colors`].
+    /// Number of copies of casters and lights in the buffers: see [`World::colors`].
     colors: u32,
-    /// How many of [`World::casters`] are particles.
+    /// Number of particles in [`World::casters`].
     particle_count: u32,
     strand_count: u32,
     splat_count: u32,
     cell_count: u32,
-    /// [`TriangleData`].
+    /// Array of [`TriangleData`].
     pub(crate) triangles: Buffer,
     triangle_capacity: u32,
     triangle_count: u32,
-    /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 where a ray along its normal leaves a closed mesh, −1
-    /// where it enters one, 0 where the mesh is not closed or that is not known.
+    /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 if a ray along its normal leaves a closed mesh, −1 if it enters one, 0 if
+    /// the mesh is not closed or this is unknown.
     pub(crate) sides: Buffer,
-    /// Whether there may be strands. Without strands, kernels are compiled for spheres alone.
+    /// Whether there may be strands. Without strands, kernels are compiled for spheres only.
     strands: bool,
-    /// Whether there may be splats or cells of volumes, likewise.
+    /// Whether there may be splats or volume cells, likewise.
     packed: bool,
-    /// [`LightData`].
+    /// Array of [`LightData`].
     pub(crate) lights: Buffer,
-    /// The lights as the host knows them.
+    /// The lights as known to the host.
     lit: Vec<Light>,
-    /// Whether `lit` holds the real lights; else it holds stand-ins of the same types.
+    /// Whether `lit` holds the real lights; otherwise it holds stand-ins of the same types.
     knows_lights: bool,
     camera: Option<Camera>,
     /// See [`Aim::anchors`].
@@ -86,49 +85,48 @@ pub struct World {
     filled: WorldSource,
 }
 
-/// Buffers of a world, for whoever reads back what is in them.
+/// Buffers of a world, for reading back their contents.
 #[doc(hidden)]
 pub struct WorldBuffers<'a> {
-    /// A [`Caster`] each.
+    /// Array of [`Caster`].
     pub casters: &'a Buffer,
-    /// A [`TriangleData`] each.
+    /// Array of [`TriangleData`].
     pub triangles: &'a Buffer,
-    /// A [`LightData`] each.
+    /// Array of [`LightData`].
     pub lights: &'a Buffer,
 }
 
-/// Where a world's casters and lights come from.
+/// The source of a world's casters and lights.
 enum WorldSource {
     Scene(Box<StagedWorld>),
     External(Box<External>),
 }
 
-/// A scene of the host's.
+/// A scene on the host.
 struct StagedWorld {
     scene: Scene,
     /// Whether the casters on the device differ from those in the host's scene.
     written: bool,
-    /// Whether a copy failed. Then the device's data are partly of the old scene and partly of the new one.
+    /// Whether a copy failed, which leaves the device with data from both the old and the new scene.
     mixed: bool,
 }
 
 impl World {
-    /// The world's name in errors: the name of its scene.
+    /// Returns the world's name in errors, which is its scene's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The buffers on the device.
+    /// Returns the buffers on the device.
     #[doc(hidden)]
     pub fn buffers(&self) -> WorldBuffers<'_> {
         WorldBuffers { casters: &self.casters, triangles: &self.triangles, lights: &self.lights }
     }
 
-    /// The present scene that fills the world. Where the device simulates its particles, these are as they were last
-    /// read back.
+    /// Returns the present scene that fills the world. If the device simulates its particles, they are as last read back.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the caller's buffers fill the world, and the host knows no scene.
+    /// [`Error::Refused`] if the world is filled from the caller's buffers, so that the host has no scene.
     pub fn scene(&self) -> Result<&Scene> {
         match &self.filled {
             WorldSource::Scene(staged) => Ok(&staged.scene),
@@ -136,21 +134,21 @@ impl World {
         }
     }
 
-    /// The scene's [`Scene::extinction_ratio`]; [`Scene::GREY`] where the caller's buffers fill the world.
+    /// Returns the scene's [`Scene::extinction_ratio`], or [`Scene::GREY`] if the world is filled from the caller's buffers.
     pub fn extinction_ratio(&self) -> [f32; 3] {
         self.scene().map_or(Scene::GREY, |scene| scene.extinction_ratio)
     }
 
-    /// 3 where casters take red, green and blue light in different ratios ([`Scene::with_inks`]), else 1. Lights then stand
-    /// once per color, and so do casters, with the extinctions of that color.
+    /// Returns 3 if casters attenuate red, green and blue light in different ratios ([`Scene::with_inks`]), otherwise 1. In the first case
+    /// lights are listed once per color, and so are casters, with that color's extinctions.
     pub fn colors(&self) -> u32 {
         self.colors
     }
 
-    /// Checks that all casters have one extinction ratio, for what keeps one number for all lights.
+    /// Checks that all casters have the same extinction ratio, for users that keep a single number for all lights.
     ///
     /// # Errors
-    /// [`Error::Refused`] where they do not. `keeper` is what keeps one.
+    /// [`Error::Refused`] if they do not. `keeper` describes that user in the message.
     pub fn one_color(&self, keeper: &str) -> Result<()> {
         if self.colors == 1 {
             return Ok(());
@@ -159,53 +157,53 @@ impl World {
         Err(Error::Refused(needs.into()))
     }
 
-    /// Counters, one per part of the world, that rise whenever the part has changed.
+    /// Returns the counters of the world's parts, each incremented whenever its part changes.
     pub fn generations(&self) -> &Generations {
         &self.generations
     }
 
-    /// Casters that kernels go through: all present ones. Where only the device knows their count, casters that cast
-    /// nothing are behind these.
+    /// Returns the number of casters that kernels iterate over, which includes all present ones. If only the device knows their count, the
+    /// rest cast nothing.
     pub fn caster_count(&self) -> u32 {
         self.particle_count + self.strand_count + self.splat_count + self.cell_count
     }
 
-    /// Those of them that are cells of volumes. They come last.
+    /// Returns the number of these casters that are volume cells. They come last.
     pub(crate) fn cell_count(&self) -> u32 {
         self.cell_count
     }
 
-    /// Whether there are strands: casters whose radius may reach into a view although both ends lie outside it.
+    /// Returns whether there are strands, whose radius may extend into a view even if both ends are outside it.
     pub fn shows_strands(&self) -> bool {
         self.strand_count > 0
     }
 
-    /// Whether there may be strands, which is so where the scene began with some.
+    /// Returns whether there may be strands, which is the case if the scene started with some.
     pub fn has_strands(&self) -> bool {
         self.strands
     }
 
-    /// Whether there may be splats or cells of volumes, which is so where the scene began with some.
+    /// Returns whether there may be splats or volume cells, which is the case if the scene started with some.
     pub fn has_splats_or_cells(&self) -> bool {
         self.packed
     }
 
-    /// Casters that there is room for: as many as the scene ever has, or began with.
+    /// Returns the number of casters there is room for: the most that the scene ever has, or had at the start.
     pub fn caster_capacity(&self) -> u32 {
         self.caster_capacity
     }
 
-    /// Triangles of all meshes.
+    /// Returns the number of triangles of all meshes.
     pub fn triangle_count(&self) -> u32 {
         self.triangle_count
     }
 
-    /// Triangles that there is room for.
+    /// Returns the number of triangles there is room for.
     pub fn triangle_capacity(&self) -> u32 {
         self.triangle_capacity
     }
 
-    /// How many casters there are, by kind; in a world of the caller's buffers, how many there may be.
+    /// Returns the kinds of casters present; in a world filled from the caller's buffers, the kinds there is room for.
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
             WorldSource::Scene(staged) => staged.scene.kinds(),
@@ -213,31 +211,31 @@ impl World {
         }
     }
 
-    /// The lights as the host knows them. Where only the device knows them ([`World::update_lights_from_buffer`]), these are
-    /// dark lights of the same types.
+    /// Returns the lights as known to the host. If only the device knows them ([`World::update_lights_from_buffer`]), these are dark lights
+    /// of the same types.
     pub fn all_lights(&self) -> &[Light] {
         &self.lit
     }
 
-    /// Whether the host knows where the lights are.
+    /// Returns whether the host knows where the lights are.
     pub fn knows_lights(&self) -> bool {
         self.knows_lights
     }
 
-    /// How many lights there are.
+    /// Returns the number of lights.
     pub fn light_count(&self) -> u32 {
         self.lit.len() as u32
     }
 
-    /// Maps of all lights: those of the first light first.
+    /// Returns the number of maps of all lights.
     pub fn map_count(&self) -> usize {
         self.lit.iter().map(Light::map_count).sum()
     }
 
-    /// Checks that the lights have `count` maps, as something that was opened for them expects.
+    /// Checks that the lights have `count` maps, as expected by something created for them.
     ///
     /// # Errors
-    /// [`Error::Input`] where the lights have another number of maps.
+    /// [`Error::Input`] if the lights have a different number of maps.
     pub fn has_maps(&self, count: usize) -> Result<()> {
         if self.map_count() == count {
             return Ok(());
@@ -250,31 +248,30 @@ impl World {
         ))
     }
 
-    /// Whether any light has the six maps of a cube's faces.
+    /// Returns whether any light has the six maps of a cube's faces.
     pub fn has_faces(&self) -> bool {
         self.lit.iter().any(|light| light.map_count() > 1)
     }
 
-    /// What the views of the lights are aimed by, where the host knows the lights.
+    /// Returns the data for aiming the lights' views, if the host knows the lights.
     pub fn aim(&self) -> Aim<'_> {
         Aim { lights: &self.lit, anchors: self.anchors, has_triangles: self.triangle_capacity > 0 }
     }
 
-    /// The camera, if one was set.
+    /// Returns the camera, if one has been set.
     pub fn camera(&self) -> Option<&Camera> {
         self.camera.as_ref()
     }
 
-    /// The meshes, where the host knows them.
+    /// Returns the meshes, if the host knows them.
     pub fn meshes(&self) -> Option<&[Mesh]> {
         self.scene().ok().map(|scene| scene.meshes.as_slice())
     }
 
-    /// Points whose convex hull holds all meshes: the vertices of the meshes, or the corners of the box that the caller
-    /// gave.
+    /// Returns points whose convex hull contains all meshes: the meshes' vertices, or the corners of the box set by the caller.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the host knows neither the vertices nor a box.
+    /// [`Error::Refused`] if the host knows neither the vertices nor a box.
     pub fn mesh_hull(&self) -> Result<Box<dyn Iterator<Item = [f32; 3]> + '_>> {
         match (&self.filled, self.bounds) {
             (WorldSource::Scene(staged), _) => {
@@ -285,7 +282,7 @@ impl World {
         }
     }
 
-    /// A box about all casters, low and high corner, as far as the host knows one. It may be larger than needed.
+    /// Returns a box around all casters, as low and high corners, if the host knows one. It may be larger than necessary.
     pub fn known_box(&self) -> Option<[DVec3; 2]> {
         self.bounds.map(|[meshes, casters]| meshes.with(casters).ends())
     }

@@ -5,51 +5,51 @@ use crate::scene::{Light, LightKind};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Elements of one layout in a buffer of the caller's ([`Buffer::adopt`]), at equal distances.
+/// Elements of one layout at a constant stride in one of the caller's buffers ([`Buffer::adopt`]).
 #[derive(Clone)]
 pub struct Source {
-    /// The caller's buffer. It may hold anything before, between and behind the elements.
+    /// The caller's buffer. It may contain other data before, between and after the elements.
     pub buffer: Buffer,
-    /// The byte at which the first element begins, a multiple of 4.
+    /// Byte offset of the first element, a multiple of 4.
     pub offset: u64,
-    /// Bytes from one element to the next, a multiple of 4.
+    /// Distance between elements in bytes, a multiple of 4.
     pub stride: u32,
-    /// How many elements there are.
+    /// Number of elements.
     pub count: Count,
 }
 
-/// How many elements there are, and whether the host or the device knows the number.
+/// The number of elements, known to the host or only to the device.
 #[derive(Clone)]
 pub enum Count {
-    /// The host knows.
+    /// Known to the host.
     Host(u32),
-    /// The device knows: a 32-bit number in a buffer, at a byte that is a multiple of 4. Elements past the capacity are
-    /// left out ([`super::Gathered`]).
+    /// Known only to the device: a 32-bit number in a buffer, at a byte offset that is a multiple of 4. Elements past the capacity are
+    /// dropped ([`super::Gathered`]).
     Device {
-        /// The buffer with the number.
+        /// The buffer that contains the number.
         buffer: Buffer,
-        /// The byte at which the number is.
+        /// Byte offset of the number.
         offset: u64,
     },
 }
 
-/// A float that each element has, or that is the same for all.
+/// A float, stored per element or shared by all elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Number {
-    /// At this byte of each element, a multiple of 4.
+    /// Stored at this byte offset in each element, a multiple of 4.
     At(u32),
-    /// This value for all elements.
+    /// The same value for all elements.
     Is(f32),
 }
 
-/// Offsets of a sphere's fields, bytes from its start, multiples of 4.
+/// Offsets of a sphere's fields, in bytes from its start; multiples of 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereAt {
-    /// Three floats, world units.
+    /// Position: three floats, in world units.
     pub position: u32,
-    /// World units, > 0.
+    /// Radius in world units, > 0.
     pub radius: Number,
-    /// 1 / world unit, ≥ 0.
+    /// Extinction in 1 / world unit, ≥ 0.
     pub extinction: Number,
 }
 
@@ -61,65 +61,65 @@ impl SphereAt {
     pub const CASTER: Self = Self { position: 0, radius: Number::At(12), extinction: Number::At(28) };
 }
 
-/// Offsets of a hair segment's fields, bytes from its start, multiples of 4.
+/// Offsets of a hair segment's fields, in bytes from its start; multiples of 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrandAt {
-    /// Three floats, world units.
+    /// Start point: three floats, in world units.
     pub start: u32,
-    /// Three floats, world units; must differ from the start.
+    /// End point: three floats, in world units; must differ from the start.
     pub end: u32,
-    /// Half the ribbon's width, world units, > 0.
+    /// Half the ribbon's width in world units, > 0.
     pub radius: Number,
-    /// Its optical depth, ≥ 0, taken as 80 where it is more: for an opacity o it is −ln(1 − o).
+    /// Optical depth, ≥ 0, clamped to 80: for an opacity o it is −ln(1 − o).
     pub depth: Number,
 }
 
-/// Offsets of the fields of a splat, an anisotropic Gaussian of extinction, bytes from its start, multiples of 4.
+/// Offsets of a splat's fields, in bytes from its start; multiples of 4. A splat is an anisotropic Gaussian of extinction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplatAt {
-    /// Three floats: its middle, world units.
+    /// Centre: three floats, in world units.
     pub position: u32,
-    /// Three floats: standard deviations along its own axes, world units, > 0.
+    /// Standard deviations along the splat's own axes: three floats, in world units, > 0.
     pub deviations: u32,
-    /// Four floats: its axes, a quaternion x, y, z, w of any length but 0.
+    /// Axes: four floats, a quaternion x, y, z, w of any nonzero length.
     pub rotation: u32,
-    /// The share of light that it takes from a ray through its middle along its shortest axis, in [0, 1].
+    /// Share of light that the splat removes from a ray through its centre along its shortest axis, in [0, 1].
     pub opacity: Number,
 }
 
-/// Offsets of a light's fields, bytes from its start, multiples of 4. All fields must lie in the buffer, also those
-/// that the light's type does not use.
+/// Offsets of a light's fields, in bytes from its start; multiples of 4. All fields must be inside the buffer, including those that the
+/// light's type does not use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightAt {
-    /// Three floats, world units: the light's position; unused for a directional light.
+    /// Position: three floats, in world units; unused for a directional light.
     pub position: u32,
-    /// Three floats, unit length up to a thousandth: the direction in which a directional light travels, the axis of a
-    /// spot light, the normal of a virtual light; unused for a point light.
+    /// Direction: three floats, of unit length to within a thousandth. Direction in which a directional light shines, axis of a spot light,
+    /// or normal of a virtual light; unused for a point light.
     pub direction: u32,
-    /// Three floats, linear RGB, ≥ 0: see [`Light::radiance`].
+    /// Radiance: three floats, linear RGB, ≥ 0; see [`Light::radiance`].
     pub radiance: u32,
-    /// World units, at least 1e-18. For a spot or a point light: the distance at which it ends, which may be infinite.
-    /// For a virtual light: the distance below which it gets no brighter. Unused for a directional light.
+    /// Radius in world units, at least 1e-18. For a spot or a point light, the distance at which it ends, which may be infinite; for a
+    /// virtual light, the distance below which it gets no brighter; unused for a directional light.
     pub radius: Number,
     /// Cosine of half the full opening angle of a spot light: less than 1, and at least the cosine of half of 170°.
     pub cos_cone: Number,
 }
 
-/// A light's type, which decides how many maps the light has: six for a point or a virtual light, one for any other.
+/// A light's type, which determines the light's number of maps: six for a point or a virtual light, one for any other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightType {
-    /// As [`LightKind::Directional`].
+    /// See [`LightKind::Directional`].
     Directional,
-    /// As [`LightKind::Spot`].
+    /// See [`LightKind::Spot`].
     Spot,
-    /// As [`LightKind::Point`].
+    /// See [`LightKind::Point`].
     Point,
-    /// As [`LightKind::Virtual`].
+    /// See [`LightKind::Virtual`].
     Virtual,
 }
 
 impl LightType {
-    /// A dark light of that type. On the host it stands for a light whose values only the device knows.
+    /// Returns a dark light of this type. On the host it replaces a light whose values only the device knows.
     pub(super) fn stand_in(self) -> Light {
         let (position, direction) = (DVec3::ZERO, DVec3::NEG_Z);
         let kind = match self {
@@ -132,42 +132,42 @@ impl LightType {
     }
 }
 
-/// Triangles in buffers of the caller's.
+/// Triangles in the caller's buffers.
 #[derive(Clone)]
 pub struct Corners {
-    /// Vertices, each of which begins with three floats, world units.
+    /// Vertices, each starting with three floats, in world units.
     pub vertices: Buffer,
-    /// The byte at which the first vertex begins, a multiple of 4.
+    /// Byte offset of the first vertex, a multiple of 4.
     pub offset: u64,
-    /// Bytes from one vertex to the next, a multiple of 4.
+    /// Distance between vertices in bytes, a multiple of 4.
     pub stride: u32,
-    /// 32-bit indices of vertices, three per triangle: the buffer, and the byte at which they begin, a multiple of 4.
-    /// None where the vertices themselves stand in threes, one three for each triangle.
+    /// 32-bit vertex indices, three per triangle: the buffer, and their byte offset, a multiple of 4. None if the vertices are not indexed,
+    /// so that three consecutive ones make up each triangle.
     pub indices: Option<(Buffer, u64)>,
-    /// How many triangles.
+    /// Number of triangles.
     pub count: Count,
     /// Diffuse reflectance of all triangles.
     pub albedo: [f32; 3],
 }
 
-/// The number of no word in a buffer. Twin: NOWHERE in glsl/world/gather.glsl.
+/// Marks a missing word offset in a buffer. Twin: NOWHERE in glsl/world/gather.glsl.
 pub(super) const NOWHERE: u32 = u32::MAX;
 
 fn error(what: &str, cause: String) -> Error {
     Error::input(what, cause, "give what the buffer holds, or make the world with a larger capacity")
 }
 
-/// The number of 32-bit words in `bytes`.
+/// Returns the number of 32-bit words in `bytes`.
 ///
 /// # Errors
-/// [`Error::Input`] where `bytes` is no multiple of 4.
+/// [`Error::Input`] if `bytes` is not a multiple of 4.
 pub(super) fn words(what: &str, bytes: u64) -> Result<u32> {
     let whole = u32::try_from(bytes / 4).ok().filter(|_| bytes.is_multiple_of(4));
     whole.ok_or_else(|| error(what, format!("an offset or a stride of {bytes} bytes, and there are words of 4")))
 }
 
 impl Number {
-    /// The number's word and value, as push constants.
+    /// Returns the number's word and value, as push constants.
     pub(super) fn pushed(self, what: &str) -> Result<(u32, f32)> {
         match self {
             Self::At(bytes) => Ok((words(what, bytes.into())?, 0.0)),
@@ -175,7 +175,7 @@ impl Number {
         }
     }
 
-    /// The byte behind the number in an element.
+    /// Returns the end of the number in an element, as a byte offset.
     pub(super) fn end(self) -> u32 {
         match self {
             Self::At(bytes) => bytes.saturating_add(4),
@@ -184,7 +184,7 @@ impl Number {
     }
 }
 
-/// How many elements of `bytes`, `stride` apart, a buffer holds from `offset` on.
+/// Returns how many elements of `bytes` bytes, `stride` bytes apart, a buffer holds from `offset` on.
 pub(super) fn held(buffer: &Buffer, offset: u64, stride: u32, bytes: u32) -> u32 {
     match buffer.bytes().checked_sub(offset.saturating_add(bytes.into())) {
         None => 0,
@@ -193,19 +193,19 @@ pub(super) fn held(buffer: &Buffer, offset: u64, stride: u32, bytes: u32) -> u32
     }
 }
 
-/// The count by which a gathering pass goes.
+/// The element count for a gather pass.
 pub(super) struct CountSource {
-    /// The most elements to take.
+    /// The largest number of elements to gather.
     pub most: u32,
-    /// The word that holds the count; [`NOWHERE`] where the host knows the count.
+    /// The word that contains the count; [`NOWHERE`] if the host knows the count.
     pub at: u32,
 }
 
 impl Count {
-    /// The count, cut to `capacity` and to what the buffer holds.
+    /// Returns the count, limited by `capacity` and by what the buffer holds.
     ///
     /// # Errors
-    /// [`Error::Input`] where the host's count exceeds `capacity`, or the device's count lies outside its buffer.
+    /// [`Error::Input`] if the host's count exceeds `capacity`, or the device's count is outside its buffer.
     pub(super) fn counted(&self, what: &str, capacity: u32, held: u32) -> Result<CountSource> {
         match self {
             Self::Host(count) if *count > capacity => {
@@ -220,7 +220,7 @@ impl Count {
         }
     }
 
-    /// The buffer that holds the count; `other` where the host knows the count.
+    /// Returns the buffer that contains the count; `other` if the host knows the count.
     pub(super) fn buffer<'a>(&'a self, other: &'a Buffer) -> &'a Buffer {
         match self {
             Self::Host(_) => other,

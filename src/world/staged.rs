@@ -1,4 +1,4 @@
-//! A world made from a scene of the host's: uploaded, moved, and read back where the device simulates it.
+//! A world created from a scene on the host: uploaded, moved, and read back if the device simulates it.
 
 use super::{Bounds, Generations, LightData, StagedWorld, TriangleData, World, WorldSource};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
@@ -7,21 +7,20 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// Times of moving the world.
+/// Timings of moving the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
-    /// Device time of the pass `world.move`, where the device has timestamps.
+    /// Device time of the pass `world.move`, if the device has timestamps.
     pub pass: Option<PassTime>,
-    /// The host's time from the new scene to its copy on the device, nanoseconds: writing, submitting and waiting,
-    /// without making the scene.
+    /// Host time from the new scene to its copy on the device, in nanoseconds: writing, submitting and waiting, but not creating the scene.
     pub host_ns: f64,
 }
 
 impl World {
-    /// Uploads `scene`.
+    /// Creates a world and uploads `scene` to it.
     ///
     /// # Errors
-    /// [`Error::Input`] where lights or inks are not as [`Scene::with_inks`] makes them; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if lights or inks are not as [`Scene::with_inks`] leaves them; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
         scene.check_inks()?;
         let triangles = triangles(scene);
@@ -66,20 +65,20 @@ impl World {
         })
     }
 
-    /// Lets passes write the casters on the device, where the world is simulated there. The number of casters stays the
-    /// same. The host's scene stays as it was until [`World::read_back`]. Returns the time of each pass.
+    /// Lets passes write the casters on the device, if the world is simulated there. The number of casters stays the same. The host's scene
+    /// is unchanged until [`World::read_back`]. Returns the time of each pass.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost, [`Error::Refused`] as [`World::scene`].
+    /// [`Error::Gpu`] if the device is lost, [`Error::Refused`] as for [`World::scene`].
     pub fn write_casters(&mut self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
         self.casters_move()?;
         self.context.submit(record)
     }
 
-    /// Notes that passes which are recorded now write the casters, as in [`World::write_casters`].
+    /// Registers that passes being recorded now write the casters, as in [`World::write_casters`].
     ///
     /// # Errors
-    /// [`Error::Refused`] as [`World::scene`].
+    /// [`Error::Refused`] as for [`World::scene`].
     pub fn casters_move(&mut self) -> Result<()> {
         self.one_color("passes that write casters give")?;
         self.staged()?.written = true;
@@ -92,7 +91,7 @@ impl World {
     /// Copies the particles on the device into the host's scene.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read, [`Error::Refused`] as [`World::scene`].
+    /// [`Error::Gpu`] if they cannot be read, [`Error::Refused`] as for [`World::scene`].
     pub fn read_back(&mut self) -> Result<()> {
         let casters: Vec<Caster> = self.casters.read(self.particle_count as usize)?;
         self.take_particles(&casters)?;
@@ -103,11 +102,11 @@ impl World {
         Ok(())
     }
 
-    /// As [`World::read_back`], from `casters`, a copy of the world's casters that was read back with frames in flight,
-    /// so that nothing waits. No pass may have written the casters since.
+    /// Like [`World::read_back`], but uses `casters`, a copy of the world's casters that was read back with frames in flight, so that
+    /// nothing waits. No pass may have written the casters since.
     ///
     /// # Errors
-    /// [`Error::Refused`] as [`World::scene`].
+    /// [`Error::Refused`] as for [`World::scene`].
     pub fn particles_are(&mut self, casters: &[Caster]) -> Result<()> {
         self.take_particles(casters)?;
         let known = self.known_bounds();
@@ -129,11 +128,11 @@ impl World {
         Ok(())
     }
 
-    /// Sets another camera and other lights, of the same number, and records their copy. Casters stay as they are, and
-    /// are neither compared nor copied.
+    /// Sets a new camera and the same number of new lights, and records their copy. Casters stay as they are, and are neither compared nor
+    /// copied.
     ///
     /// # Errors
-    /// As [`World::replace`].
+    /// Same as [`World::replace`].
     pub fn turn_in(&mut self, commands: &mut Commands, camera: Camera, lights: &[Light]) -> Result<()> {
         let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
         let is_other = maps(lights) != maps(&self.lit);
@@ -165,18 +164,18 @@ impl World {
         }
     }
 
-    /// The bounds on the host, which knows them where a scene fills the world.
+    /// Returns the bounds on the host, which knows them if a scene fills the world.
     fn known_bounds(&self) -> [Bounds; 2] {
         self.bounds.unwrap_or([Bounds::NONE; 2])
     }
 
-    /// Replaces the scene by another state of the same scene: particles, strands, meshes, lights and the camera may
-    /// have moved and changed. Unchanged parts are not copied, and their generations do not rise.
+    /// Replaces the scene with another state of the same scene: particles, strands, meshes, lights and the camera may have moved and
+    /// changed. Unchanged parts are not copied, and their generations do not change.
     ///
     /// # Errors
-    /// [`Error::Input`] where everything has to be opened anew: there are more casters than there is room for, there
-    /// are strands and the first scene had none, the number of triangles or of lights has changed, or a light has
-    /// another number of maps. [`Error::Gpu`] where a copy fails; [`Error::Refused`] as [`World::scene`].
+    /// [`Error::Input`] if everything has to be created anew: there are more casters than there is room for, there are strands but the
+    /// first scene had none, the number of triangles or of lights has changed, or a light has a different number of maps. [`Error::Gpu`] if
+    /// a copy fails; [`Error::Refused`] as for [`World::scene`].
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
         let start = Instant::now();
         let context = self.context.clone();
@@ -187,15 +186,15 @@ impl World {
         Ok(moved.unwrap_or_else(|| Moved { pass: None, host_ns: start.elapsed().as_nanos() as f64 }))
     }
 
-    /// As [`World::replace`], but records the copies: later commands see the new state.
+    /// Like [`World::replace`], but records the copies: later commands see the new state.
     ///
     /// # Errors
-    /// As [`World::replace`].
+    /// Same as [`World::replace`].
     pub fn replace_in(&mut self, commands: &mut Commands, scene: &Scene) -> Result<()> {
         self.change(scene, |copies| copies.record(commands)).map(|_| ())
     }
 
-    /// Replaces the scene by another state. `copy` brings the changed parts to the device, if there are any.
+    /// Replaces the scene with another state. `copy` transfers the changed parts to the device, if there are any.
     fn change<T>(&mut self, scene: &Scene, copy: impl FnOnce(&Copies) -> Result<T>) -> Result<Option<T>> {
         self.check(scene)?;
         let has_strands = self.strands;
@@ -209,7 +208,7 @@ impl World {
             if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { known[0] },
             if is_new { Bounds::of_casters(&casters) } else { known[1] },
         ];
-        // This comes before the copies: where a copy fails, the device's data belong to neither scene.
+        // This comes before the copies: if a copy fails, the device's data belong to neither scene.
         self.raise(scene, &changed, mixed);
         self.generations.bounds += u64::from(mixed || written || whole(bounds) != whole(known));
         self.staged()?.mixed = true;
@@ -228,7 +227,7 @@ impl World {
         Ok(copied)
     }
 
-    /// Fails where `scene` is not another state of this world's scene.
+    /// Fails if `scene` is not another state of this world's scene.
     fn check(&self, scene: &Scene) -> Result<()> {
         let casters = scene.particles.len() + scene.strands.len() + scene.splats.len() + scene.cell_count();
         let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
@@ -259,7 +258,7 @@ impl World {
     }
 }
 
-/// Changed data on its way to the device.
+/// Changed data to be copied to the device.
 struct Copies<'a> {
     world: &'a World,
     scene: &'a Scene,
@@ -292,26 +291,26 @@ impl Copies<'_> {
     }
 }
 
-/// Which parts of a scene have changed.
+/// The parts of a scene that have changed.
 struct Changed {
     meshes: bool,
     particles: bool,
     /// Strands, splats or volumes.
     strands: bool,
-    /// The lights, even where only their colors have changed.
+    /// The lights, even if only their colors have changed.
     lights: bool,
-    /// The casters on the device that have changed.
+    /// The range of changed casters on the device.
     casters: Range<usize>,
 }
 
 impl Changed {
-    /// Differences between a scene and the device.
+    /// Finds the differences between a scene and the device.
     fn of(staged: &StagedWorld, scene: &Scene, has_strands: bool) -> Self {
         let StagedWorld { scene: was, written, mixed } = staged;
         let particles =
             bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
         let others = scene.strands != was.strands || scene.splats != was.splats || scene.volumes != was.volumes;
-        // While the number of particles stays the same, the casters behind them keep their places.
+        // As long as the number of particles stays the same, the casters after them keep their places.
         let behind = scene.particles.len();
         let count = behind + scene.strands.len() + scene.splats.len() + scene.cell_count();
         let casters = match (particles, others) {
@@ -324,7 +323,7 @@ impl Changed {
         Self {
             casters,
             meshes: *mixed || scene.meshes != was.meshes,
-            // The box that particles stay in decides where views begin.
+            // The box that particles stay in determines where views begin.
             particles: *mixed || *written || particles || scene.reserve.stay_in != was.reserve.stay_in,
             strands: *mixed || *written && has_strands || others,
             lights: *mixed || scene.lights != was.lights,
@@ -340,14 +339,14 @@ fn whole([meshes, casters]: [Bounds; 2]) -> Bounds {
     meshes.with(casters)
 }
 
-/// Raises the generations of lights that have moved. A change of color alone does not count.
+/// Increments the generations of lights that have moved. A change of color alone does not count.
 pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Light], all: bool) {
     for ((is, was), generation) in lights.iter().zip(before).zip(&mut now.lights) {
         *generation += u64::from(all || (is.kind, is.radius) != (was.kind, was.radius));
     }
 }
 
-/// The sign ([`Side::sign`]) of each triangle, in the order of [`triangles`].
+/// Returns the sign ([`Side::sign`]) of each triangle, in the order of [`triangles`].
 fn signs(scene: &Scene) -> Vec<i32> {
     scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(Side::sign)).collect()
 }

@@ -1,20 +1,20 @@
-//! The built-in scene `cloud`: a cumulus made by a formula, in a sparse grid of densities like those of OpenVDB files.
+//! The built-in scene `cloud`: a procedural cumulus in a sparse grid of densities like those of OpenVDB files.
 
 use crate::scene::{Camera, Field, Light, LightKind, Mesh, Placed, Scene, Volume};
 use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
-/// The most samples per side.
+/// The largest number of samples per side.
 pub(in crate::scene) const MOST: u32 = 256;
 
-/// Width of the cloud, world units.
+/// Width of the cloud, in world units.
 const WIDE: f64 = 3.2;
 
-/// Extinction where the cloud is densest, 1 / world unit.
+/// Extinction where the cloud is densest, in 1 / world unit.
 const EXTINCTION: f64 = 9.0;
 
-/// Middles and radii of the balls that shape the cloud, in units of half its width.
+/// Centres and radii of the balls that shape the cloud, in units of half its width.
 const BALLS: [([f64; 3], f64); 7] = [
     ([0.0, 0.0, -0.15], 0.42),
     ([0.38, 0.1, -0.28], 0.3),
@@ -25,8 +25,8 @@ const BALLS: [([f64; 3], f64); 7] = [
     ([-0.2, 0.12, 0.12], 0.26),
 ];
 
-/// The cloud with `samples` samples per side, under one sun, above a ground. Its grid is rotated against the world's axes, as grids of
-/// files may be.
+/// Builds the cloud with `samples` samples per side, under one sun, above a ground. Its grid is rotated relative to the world's axes, as
+/// grids in files may be.
 pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
     let wrong = |cause: String| Error::input(name, cause, "this is a bug of the built-in scene");
     let volume = volume(samples, 1).map_err(wrong)?;
@@ -49,7 +49,7 @@ pub(in crate::scene) fn cloud(name: &str, samples: u32) -> Result<Scene> {
     })
 }
 
-/// The cloud alone; `side` is that of [`Placed::side`].
+/// Builds the cloud alone; `side` is as in [`Placed::side`].
 fn volume(samples: u32, side: u32) -> std::result::Result<Volume, String> {
     let count = samples as i32;
     let places = (0..count).flat_map(|z| (0..count).flat_map(move |y| (0..count).map(move |x| [x, y, z])));
@@ -64,7 +64,8 @@ fn volume(samples: u32, side: u32) -> std::result::Result<Volume, String> {
     Volume::new(Arc::new(field), placed)
 }
 
-/// Density, 0 to 1, at a place in units of half the cloud's width: balls with a flat bottom, with a border that noise displaces and frays.
+/// Returns the density, 0 to 1, at a position in units of half the cloud's width: balls with a flat bottom, their border displaced and
+/// frayed by noise.
 fn density(place: DVec3) -> f64 {
     let noise = fractal(place * 3.1);
     let within = |&(middle, radius): &([f64; 3], f64)| radius - (place - DVec3::from(middle)).length();
@@ -74,12 +75,12 @@ fn density(place: DVec3) -> f64 {
     worn * (0.55 + 0.45 * fractal(place * 9.0 + 5.0)).clamp(0.0, 1.0)
 }
 
-/// Four octaves of value noise, about −1 to 1.
+/// Returns four octaves of value noise, about −1 to 1.
 fn fractal(place: DVec3) -> f64 {
     (0..4).map(|octave| f64::from(1 << octave)).map(|by| noise(place * by) / by).sum::<f64>()
 }
 
-/// Value noise: values of −½ to ½ at integer places, interpolated smoothly.
+/// Returns value noise: values of −½ to ½ at integer positions, interpolated smoothly.
 fn noise(place: DVec3) -> f64 {
     let (cell, at) = (place.floor(), place - place.floor());
     let at = at * at * (3.0 - 2.0 * at);
@@ -90,7 +91,7 @@ fn noise(place: DVec3) -> f64 {
     (0..8).map(|corner| value(corner) * weight(corner)).sum()
 }
 
-/// A pseudo-random number from −½ to ½. Source: Jarzynski and Olano 2020, *Hash Functions for GPU Rendering*, the x of pcg3d.
+/// Returns a pseudo-random number from −½ to ½. Source: Jarzynski and Olano 2020, *Hash Functions for GPU Rendering*, the x of pcg3d.
 fn hashed(place: [i32; 3]) -> f64 {
     let [mut x, mut y, mut z] = place.map(|at| (at as u32).wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     x = x.wrapping_add(y.wrapping_mul(z));
@@ -116,7 +117,7 @@ fn ground() -> Mesh {
 mod tests {
     use super::*;
 
-    /// The cloud is sparse and the same each time, and grids of different resolution hold the same amount of smoke.
+    /// The cloud is sparse and identical each time, and grids of different resolution contain the same amount of smoke.
     #[test]
     fn a_cloud_of_any_resolution() {
         let mass = |samples| {

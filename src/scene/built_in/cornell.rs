@@ -1,5 +1,5 @@
-//! The built-in scene `cornell`: a room lit mostly by light that its walls reflect. After the box of Goral et al. 1984, *Modeling the
-//! interaction of light between diffuse surfaces*, with colors near Cornell University's measurements.
+//! The built-in scene `cornell`: a room lit mostly by light reflected from its walls. After the box of Goral et al. 1984, *Modeling the
+//! interaction of light between diffuse surfaces*, with colors close to Cornell University's measurements.
 
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, block, empty};
@@ -9,11 +9,11 @@ use glam::{DVec2, DVec3};
 /// Half the room's width and depth, and half its height.
 const HALF: f64 = 1.0;
 
-/// Thickness of the walls: more than a voxel of a grid of 32³, so that such a grid can resolve a wall.
+/// Thickness of the walls: more than a voxel of a 32³ grid, so that such a grid can resolve a wall.
 const THICK: f64 = 0.1;
 
-/// By how much things that touch overlap, and how far apart faces are that would otherwise lie in one plane. So no two faces lie in one
-/// plane, and no light leaks between two walls.
+/// Overlap of touching objects, and offset between faces that would otherwise be coplanar. Thus no two faces are coplanar, and no light
+/// leaks between two walls.
 const LAP: f64 = 0.02;
 
 /// Albedos, linear RGB, close to the measured reflectances.
@@ -21,12 +21,12 @@ const WHITE: [f32; 3] = [0.73, 0.71, 0.66];
 const RED: [f32; 3] = [0.6, 0.06, 0.05];
 const GREEN: [f32; 3] = [0.14, 0.45, 0.09];
 
-/// The lamp's place, just under the ceiling.
+/// Position of the lamp, just below the ceiling.
 const LAMP: DVec3 = DVec3::new(0.0, 0.0, 2.0 * HALF - 0.02);
 
-/// A white room with a red left wall and a green right one, open towards the camera, with two boxes in it. A spot light shines straight
-/// down, so the ceiling, the upper walls and the shadows get indirect light alone. Units are about a metre, z is up, and all meshes are
-/// closed.
+/// Builds a white room with a red left wall and a green right one, open towards the camera, containing two boxes. A spot light shines
+/// straight down, so the ceiling, the upper walls and the shadows receive only indirect light. Units are roughly metres, z is up, and all
+/// meshes are closed.
 pub(in crate::scene) fn cornell() -> Scene {
     Scene {
         name: "cornell".into(),
@@ -49,7 +49,7 @@ pub(in crate::scene) fn cornell() -> Scene {
 fn meshes() -> Vec<Mesh> {
     let (near, top) = (-HALF, 2.0 * HALF);
     let out = HALF + THICK;
-    // Different lengths, so that no two ends are flush.
+    // The lengths differ, so that no two ends are flush.
     let [floor, walls, back] = [HALF + 2.0 * LAP, HALF + 3.0 * LAP, HALF + LAP];
     vec![
         slab("floor", WHITE, [-floor, near - LAP, -THICK], [floor, floor, 0.0]),
@@ -68,7 +68,7 @@ fn slab(name: &str, albedo: [f32; 3], low: [f64; 3], high: [f64; 3]) -> Mesh {
     mesh
 }
 
-/// A box about (x, y) that reaches a little into the floor, rotated by `turn` full turns.
+/// Builds a box centred on (x, y) that extends slightly into the floor, rotated by `turn` full turns.
 fn standing(name: &str, [x, y]: [f64; 2], turn: f64, height: f64) -> Mesh {
     const HALF_SIDE: f64 = 0.3;
     let mut mesh = empty(name, WHITE);

@@ -1,4 +1,4 @@
-//! The built-in scene `courtyard`: arcades around a court, under lamps that move.
+//! The built-in scene `courtyard`: arcades around a court, under moving lamps.
 
 use crate::Result;
 use crate::scene::built_in::courtyard_lights::lights;
@@ -10,22 +10,22 @@ use crate::scene::model::time::check_time;
 use crate::scene::{Camera, Light, Mesh, Scene};
 use glam::{DVec2, DVec3};
 
-/// Distance from the court's middle to the columns' axes.
+/// Distance from the court's centre to the columns' axes.
 pub(in crate::scene) const YARD: f64 = 7.2;
 
-/// Distance from column to column.
+/// Distance between neighbouring columns.
 pub(in crate::scene) const BAY: f64 = 2.4;
 
-/// Arches per side.
+/// Number of arches per side.
 const BAYS: u32 = 6;
 
-/// Where the tree stands.
+/// Position of the tree.
 pub(in crate::scene) const TREE: [f64; 2] = [-3.2, 0.6];
 
-/// Where the statue stands.
+/// Position of the statue.
 pub(in crate::scene) const STATUE: [f64; 2] = [2.8, -0.4];
 
-/// Distances from the court's middle to the inside of the outer walls, and to their outside.
+/// Distances from the court's centre to the inner and outer faces of the outer walls.
 const WALL: [f64; 2] = [10.8, 11.4];
 
 /// Half the side of the ground.
@@ -34,18 +34,18 @@ const GROUND: f64 = 13.0;
 /// Height at which arches begin, and height of the top of the walls above them.
 const ARCH: [f64; 2] = [3.12, 5.0];
 
-/// The roofs' upper side. `ROOF`: height at the eaves, and the eaves' distance from the court's middle. `SLOPE`: rise per distance
-/// outwards.
+/// The roofs' upper surface. `ROOF`: height at the eaves, and the eaves' distance from the court's centre. `SLOPE`: rise per unit of
+/// distance outwards.
 const ROOF: [f64; 2] = [5.1, 6.65];
 const SLOPE: f64 = 0.36;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0xc0_7a4d, 5];
 
-/// The scene with the given name and number of lamps, at a time. The same bytes on every call and machine.
+/// Builds the scene with the given name and number of lamps at a given time. The result has the same bytes on every call and machine.
 ///
 /// # Errors
-/// As [`check_time`].
+/// Same as [`check_time`].
 pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Result<Scene> {
     Ok(Scene {
         name: name.into(),
@@ -61,10 +61,10 @@ pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Resul
     })
 }
 
-/// `count` lamps at a time.
+/// Returns `count` lamps at a given time.
 ///
 /// # Errors
-/// As [`check_time`].
+/// Same as [`check_time`].
 pub(crate) fn lights_at(count: usize, time_s: f64) -> Result<Vec<Light>> {
     check_time("courtyard", time_s)?;
     Ok(lights(count, time_s))
@@ -99,7 +99,7 @@ fn meshes() -> Vec<Mesh> {
         wood: empty("wood", [0.4, 0.3, 0.22]),
         leaves: empty("leaves", [0.34, 0.52, 0.2]),
     };
-    // Each side has axes of its own: x points out of the court, y along the arcade.
+    // Each side has its own axes: x points out of the court, y along the arcade.
     for along in [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y] {
         court.side(&Place { origin: DVec3::ZERO, along });
     }
@@ -113,7 +113,7 @@ fn meshes() -> Vec<Mesh> {
     singles.into_iter().chain(slabs).collect()
 }
 
-/// A flat square, divided into squares. It is solid, so it is seen from above only.
+/// Builds a flat square, divided into squares. It is solid, so it is seen only from above.
 fn ground() -> Mesh {
     const SQUARES: u32 = 26;
     let mut ground = empty("ground", [0.42, 0.38, 0.33]);
@@ -132,7 +132,7 @@ fn ground() -> Mesh {
 }
 
 impl Courtyard {
-    /// One side of the court: columns, arches on them, and a roof that rises from there to the outer wall.
+    /// Adds one side of the court: columns, arches above them, and a roof that rises from there to the outer wall.
     fn side(&mut self, place: &Place) {
         let arcade = place.turned([YARD, 0.0, 0.0], [1.0, 0.0]);
         for i in 1..BAYS {
@@ -155,7 +155,7 @@ impl Courtyard {
         arches.frames(&mut self.trim, &arcade, 0.14, 0.05);
         let half = 0.5 * BAY * f64::from(BAYS);
         block(&mut self.trim, &arcade, [-0.38, -half, ARCH[1] - 0.22], [0.38, half, ARCH[1] + 0.06]);
-        // The pier in the corner at one end of the arcade.
+        // The corner pier at one end of the arcade.
         block(&mut self.walls, place, [YARD - 0.42, YARD - 0.42, -0.1], [YARD + 0.42, YARD + 0.42, ARCH[1] - 0.1]);
         for [out, low, high] in [[0.5, -0.1, 0.28], [0.5, ARCH[0] - 0.14, ARCH[0] + 0.04]] {
             let [near, far] = [YARD - out, YARD + out];
@@ -170,10 +170,10 @@ impl Courtyard {
         }
     }
 
-    /// A round column between two square blocks.
+    /// Adds a round column between two square blocks.
     fn column(&mut self, place: &Place) {
         block(&mut self.trim, place, [-0.36, -0.36, -0.1], [0.36, 0.36, 0.18]);
-        // The column's outline: radius, height.
+        // The column's profile: radius, height.
         let profile = [
             [0.31, 0.1],
             [0.33, 0.19],
@@ -202,11 +202,11 @@ impl Courtyard {
         block(&mut self.trim, place, [-0.4, -0.4, 3.0], [0.4, 0.4, ARCH[0] + 0.02]);
     }
 
-    /// A roof slab with rows of round tiles. It meets the slabs of the neighbouring sides along the hips.
+    /// Adds a roof slab with rows of round tiles. It meets the slabs of the neighbouring sides along the hips.
     fn roof(&mut self, place: &Place) {
         let (inner, outer) = (ROOF[1], WALL[0] + 0.1);
         let corners = [[inner, -0.14], [outer, -0.14], [outer, 0.0], [inner, 0.0]];
-        // The slab's outline of points (x, z), once at either hip.
+        // The slab's outline as points (x, z), once at each hip.
         let first = self.roofs.positions.len() as u32;
         for side in [-1.0, 1.0] {
             for [x, above] in corners {
@@ -224,7 +224,7 @@ impl Courtyard {
             let courses = ((outer - start) / 0.42).ceil() as u32;
             let path: Vec<_> = (0..2 * courses)
                 .map(|i| {
-                    // Each tile overlaps the next one, so it is wider at its lower end.
+                    // Each tile overlaps the next, so it is wider at its lower end.
                     let x = start + 0.42 * f64::from(i / 2) + if i % 2 == 0 { 0.0 } else { 0.41 };
                     let radius = if i % 2 == 0 { 0.085 } else { 0.07 };
                     (place.at([x, y, roof_height(x)]), radius)
@@ -234,7 +234,7 @@ impl Courtyard {
         }
     }
 
-    /// Bars between two rails, from one place to another.
+    /// Adds bars between two rails, from one position to another.
     fn railing(&mut self, [from, to]: [DVec3; 2], bars: u32) {
         for height in [0.12, 0.88] {
             beam(&mut self.iron, [from, to].map(|end| end + height * DVec3::Z), 0.018, 0.012);
@@ -245,7 +245,7 @@ impl Courtyard {
         }
     }
 
-    /// Slabs with joints between them, in two colors.
+    /// Adds slabs with joints between them, in two colors.
     fn floor(&mut self) {
         const SLABS: u32 = 12;
         let side = 2.0 * (YARD - 0.6) / f64::from(SLABS);
@@ -259,7 +259,7 @@ impl Courtyard {
         }
     }
 
-    /// Stairs up to a platform, both with a railing towards the court.
+    /// Adds stairs up to a platform, both with a railing towards the court.
     fn stairs(&mut self) {
         const STEPS: u32 = 11;
         let place = Place { origin: DVec3::new(0.4, 4.3, 0.0), along: DVec2::X };
@@ -271,7 +271,7 @@ impl Courtyard {
             let x = tread * f64::from(step);
             let next = if step + 1 == STEPS { end } else { x + tread + 0.02 };
             block(&mut self.steps, &place, [x, 0.0, -0.1], [next, width, top - 0.05]);
-            // The tread reaches over the riser.
+            // The tread overhangs the riser.
             block(&mut self.steps, &place, [x - 0.03, -0.03, top - 0.06], [next, width + 0.03, top]);
             feet.push(foot(x + 0.5 * tread, 0.06, top));
         }
@@ -286,7 +286,7 @@ impl Courtyard {
         }
     }
 
-    /// A knot on a pedestal.
+    /// Adds a knot on a pedestal.
     fn monument(&mut self) {
         let place = Place { origin: DVec2::from(STATUE).extend(0.0), along: DVec2::new(0.8, 0.6) };
         for [half, low, high] in [[0.62, -0.1, 0.16], [0.45, 0.1, 0.92], [0.54, 0.86, 1.02]] {
@@ -296,7 +296,7 @@ impl Courtyard {
         knot(&mut self.statue, place.at([0.0, 0.0, 2.06]), 1.0, 0.13);
     }
 
-    /// A tree in a round bed.
+    /// Adds a tree in a round bed.
     fn tree(&mut self) {
         let foot = DVec2::from(TREE).extend(0.0);
         let ring = |radius: f64, height: f64| (foot + height * DVec3::Z, radius);
@@ -325,7 +325,7 @@ impl Courtyard {
         leaf(&mut self.leaves, stem, size * along, 0.5 * size * across);
     }
 
-    /// Wires over the court, with small bodies on them.
+    /// Adds wires over the court, with small objects hanging from them.
     fn wires(&mut self) {
         for [from, to] in [[[-2.4, -1.0], [4.8, 1.0]], [[-4.8, -1.0], [0.0, 1.0]], [[2.4, -1.0], [-2.4, 1.0]]] {
             let [a, b] = [from, to].map(|[x, side]| DVec3::new(x, side * (YARD - 0.3), ARCH[1] - 0.3));
@@ -344,7 +344,7 @@ impl Courtyard {
     }
 }
 
-/// Height of the roof's upper side, at a distance from the court's middle.
+/// Returns the height of the roof's upper surface at a given distance from the court's centre.
 fn roof_height(out: f64) -> f64 {
     ROOF[0] + SLOPE * (out - ROOF[1])
 }
@@ -358,7 +358,7 @@ mod tests {
         triangle.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
     }
 
-    /// All triangles lie above the ground or a little in it, and each has an area.
+    /// All triangles are above the ground or slightly below it, and each has an area.
     #[test]
     fn is_a_hundred_and_forty_thousand_triangles() {
         let meshes = meshes();
@@ -367,7 +367,7 @@ mod tests {
         for mesh in &meshes {
             for triangle in &mesh.triangles {
                 let [a, b, c] = corners(mesh, *triangle);
-                // NaN fails too, since no comparison with it is true.
+                // NaN fails too, since comparisons with it are never true.
                 assert!((b - a).cross(c - a).length() > 2e-5, "{}: {a} {b} {c}", mesh.name);
                 for corner in [a, b, c] {
                     assert!(corner.abs().max_element() <= GROUND && corner.z >= -0.1001, "{}: {corner}", mesh.name);
@@ -388,12 +388,12 @@ mod tests {
         }
     }
 
-    /// Wires and bars are thinner than a voxel of a grid of 256³ over the court.
+    /// Wires and bars are thinner than a voxel of a 256³ grid over the court.
     #[test]
     fn some_of_it_is_thinner_than_a_voxel() {
         let voxel = 2.0 * GROUND / 256.0;
         let iron = meshes().into_iter().find(|mesh| mesh.name == "iron").expect("bars and wires");
-        // On a long thin shape, a triangle's shortest edge is as long as the shape is thick.
+        // On a long thin shape, a triangle's shortest edge equals the shape's thickness.
         let across = |t: &[u32; 3]| {
             let [a, b, c] = corners(&iron, *t);
             [(b - a).length(), (c - b).length(), (a - c).length()].into_iter().fold(f64::MAX, f64::min)

@@ -8,62 +8,62 @@ use glam::DVec3;
 /// The default number of lamps, to which [`RADIUS_WORLD`] and [`STRENGTH`] refer.
 pub(in crate::scene) const USUAL: usize = 32;
 
-/// The most lamps.
+/// The largest number of lamps.
 pub(crate) const MOST: usize = 1024;
 
-/// Radius of each lamp's light, with the default number of lamps.
+/// Radius of each lamp's light at the default number of lamps.
 const RADIUS_WORLD: f64 = 5.6;
 
-/// Strength of each lamp, with the default number of lamps.
+/// Strength of each lamp at the default number of lamps.
 const STRENGTH: f64 = 0.85;
 
-/// The colors of lamps, linear RGB.
+/// Colors of the lamps, linear RGB.
 const COLORS: [[f64; 3]; 6] =
     [[1.0, 0.62, 0.28], [1.0, 0.8, 0.55], [0.42, 0.66, 1.0], [1.0, 0.45, 0.3], [0.55, 0.95, 0.75], [0.95, 0.55, 0.8]];
 
-/// First half of each lamp's seed; the other half is the lamp's number.
+/// First half of each lamp's seed; the second half is the lamp's index.
 const SEED: u64 = 0xc0_7a4d;
 
-/// Columns that lamps go around, on the lines of the arcades.
+/// Number of columns that lamps circle, along the lines of the arcades.
 const COLUMNS: usize = 20;
 
-/// Distance of the arcades from the court's middle, and distance between columns.
+/// Distance of the arcades from the court's centre, and distance between columns.
 const ARCADE: [f64; 2] = [crate::scene::built_in::courtyard::YARD, crate::scene::built_in::courtyard::BAY];
 
 /// A region of free air in which a lamp moves.
 struct Air {
     middle: DVec3,
-    /// Least and greatest amplitude of the motion along each axis.
+    /// Smallest and greatest amplitude of the motion along each axis.
     reach: [DVec3; 2],
-    /// Whether the lamp circles around the middle, instead of passing through it.
+    /// Whether the lamp circles the centre instead of passing through it.
     round: bool,
 }
 
-/// The region around something that stands at (x, y), between two distances from it and two heights.
+/// Returns the region around an object at (x, y), between two distances from it and two heights.
 fn around(x: f64, y: f64, [near, far]: [f64; 2], [low, high]: [f64; 2]) -> Air {
     let half = 0.5 * (high - low);
     let reach = [DVec3::new(near, near, 0.2 * half), DVec3::new(far, far, half)];
     Air { middle: DVec3::new(x, y, low + half), reach, round: true }
 }
 
-/// The region inside a box.
+/// Returns the region inside a box.
 fn within(middle: [f64; 3], half: [f64; 3]) -> Air {
     let half = DVec3::from(half);
     Air { middle: DVec3::from(middle), reach: [0.5 * half, half], round: false }
 }
 
-/// Place of column number `i`, counted counter-clockwise over all arcades without the corners.
+/// Returns the position of column `i`, counted counter-clockwise over all arcades, excluding the corners.
 fn column(i: usize) -> [f64; 2] {
     let [out, bay] = ARCADE;
     let along = bay * ((i % 5) as f64 - 2.0);
     [[along, -out], [out, along], [along, out], [-out, along]][i / 5 % 4]
 }
 
-/// The region of lamp number `i`. In every group of sixteen lamps, six circle around columns, four move under the arcades, and six above
-/// the court. The first lamps are spread over the whole scene, so that a few lamps light it too.
+/// Returns the region of lamp `i`. In every group of sixteen lamps, six circle columns, four move under the arcades, and six above the
+/// court. The first lamps are spread over the whole scene, so that even a few lamps light all of it.
 fn air(i: usize) -> Air {
     let [round, place] = [i / 16, i % 16];
-    // Lamps around free-standing things keep the distances of the tables below.
+    // Lamps around free-standing objects keep the distances in the tables below.
     let about = |nth: usize| {
         let [x, y] = column((6 * round + nth) * 7 % COLUMNS);
         around(x, y, [0.62, 0.92], [1.25, 2.3])
@@ -95,14 +95,14 @@ fn air(i: usize) -> Air {
     }
 }
 
-/// Position of lamp number `i` at a time.
+/// Returns the position of lamp `i` at a given time.
 fn position(i: usize, time_s: f64) -> DVec3 {
     let mut random = Random::new([SEED, i as u64]);
     let Air { middle, reach: [least, most], round } = air(i);
     let share = random.between(0.0, 1.0);
     let mut reach = least + (most - least) * share;
     let mut phase = [0; 3].map(|_| random.between(0.0, 1.0));
-    // Whole numbers of turns per period close the path. Where x and y have different numbers, the path is a Lissajous figure.
+    // A whole number of turns per period closes the path. If the numbers for x and y differ, the path is a Lissajous figure.
     let mut turns = [[1.0, 2.0, 3.0], [2.0, 1.0, 3.0], [1.0, 3.0, 2.0], [3.0, 2.0, 1.0]][i % 4];
     let mut period_s = random.between(18.0, 30.0);
     if round {
@@ -116,9 +116,10 @@ fn position(i: usize, time_s: f64) -> DVec3 {
     middle + reach * DVec3::new(swing(0), swing(1), swing(2))
 }
 
-/// `count` lamps at a time. Where there are more, each is weaker and ends earlier, so that all together are about as bright.
+/// Returns `count` lamps at a given time. With more lamps, each is weaker and has a smaller radius, so that the total brightness stays
+/// about the same.
 pub(in crate::scene) fn lights(count: usize, time_s: f64) -> Vec<Light> {
-    // The total, count · radius² · strength, stays the same. A limit keeps a few lamps from overexposing everything.
+    // The total, count · radius² · strength, stays the same. A limit keeps a few lamps from overexposing the scene.
     let fourth = (USUAL as f64 / count.max(1) as f64).sqrt().sqrt();
     let (radius, strength) = (RADIUS_WORLD * fourth, STRENGTH * (fourth * fourth).min(2.0));
     let light = |i: usize| Light {

@@ -1,19 +1,19 @@
-//! Shapes that only the courtyard has: arches and a ring in a knot.
+//! Shapes used only by the courtyard: arches and a knotted ring.
 
 use crate::scene::Mesh;
 use crate::scene::built_in::emitters::direction;
 use crate::scene::built_in::town_shapes::{Place, extrude};
 use glam::DVec3;
 
-/// Number of straight pieces per arch.
+/// Number of straight segments per arch.
 const PIECES: u32 = 20;
 
-/// A wall on arches. It runs along the y axis of its [`Place`], with its middle at the place's origin.
+/// A wall on arches. It runs along the y axis of its [`Place`] and is centred on the place's origin.
 pub(in crate::scene) struct Arches {
     pub count: u32,
-    /// From middle to middle of neighbouring arches.
+    /// Distance between the centres of neighbouring arches.
     pub bay: f64,
-    /// Radius of an arch: half a circle.
+    /// Radius of an arch, which is a semicircle.
     pub radius: f64,
     /// Height at which the arches begin, and height of the wall's top.
     pub heights: [f64; 2],
@@ -22,7 +22,7 @@ pub(in crate::scene) struct Arches {
 }
 
 impl Arches {
-    /// The middle of arch number `i`, along y.
+    /// Returns the centre of arch `i`, along y.
     fn middle(&self, i: u32) -> f64 {
         self.bay * (f64::from(i) + 0.5 - 0.5 * f64::from(self.count))
     }
@@ -42,11 +42,11 @@ impl Arches {
         extrude(mesh, place, [-half, half], &outline, &strip(below.len() as u32));
     }
 
-    /// Adds a band around each arch on both sides of the wall, which stands out of the wall by `out`.
+    /// Adds a band around each arch on both sides of the wall, protruding from it by `out`.
     pub(in crate::scene) fn frames(&self, mesh: &mut Mesh, place: &Place, width: f64, out: f64) {
         for i in 0..self.count {
             let middle = [self.middle(i), self.heights[0]];
-            // The band's opening is a bit narrower than the arch, so that the wall's edge is inside the band.
+            // The band's opening is slightly narrower than the arch, so that the wall's edge is inside the band.
             let (outer, inner) = (arc(middle, self.radius + width), arc(middle, self.radius - 0.3 * out));
             let outline: Vec<_> = inner.iter().rev().chain(&outer).copied().collect();
             let half = self.half_thickness;
@@ -57,7 +57,7 @@ impl Arches {
     }
 }
 
-/// The upper half of a circle about (y, z), from +y to −y.
+/// Returns the upper half of a circle around (y, z), from +y to −y.
 fn arc([y, z]: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
     let point = |i: u32| {
         let [across, up] = (radius * direction(0.5 * f64::from(i) / f64::from(PIECES))).to_array();
@@ -66,19 +66,19 @@ fn arc([y, z]: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
     (0..=PIECES).map(point).collect()
 }
 
-/// Triangles that fill an outline of `count` points from −y to +y, and then of as many points back, above them. Two triangles join each
-/// pair of a lower and an upper point to the next pair.
+/// Returns triangles that fill an outline of `count` points from −y to +y, followed by the same number of points back, above them. Two
+/// triangles join each pair of a lower and an upper point to the next pair.
 fn strip(count: u32) -> Vec<[u32; 3]> {
     let above = |i: u32| 2 * count - 1 - i;
     (0..count - 1).flat_map(|i| [[i, i + 1, above(i + 1)], [i, above(i + 1), above(i)]]).collect()
 }
 
-/// A trefoil knot of a round bar, as a closed surface, in the x-z plane about `middle`. It reaches `reach` from there.
+/// Adds a trefoil knot made of a round bar, as a closed surface, in the x-z plane around `middle`; `reach` is its outer radius.
 pub(in crate::scene) fn knot(mesh: &mut Mesh, middle: DVec3, reach: f64, thickness: f64) {
     const AROUND: u32 = 240;
     const SIDES: u32 = 18;
     let core = 0.62 * (reach - thickness);
-    // The bar turns three times about the core while the core goes around twice.
+    // The bar turns three times around the core while the core goes around twice.
     let at = |turn: f64| {
         let ([x, z], [out, side]) = (direction(2.0 * turn).to_array(), direction(3.0 * turn).to_array());
         let from_core = DVec3::new(x * out, side, z * out);

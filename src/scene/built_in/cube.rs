@@ -6,30 +6,30 @@ use rand::Rng;
 use rand_pcg::Pcg32;
 use std::f64::consts::PI;
 
-/// Particles in the cube.
+/// Number of particles in the cube.
 const PARTICLES: u32 = 8_192;
 
-/// The cube reaches from the origin to (8, 8, 8): a particle is one unit wide.
+/// Side of the cube, which extends from the origin to (8, 8, 8). A particle is one unit wide.
 const SIDE_WORLD: f64 = 8.0;
 
-/// Radius of a particle, whose diameter is an eighth of the side.
+/// Radius of a particle; its diameter is an eighth of the side.
 const RADIUS_WORLD: f64 = SIDE_WORLD / 16.0;
 
-/// Expected optical depth along an axis through the cube's middle. e⁻⁴ ≈ 2 % of the light comes through, so that nearly the whole range of
+/// Expected optical depth along an axis through the cube's centre. e⁻⁴ ≈ 2 % of the light passes through, so that nearly the whole range of
 /// transmittances occurs inside the cube.
 const OPTICAL_DEPTH: f64 = 4.0;
 
-/// The most lights that the scene may have.
+/// The largest number of lights in the scene.
 pub(in crate::scene) const MOST_LIGHTS: u32 = 64;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [8_192, 1];
 
-/// 8,192 spheres of one size, uniformly at random inside the cube (Particle Shadow Mapping's test case, *8K large particles*), under
-/// `count` directional lights. The first is slightly off the vertical; the others shine down from all around. The same bytes on every call
-/// and machine.
+/// Builds 8,192 spheres of one size, uniformly distributed at random in the cube (Particle Shadow Mapping's test case, *8K large
+/// particles*), under `count` directional lights. The first light is slightly off the vertical; the others shine down from all around. The
+/// result has the same bytes on every call and machine.
 pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
-    // The centres fill only a smaller cube, whose side and volume count here.
+    // The centres fill only a smaller cube, whose side and volume are used here.
     let centre_side = SIDE_WORLD - 2.0 * RADIUS_WORLD;
     let sphere_volume = 4.0 / 3.0 * PI * RADIUS_WORLD.powi(3);
     let spheres_along_the_middle = f64::from(PARTICLES) * sphere_volume / (centre_side * centre_side);
@@ -44,7 +44,7 @@ pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
             extinction,
         })
         .collect();
-    // Multiples of the golden angle, so that any number of directions are all different.
+    // Multiples of the golden angle, so that all directions are distinct for any count.
     let around = |i: u32| {
         let (turn, down) = (f64::from(i) * 2.399_963, 0.4 + 0.5 * f64::from(i % 7) / 7.0);
         DVec3::new(turn.cos(), turn.sin(), -down).normalize()

@@ -1,5 +1,5 @@
-//! Built-in scenes made from embedded data: `plume_8k`, `plume_64k`, `terrain`, `mohawk`. `data/README.md` says where the data is from and
-//! how it is packed.
+//! Built-in scenes made from embedded data: `plume_8k`, `plume_64k`, `terrain`, `mohawk`. `data/README.md` gives the data's origin and
+//! packing.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::model::random::Random;
@@ -13,45 +13,45 @@ const MOHAWK: &[u8] = include_bytes!("data/mohawk.bin");
 pub(in crate::scene) const GROUND: &[u8] = include_bytes!("data/ground.bin");
 pub(in crate::scene) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 
-/// The radius and the extinction of a part, relative to those of its particle: `plume_64k` divides each particle into eight parts. The
-/// eight parts together are as dark as the particle.
+/// Radius and extinction of a part, relative to its particle: `plume_64k` divides each particle into eight parts. The eight parts together
+/// are as dark as the particle.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 
-/// How far the parts' middles are from the particle's, at most, as a share of its radius: the parts fill the particle's volume.
+/// The greatest distance of a part's centre from the particle's, as a share of its radius: the parts fill the particle's volume.
 const APART: f32 = 0.788;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x64, 8];
 
-/// Vertices per side of the terrain.
+/// Number of vertices per side of the terrain.
 const SIDE: u32 = 52;
 
-/// Points per hair, and bytes per hair: the first point, the length of a step, then three numbers of steps for each further point.
+/// Number of points per hair, and bytes per hair: the first point, the length of a step, then three step counts for each further point.
 const POINTS: usize = 32;
 const HAIR_BYTES: usize = 16 + 3 * (POINTS - 1);
 
-/// Half a hair's width, as a share of the longest side of the box about all hair; and a hair's opacity. Both are those of a TressFX file
-/// without thickness; that format has no opacity.
+/// Half a hair's width, as a share of the longest side of the box around all hair; and a hair's opacity. Both match a TressFX file without
+/// thickness; that format has no opacity.
 const RADIUS: f32 = 1.0 / 800.0;
 const OPACITY: f32 = 0.5;
 
-/// Vectors of three little-endian floats.
+/// Decodes vectors of three little-endian floats.
 pub(in crate::scene) fn vectors(bytes: &[u8]) -> Vec<[f32; 3]> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
-/// A white directional light, with its direction rounded like that of a scene file.
+/// Returns a white directional light, with its direction rounded like that of a scene file.
 pub(in crate::scene) fn sun(direction: DVec3) -> Light {
     let direction = stage::unit(direction).unwrap_or(DVec3::NEG_Z);
     Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Smoke from three emitters, taken from a simulation. z is up; a world unit is a cell of that simulation.
+/// Builds the smoke of three emitters, taken from a simulation. z is up; a world unit is a cell of that simulation.
 pub(in crate::scene) fn plume_8k() -> Scene {
     plume("plume_8k", bytemuck::pod_collect_to_vec(PLUME))
 }
 
-/// The smoke of [`plume_8k`], with each particle divided into eight smaller ones.
+/// Builds the smoke of [`plume_8k`], with each particle divided into eight smaller ones.
 pub(in crate::scene) fn plume_64k() -> Scene {
     let mut random = Random::new(SEED);
     let whole = plume_8k().particles;
@@ -80,7 +80,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
     }
 }
 
-/// Mountains as an open mesh, 2 units per side, y up.
+/// Builds mountains as an open mesh, 2 units per side, y up.
 pub(in crate::scene) fn terrain() -> Result<Scene> {
     let place = |i: u32| -1.0 + 2.0 / (SIDE - 1) as f32 * i as f32;
     let heights = bytemuck::pod_collect_to_vec::<u8, f32>(TERRAIN);
@@ -97,7 +97,7 @@ pub(in crate::scene) fn terrain() -> Result<Scene> {
     under_a_fitted_light("terrain", Contents { meshes: vec![mesh], ..Contents::default() })
 }
 
-/// 2,228 hairs of 31 segments, from real data, y up.
+/// Builds 2,228 hairs of 31 segments, from real data, y up.
 pub(in crate::scene) fn mohawk() -> Result<Scene> {
     let hairs: Vec<Vec<[f32; 3]>> = MOHAWK.chunks_exact(HAIR_BYTES).map(hair).collect();
     let points = || hairs.iter().flatten().map(|point| Vec3::from(*point));
@@ -110,7 +110,7 @@ pub(in crate::scene) fn mohawk() -> Result<Scene> {
     under_a_fitted_light("mohawk", Contents { strands, ..Contents::default() })
 }
 
-/// The points of a packed hair.
+/// Returns the points of a packed hair.
 fn hair(bytes: &[u8]) -> Vec<[f32; 3]> {
     let (floats, steps) = bytes.split_at(16);
     let floats: Vec<f32> = bytemuck::pod_collect_to_vec(floats);
@@ -131,5 +131,5 @@ fn under_a_fitted_light(name: &str, contents: Contents) -> Result<Scene> {
     Ok(contents.scene(name.into(), vec![default_view::light(DVec3::Y)], camera))
 }
 
-// The data is used without swapping bytes.
+// The data is used without byte swapping.
 const _: () = assert!(cfg!(target_endian = "little"), "the data is little-endian");

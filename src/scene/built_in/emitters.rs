@@ -1,8 +1,8 @@
 //! The built-in scene `three-emitters`: two smoke plumes and a steam jet over a ground plane.
 //!
-//! A particle's path depends only on its emitter, its number and the time. So the scene at any time is computed from the particles that
-//! live then, however long the emitters have been running. Only operations whose result IEEE 754 fixes are used (no `sin`, no `exp`): the
-//! same bytes on every machine.
+//! A particle's path depends only on its emitter, its number and the time. So the scene at any time is computed from the particles alive
+//! then, no matter how long the emitters have been running. Only operations with results fixed by IEEE 754 are used (no `sin`, no `exp`),
+//! so the bytes are the same on every machine.
 
 use crate::Result;
 use crate::scene::model::time::{check_time, wave};
@@ -12,36 +12,36 @@ use rand::Rng;
 use rand_pcg::Pcg32;
 use rayon::prelude::*;
 
-/// The simulation's step, seconds. A particle takes whole steps from its birth and one shorter step at the end.
+/// The simulation's time step, in seconds. A particle takes whole steps from its birth and one shorter step at the end.
 const STEP_S: f64 = 1.0 / 30.0;
 
-/// Random numbers set aside for each particle; more than it draws.
+/// Number of random numbers reserved for each particle, which is more than it draws.
 const DRAWS_PER_PARTICLE: u64 = 16;
 
 /// Half the side of the ground.
 const GROUND_HALF_WORLD: f32 = 5.0;
 
-/// The steady stream of one emitter.
+/// A continuous emitter.
 pub(in crate::scene) struct Emitter {
     /// State and stream of its random numbers.
     pub(in crate::scene) seed: [u64; 2],
-    /// Particles alive at once, from `lifetime_s` on.
+    /// Number of particles alive at once, from `lifetime_s` on.
     pub(in crate::scene) capacity: u64,
     pub(in crate::scene) lifetime_s: f64,
     pub(in crate::scene) position: DVec3,
-    /// Particles start on a disc of this radius about `position`.
+    /// Radius of the disc around `position` on which particles start.
     pub(in crate::scene) nozzle_radius_world: f64,
-    /// Velocity at birth, units / s.
+    /// Velocity at birth, in units / s.
     pub(in crate::scene) velocity: DVec3,
-    /// Longest random addition to `velocity`, units / s.
+    /// Greatest random addition to `velocity`, in units / s.
     pub(in crate::scene) velocity_spread: f64,
-    /// How fast the air carries a particle up, units / s: hot at birth, cooled at the end of its life.
+    /// How fast the air carries a particle up, in units / s: hot at birth, cooled at the end of its life.
     pub(in crate::scene) rise: [f64; 2],
-    /// How fast a particle takes on the air's velocity, 1 / s.
+    /// How fast a particle adopts the air's velocity, in 1 / s.
     pub(in crate::scene) drag: f64,
-    /// Speed of the swirling air, units / s.
+    /// Speed of the swirling air, in units / s.
     pub(in crate::scene) swirl: f64,
-    /// Longest random sideways drift, units / s: turbulence finer than the swirl widens the plume.
+    /// Greatest random sideways drift, in units / s: turbulence finer than the swirl, which widens the plume.
     pub(in crate::scene) drift: f64,
     /// Radius at birth and at the end of life.
     pub(in crate::scene) radius_world: [f64; 2],
@@ -49,7 +49,8 @@ pub(in crate::scene) struct Emitter {
     pub(in crate::scene) optical_depth: f64,
 }
 
-/// Three, as in Intel's AVSM sample: plume (particles live 15 s), plume (18 s), steam jet (6 s); 5,000 particles together.
+/// Three emitters, as in Intel's AVSM sample: a plume (particles live 15 s), another plume (18 s) and a steam jet (6 s); 5,000 particles in
+/// total.
 const EMITTERS: [Emitter; 3] = [
     Emitter {
         seed: [0x5eed_0001, 11],
@@ -101,11 +102,11 @@ const EMITTERS: [Emitter; 3] = [
 /// A mode of the swirling air: a wave of velocity that varies along `wave_vector` (periods / unit).
 struct SwirlMode {
     wave_vector: DVec3,
-    /// The cross product of the wave vector and this is the direction of the air.
+    /// The cross product of the wave vector and this vector is the direction of the air.
     potential: DVec3,
-    /// Periods / s.
+    /// Temporal frequency, in periods / s.
     frequency: f64,
-    /// Periods.
+    /// Phase, in periods.
     phase: f64,
     /// Factor of the emitter's swirl.
     strength: f64,
@@ -131,20 +132,20 @@ const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase:
     }
 }
 
-/// The particles of `emitters` after they have been running for `time_s` seconds; `scene` is for messages.
+/// Returns the particles of `emitters` after they have been running for `time_s` seconds; `scene` is the name used in messages.
 ///
 /// # Errors
-/// As [`check_time`].
+/// Same as [`check_time`].
 pub(in crate::scene) fn smoke(scene: &str, emitters: &[Emitter], time_s: f64) -> Result<Vec<Particle>> {
     smoke_after(scene, emitters, time_s, &mut Smoke::default())
 }
 
-/// The state of particles after their last whole step, so that the next frame continues from there. The result has the same bits as
-/// following each particle from its birth.
+/// The state of particles after their last whole step, from which the next frame continues. The result has the same bits as following each
+/// particle from its birth.
 #[derive(Clone, Debug, Default)]
 pub struct Smoke(Vec<Traces>);
 
-/// States of an emitter's particles, numbered from `first` on.
+/// States of an emitter's particles, numbered from `first`.
 #[derive(Clone, Debug, Default)]
 struct Traces {
     first: u64,
@@ -162,7 +163,7 @@ struct Trace {
     steps: u32,
 }
 
-/// As [`smoke`], continuing from the states in `before`.
+/// Like [`smoke`], but continues from the states in `before`.
 pub(in crate::scene) fn smoke_after(
     scene: &str,
     emitters: &[Emitter],
@@ -171,7 +172,7 @@ pub(in crate::scene) fn smoke_after(
 ) -> Result<Vec<Particle>> {
     check_time(scene, time_s)?;
     before.0.resize_with(emitters.len(), Traces::default);
-    // The air's direction in each mode is at right angles to the wave vector, so that the air is free of divergence.
+    // The air's direction in each mode is perpendicular to the wave vector, so the air is divergence-free.
     let directions = SWIRL_MODES.map(|mode| {
         let direction = mode.wave_vector.cross(mode.potential).normalize_or_zero();
         (mode, direction)
@@ -180,7 +181,7 @@ pub(in crate::scene) fn smoke_after(
     Ok(emitted.collect())
 }
 
-/// The square ground plane at z = 0.
+/// Builds the square ground plane at z = 0.
 pub(in crate::scene) fn ground(half: f32) -> Mesh {
     Mesh {
         name: "ground".into(),
@@ -191,15 +192,15 @@ pub(in crate::scene) fn ground(half: f32) -> Mesh {
     }
 }
 
-/// The smoke of `three-emitters` at a time.
+/// Returns the smoke of `three-emitters` at a given time.
 ///
 /// # Errors
-/// As [`smoke`].
+/// Same as [`smoke`].
 pub(crate) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
     smoke_after("three-emitters", &EMITTERS, time_s, before)
 }
 
-/// The most particles of these emitters that live at once.
+/// Returns the largest number of particles of these emitters that are alive at once.
 pub(in crate::scene) const fn most(emitters: &[Emitter]) -> usize {
     let (mut sum, mut i) = (0, 0);
     while i < emitters.len() {
@@ -209,11 +210,11 @@ pub(in crate::scene) const fn most(emitters: &[Emitter]) -> usize {
     sum
 }
 
-/// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
-/// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
+/// Builds the scene after the emitters have been running for `time_s` seconds, with units of about a metre, z up: 5,000 particles from 18 s
+/// on. The light is slanted so that one plume's shadow falls on the other and on the ground.
 ///
 /// # Errors
-/// As [`smoke`].
+/// Same as [`smoke`].
 pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
     let particles = particles(time_s, &mut Smoke::default())?;
     Ok(Scene {
@@ -236,7 +237,7 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
     })
 }
 
-/// The emitter's living particles, oldest first.
+/// Returns the emitter's living particles, oldest first.
 fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64, was: &mut Traces) -> Vec<Particle> {
     let interval_s = emitter.lifetime_s / emitter.capacity as f64;
     let newest = (time_s / interval_s) as u64;
@@ -246,8 +247,8 @@ fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64, was: &mut 
         let birth_s = number as f64 * interval_s;
         let age_s = (time_s - birth_s).max(0.0);
         let known = number.checked_sub(before.first).and_then(|at| before.all.get(at as usize));
-        // The known state may be later than this frame, when the particle is younger. It can be used only if all of its steps are whole
-        // steps at this age too.
+        // If time moved backwards, the known state may be later than this frame. It can be used only if all its steps are whole steps at
+        // this age too.
         let goes_on = |trace: &&Trace| trace.steps == 0 || age_s - f64::from(trace.steps - 1) * STEP_S >= STEP_S;
         let mut trace = known.filter(goes_on).copied().unwrap_or_else(|| born(emitter, number));
         let particle = go(emitter, modes, &mut trace, birth_s, age_s);
@@ -258,12 +259,12 @@ fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64, was: &mut 
     particles
 }
 
-/// The particle of that number at its birth.
+/// Returns the state of particle `number` at its birth.
 fn born(emitter: &Emitter, number: u64) -> Trace {
     let mut random = Pcg32::new(emitter.seed[0], emitter.seed[1]);
     random.advance(number * DRAWS_PER_PARTICLE);
     let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
-    // The root makes the disc evenly filled.
+    // The square root fills the disc uniformly.
     let start = direction(fraction()) * fraction().sqrt() * emitter.nozzle_radius_world;
     let kick = direction(fraction()) * fraction() * emitter.velocity_spread;
     let drift = direction(fraction()) * fraction() * emitter.drift;
@@ -274,7 +275,7 @@ fn born(emitter: &Emitter, number: u64) -> Trace {
     Trace { drift, rise_factor, size_factor, position, velocity: emitter.velocity + kick.extend(0.0), steps: 0 }
 }
 
-/// The particle `age_s` after its birth. `trace` advances by the whole steps.
+/// Returns the particle `age_s` after its birth, and advances `trace` by the whole steps.
 fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_s: f64, age_s: f64) -> Particle {
     let Trace { drift, rise_factor, size_factor, mut position, mut velocity, steps } = *trace;
     for step in steps..(age_s / STEP_S).ceil() as u32 {
@@ -303,8 +304,8 @@ fn go(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], trace: &mut Trace, birth_
     }
 }
 
-/// The velocity of the swirling air, at most a few units / s. Any function of the phase alone is free of divergence if its direction is at
-/// right angles to the wave vector.
+/// Returns the velocity of the swirling air, at most a few units / s. Any function of the phase alone is divergence-free if its direction
+/// is perpendicular to the wave vector.
 fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
     let velocity = |(mode, direction): &(SwirlMode, DVec3)| {
         let periods = mode.wave_vector.dot(position) + mode.frequency * time_s + mode.phase;
@@ -313,7 +314,7 @@ fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
     modes.iter().map(velocity).sum()
 }
 
-/// The unit vector a fraction of a full turn away from +x.
+/// Returns the unit vector `turn` full turns counter-clockwise from +x.
 pub(in crate::scene) fn direction(turn: f64) -> DVec2 {
     DVec2::new(wave(turn + 0.25), wave(turn)).normalize_or_zero()
 }
@@ -322,7 +323,7 @@ fn mix([from, to]: [f64; 2], fraction: f64) -> f64 {
     from + (to - from) * fraction
 }
 
-/// 0 below 0, 1 above 1, smooth between.
+/// Returns 0 below 0, 1 above 1, and a smooth transition in between.
 fn smooth(fraction: f64) -> f64 {
     let fraction = fraction.clamp(0.0, 1.0);
     fraction * fraction * (3.0 - 2.0 * fraction)
@@ -332,7 +333,7 @@ fn smooth(fraction: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Smoke that continues from earlier states has the same bits as smoke that is followed from its birth: for frames of any length,
+    /// Smoke that continues from earlier states must have the same bits as smoke followed from its birth: for frames of any length,
     /// backwards, and after a leap.
     #[test]
     fn smoke_goes_on_as_it_began() {

@@ -1,29 +1,29 @@
-//! The built-in scene `failures`: five rows, each with a known failure of techniques, in front of a wall. The light comes from the left and
-//! grazes the wall, so that each row's shadow on it shows transmittance along the ray. Smoke continues behind the wall; with `skip=off`
+//! The built-in scene `failures`: five rows, each showing a known failure of techniques, in front of a wall. The light comes from the left
+//! and grazes the wall, so that each row's shadow on it shows transmittance along the ray. Smoke continues behind the wall; with `skip=off`
 //! techniques store that part too.
 //!
-//! Only operations whose result IEEE 754 fixes are used: the same bytes on every machine.
+//! Only operations with results fixed by IEEE 754 are used, so the bytes are the same on every machine.
 
 use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Strand};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Distance from a row's bottom to the next row's, and the height of a row.
+/// Distance between the bottoms of neighbouring rows, and height of a row.
 const ROW_WORLD: [f64; 2] = [0.85, 0.6];
 
-/// The lowest row's bottom.
+/// Bottom of the lowest row.
 const BOTTOM_WORLD: f64 = 0.35;
 
 /// `WALL_WORLD`: y of the wall. `DEEP_WORLD`: y at which smoke and hair end. That is behind the wall, so that a light ray meets casters
-/// both before and behind its place on the wall.
+/// both before and behind the point where it hits the wall.
 const WALL_WORLD: f64 = 2.2;
 const DEEP_WORLD: f64 = 4.8;
 
-/// A sphere's radius over the distance to the next. With this overlap, the spheres make an even medium.
+/// A sphere's radius divided by the distance to the next. With this overlap, the spheres form an even medium.
 const OVERLAP: f64 = 1.2;
 
-/// A sphere's volume over the cube of its radius.
+/// A sphere's volume divided by the cube of its radius.
 const BALL: f64 = 4.0 / 3.0 * std::f64::consts::PI;
 
 /// Hairs of the lowest row: their number, half the width of each, and opacity.
@@ -42,17 +42,17 @@ impl Random {
     }
 }
 
-/// z of the bottom and top of row `from_below`, counted from the lowest.
+/// Returns z of the bottom and top of row `from_below`, counted from the lowest.
 fn row(from_below: u32) -> [f64; 2] {
     let low = BOTTOM_WORLD + f64::from(from_below) * ROW_WORLD[0];
     [low, low + ROW_WORLD[1]]
 }
 
-/// Five rows under one directional light. From the top: a slab of even smoke; two walls of smoke with a gap between them; a thin sheet; a
-/// dense wall in fog; fine hair. The scene has the same bytes on every call and machine.
+/// Builds five rows under one directional light. From the top: a slab of even smoke; two walls of smoke with a gap between them; a thin
+/// sheet; a dense wall in fog; fine hair. The result has the same bytes on every call and machine.
 pub(in crate::scene) fn failures() -> Scene {
     let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
-    // Row; begin and length along x; distance between spheres; optical depth along x.
+    // Row; start and length along x; distance between spheres; optical depth along x.
     let particles = [
         (4, [2.0, 3.0], 0.12, 3.0),
         (3, [0.8, 0.4], 0.1, 0.7),
@@ -91,18 +91,18 @@ pub(in crate::scene) fn failures() -> Scene {
     }
 }
 
-/// Fills a row with spheres, from x = `along[0]` over a length of `along[1]`. Each is near its place in a grid.
+/// Fills a row with spheres, from x = `along[0]` over a length of `along[1]`. Each is jittered within its grid cell.
 fn smoke(random: &mut Random, [low, high]: [f64; 2], along: [f64; 2], apart: f64, optical_depth: f64) -> Vec<Particle> {
     let (corner, sides) = (DVec3::new(along[0], 0.0, low), DVec3::new(along[1], DEEP_WORLD, high - low));
     let [nx, ny, nz] = (sides / apart).round().max(DVec3::ONE).to_array().map(|count| count as u32);
     let cell = sides / DVec3::new(f64::from(nx), f64::from(ny), f64::from(nz));
     let radius = OVERLAP * apart;
     let volume = BALL * radius * radius * radius;
-    // Extinction is averaged over a cell of the grid: each cell has one sphere's volume of smoke.
+    // Extinction is averaged over a cell of the grid: each cell contains one sphere's volume of smoke.
     let extinction = optical_depth / along[1] * (cell.x * cell.y * cell.z) / volume;
     let mut particles = Vec::new();
     for (i, j, k) in (0..nx).flat_map(|i| (0..ny).flat_map(move |j| (0..nz).map(move |k| (i, j, k)))) {
-        // Where the grid is only one sphere thick, spheres stay in line.
+        // If the grid is only one sphere thick, spheres stay aligned.
         let moved = [nx, ny, nz].map(|count| if count > 1 { random.between(0.2, 0.8) } else { 0.5 });
         let place = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) + DVec3::from(moved);
         let position = (corner + cell * place).as_vec3().into();
@@ -111,7 +111,7 @@ fn smoke(random: &mut Random, [low, high]: [f64; 2], along: [f64; 2], apart: f64
     particles
 }
 
-/// An open mesh, a bit wider and higher than the rows.
+/// Builds an open mesh, slightly wider and higher than the rows.
 fn wall() -> Mesh {
     let corner = |x: f32, z: f32| [x, WALL_WORLD as f32, z];
     Mesh {

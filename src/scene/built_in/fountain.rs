@@ -1,4 +1,4 @@
-//! The built-in scene `fountain`: particles that the device simulates, over a bowl, between steps and columns.
+//! The built-in scene `fountain`: particles simulated on the device, over a bowl, between steps and columns.
 
 use crate::Result;
 use crate::scene::built_in::emitters::ground;
@@ -9,10 +9,10 @@ use crate::scene::model::time::check_time;
 use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Scene};
 use glam::{DVec2, DVec3};
 
-/// Half the side of the ground, a little less than that of the grid.
+/// Half the side of the ground, slightly less than half the grid's.
 const GROUND_HALF_WORLD: f32 = 3.9;
 
-/// The bowl's outline from its foot up, over its rim and down inside: distance from the axis, height.
+/// The bowl's profile from its foot up, over its rim and down inside: distance from the axis, height.
 const BOWL: [[f64; 2]; 7] =
     [[0.28, 1.1], [0.75, 1.22], [1.15, 1.62], [1.02, 1.66], [0.66, 1.38], [0.3, 1.3], [0.1, 1.28]];
 
@@ -22,16 +22,16 @@ const SIDES: u32 = 32;
 /// Columns: x, y, height.
 const COLUMNS: [[f64; 3]; 4] = [[-2.2, 1.2, 2.6], [-1.1, 2.4, 3.2], [1.1, 2.4, 3.2], [2.2, 1.2, 2.6]];
 
-/// The particles at a time, with the same bytes as on the device.
+/// Returns the particles at a given time, with the same bytes as on the device.
 pub(crate) fn particles(fountain: &Fountain, time_s: f64) -> Result<Vec<Particle>> {
     check_time("fountain", time_s)?;
     Ok(fountain_steps::particles(fountain, &meshes(), fountain.step_at(time_s)))
 }
 
-/// The scene at a time, with `particles` particles, in units of about a metre, z up.
+/// Builds the scene at a given time, with `particles` particles, in units of about a metre, z up.
 ///
 /// # Errors
-/// [`Error::Usage`](crate::Error::Usage): `time_s` is not in [0, 3600].
+/// [`Error::Usage`](crate::Error::Usage) if `time_s` is not in [0, 3600].
 pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Result<Scene> {
     let fountain = Fountain::new(particles);
     Ok(Scene {
@@ -54,7 +54,7 @@ pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Res
     })
 }
 
-/// The meshes, which stand still: a ground, and closed shapes on it.
+/// Builds the static meshes: a ground, and closed shapes on it.
 fn meshes() -> Vec<Mesh> {
     let world = Place { origin: DVec3::ZERO, along: DVec2::X };
     let mut bowl = empty("bowl", [0.62, 0.6, 0.56]);
@@ -72,7 +72,7 @@ fn meshes() -> Vec<Mesh> {
         tube(&mut columns, &upright([x, y], 0.0, height, 0.16), SIDES);
         block(&mut columns, &world, [x - 0.24, y - 0.24, height - 0.05], [x + 0.24, y + 0.24, height + 0.15]);
     }
-    // Steps that rise to the left of the bowl, each a quarter of a unit higher than the one before.
+    // Steps to the left of the bowl, each a quarter of a unit higher than the previous one.
     let mut steps = empty("steps", [0.5, 0.52, 0.56]);
     for i in 0..4 {
         let (rise, left) = (0.25 * f64::from(i + 1), -1.9 - 0.4 * f64::from(i));
@@ -84,7 +84,7 @@ fn meshes() -> Vec<Mesh> {
     {
         block(&mut rim, &world, [low[0], low[1], 0.0], [high[0], high[1], 0.3]);
     }
-    // Darker than the particles that fall on it.
+    // The ground is darker than the particles that fall on it.
     let ground = Mesh { albedo: [0.3, 0.33, 0.36], ..ground(GROUND_HALF_WORLD) };
     vec![ground, bowl, columns, steps, rim]
 }

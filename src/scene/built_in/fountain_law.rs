@@ -5,23 +5,23 @@ use crate::scene::{ParticleBox, Place, Reserve};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// Steps per second of the world's time.
+/// Simulation steps per second of the world's time.
 const STEPS_PER_SECOND: f64 = 60.0;
 
-/// Up to this number of particles, each has its greatest size and density; more particles are smaller and thinner.
+/// Up to this number of particles, each has its greatest size and density; if there are more, they are smaller and thinner.
 const FEW: f64 = 1024.0;
 
-/// Where particles are born. Twin: Jet in glsl/animate/simulate/law.glsl.
+/// A source of particles. Twin: Jet in glsl/animate/simulate/law.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Jet {
-    /// The middle of the cube in which particles are born.
+    /// Centre of the cube in which particles are born.
     pub position: [f32; 3],
-    /// The cube's side.
+    /// Side of the cube.
     pub width: f32,
-    /// Mean velocity of a new particle, world units per step.
+    /// Mean velocity of a new particle, in world units per step.
     pub speed: [f32; 3],
-    /// The greatest random change of the velocity, along each axis.
+    /// Greatest random change of the velocity along each axis.
     pub spread: f32,
 }
 
@@ -29,25 +29,25 @@ pub struct Jet {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Law {
-    /// Low corner of the box in which particles' middles stay.
+    /// Low corner of the box in which particle centres stay.
     pub low: [f32; 3],
     /// High corner of that box.
     pub high: [f32; 3],
-    /// Change of velocity per step downwards, along −z.
+    /// Change of velocity per step, downwards along −z.
     pub gravity: f32,
-    /// The share of its velocity that a particle keeps per step.
+    /// Share of its velocity that a particle keeps per step.
     pub drag: f32,
-    /// Velocity gained per step and per unit of distance to the attractor, near the attractor.
+    /// Velocity gained per step and unit of distance to the attractor, near the attractor.
     pub pull: f32,
-    /// 1 over the square of the attractor's reach.
+    /// 1 over the square of the attractor's range.
     pub reach: f32,
-    /// The share of its velocity with which a particle bounces back from what it hits.
+    /// Share of its velocity with which a particle bounces back from a surface.
     pub bounce: f32,
-    /// The share of its velocity along the surface that a particle keeps when it hits something.
+    /// Share of its tangential velocity that a particle keeps when it hits a surface.
     pub slide: f32,
-    /// A velocity along an axis that is smaller than this becomes 0.
+    /// Velocities along an axis below this value become 0.
     pub rest: f32,
-    /// The greatest velocity along an axis.
+    /// Greatest velocity along an axis.
     pub fastest: f32,
     /// Radius of the largest particle.
     pub radius: f32,
@@ -57,16 +57,16 @@ pub struct Law {
     pub appear: f32,
     /// 1 over the number of steps in which an old particle fades out.
     pub vanish: f32,
-    /// Steps from a particle's birth to its next birth.
+    /// Number of steps from a particle's birth to its next birth.
     pub life: u32,
 }
 
-/// A fountain of particles that jump, fall and are pulled by an attractor.
+/// A fountain of particles that leap, fall and are pulled by an attractor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fountain {
-    /// How many, from 1 to 4,000,000.
+    /// Number of particles, from 1 to 4,000,000.
     pub particles: u32,
-    /// A fixed place for the attractor; none where it wanders.
+    /// Fixed position of the attractor; None if it wanders.
     pub attractor: Option<[f32; 3]>,
     /// Gravity as a multiple of the earth's, 0 to [`MOST_GRAVITY`].
     pub gravity: f32,
@@ -76,14 +76,14 @@ pub struct Fountain {
 pub const MOST_GRAVITY: f64 = 10.0;
 
 impl Fountain {
-    /// A fountain of `particles` particles under the earth's gravity, with an attractor that wanders.
+    /// Creates a fountain of `particles` particles under the earth's gravity, with an attractor that wanders.
     pub fn new(particles: u32) -> Self {
         Self { particles, attractor: None, gravity: 1.0 }
     }
 
-    /// The constants of the motion. More particles are smaller, so that all together take as much light.
+    /// Returns the constants of the motion. With more particles, each is smaller, so that in total they absorb the same amount of light.
     pub fn law(&self) -> Law {
-        // A fourth root by two square roots, which give the same bits on every machine.
+        // A fourth root as two square roots, which give the same bits on every machine.
         let share = (FEW / f64::from(self.particles)).min(1.0).sqrt().sqrt();
         Law {
             low: [-3.75, -3.75, 0.125],
@@ -105,15 +105,15 @@ impl Fountain {
         }
     }
 
-    /// What a scene of this fountain has at most.
+    /// Returns the upper bounds of a scene with this fountain.
     pub(in crate::scene) fn reserve(&self) -> Reserve {
         let law = self.law();
         let stay_in = Some(ParticleBox { low: law.low, high: law.high, radius: law.radius });
         Reserve { particles: self.particles as usize, stay_in, ..Reserve::default() }
     }
 
-    /// The jets at which particles are born, each with the same probability. Four of them are the same jet in the middle, which so has half
-    /// of the particles.
+    /// Returns the jets at which particles are born, each with the same probability. Four entries are the same central jet, which thus
+    /// emits half of the particles.
     pub fn jets(&self) -> [Jet; 8] {
         let middle = Jet { position: [0.0, 0.0, 1.85], width: 0.16, speed: [0.0, 0.0, 0.104], spread: 0.016 };
         let corner = |x: f32, y: f32| Jet {
@@ -126,7 +126,7 @@ impl Fountain {
         std::array::from_fn(|i| if i < 4 { middle } else { corners[i - 4] })
     }
 
-    /// Where the attractor is at a step.
+    /// Returns the attractor's position at a step.
     pub fn attractor(&self, step: u32) -> [f32; 3] {
         if let Some(stands) = self.attractor {
             return stands;
@@ -136,12 +136,12 @@ impl Fountain {
         at.as_vec3().to_array()
     }
 
-    /// The step nearest to a time. Time 0 is one particle's life after step 0, so that the fountain is already running then.
+    /// Returns the step nearest to a time. Time 0 is one particle lifetime after step 0, so that the fountain is already running then.
     pub fn step_at(&self, time_s: f64) -> u32 {
         self.law().life + (time_s * STEPS_PER_SECOND).round() as u32
     }
 
-    /// The grid of the meshes that particles bounce off. Its place is a constant, not fitted, so that the twin has the same bits.
+    /// Returns the grid of the meshes that particles bounce off. Its placement is constant, not fitted, so that the twin has the same bits.
     pub fn place(&self) -> Place {
         // The ground, z = 0, runs through the middle of voxels.
         Place { origin: [-4.0, -4.0, -1.031_25], voxel: 0.0625, per_unit: 16.0, size: 128 }

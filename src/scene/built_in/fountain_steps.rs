@@ -1,5 +1,5 @@
-//! The particles of a fountain. Twin of glsl/animate/simulate/, with the same bytes: neither divides, fuses or reorders operations, and random
-//! numbers are integers.
+//! The particles of a fountain. Twin of glsl/animate/simulate/, with the same bytes: neither divides, fuses or reorders operations, and
+//! random numbers are integers.
 
 use super::fountain_law::{Fountain, Jet, Law};
 use crate::scene::model::voxels::Bits;
@@ -7,7 +7,7 @@ use crate::scene::{Body, Mesh, Particle, Place};
 use rayon::prelude::*;
 use std::array::from_fn;
 
-/// The data that all steps share.
+/// Data shared by all steps.
 pub struct Rules {
     law: Law,
     jets: [Jet; 8],
@@ -16,7 +16,7 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// The rules of a fountain among these meshes.
+    /// Returns the rules of a fountain among these meshes.
     pub fn of(fountain: &Fountain, meshes: &[Mesh]) -> Self {
         let place = fountain.place();
         let corners = |m: &Mesh| -> Vec<_> {
@@ -27,12 +27,12 @@ impl Rules {
         Self { law: fountain.law(), jets: fountain.jets(), place, solid }
     }
 
-    /// The voxels that particles bounce off.
+    /// Returns the voxels that particles bounce off.
     pub fn solid(&self) -> &Bits {
         &self.solid
     }
 
-    /// Whether a place lies in an occupied voxel.
+    /// Returns whether a position is in an occupied voxel.
     pub fn is_solid(&self, position: [f32; 3]) -> bool {
         self.has(voxel_of(&self.place, position))
     }
@@ -42,13 +42,13 @@ impl Rules {
         inside && self.solid.has(0, voxel.map(|v| v as u32))
     }
 
-    /// Steps since the particle's last birth, and how many times it was born before.
+    /// Returns the number of steps since the particle's last birth, and the number of its earlier births.
     pub fn age(&self, particle: u32, step: u32) -> (u32, u32) {
         let at = step + pcg(particle) % self.law.life;
         (at % self.law.life, at / self.law.life)
     }
 
-    /// One step of one particle. Twin: glsl/animate/simulate/step.comp.
+    /// Advances one particle by one step. Twin: glsl/animate/simulate/step.comp.
     pub fn step(&self, particle: u32, step: u32, attractor: [f32; 3], body: &mut Body) {
         let (age, births) = self.age(particle, step);
         if age == 0 {
@@ -105,7 +105,7 @@ impl Rules {
         body.speed[..3].copy_from_slice(&speed);
     }
 
-    /// Whether a move along an axis enters an occupied voxel. Twin: is_met.
+    /// Returns whether a move along an axis enters an occupied voxel. Twin: is_met.
     fn is_met(&self, from: [f32; 3], axis: usize, to: f32) -> bool {
         let mut voxel = voxel_of(&self.place, from);
         let mut end = from;
@@ -120,7 +120,8 @@ impl Rules {
         false
     }
 
-    /// The particle as a caster, which fades in after birth and out before its end. Twin: the end of main in glsl/animate/simulate/step.comp.
+    /// Returns the particle as a caster, which fades in after birth and out before its end. Twin: the end of main in
+    /// glsl/animate/simulate/step.comp.
     fn particle(&self, age: u32, body: &Body) -> Particle {
         let [x, y, z, radius] = body.place;
         let appear = (age + 1) as f32 * self.law.appear;
@@ -130,7 +131,7 @@ impl Rules {
     }
 }
 
-/// All particles at a step. Each is followed from its last birth alone, so that later steps take no longer to compute.
+/// Returns all particles at a step. Each is simulated only from its last birth, so that later steps cost no more.
 pub fn bodies(fountain: &Fountain, rules: &Rules, step: u32) -> Vec<Body> {
     let first = (step + 1).saturating_sub(rules.law.life);
     let attractors: Vec<_> = (first..=step).map(|s| fountain.attractor(s)).collect();
@@ -145,7 +146,7 @@ pub fn bodies(fountain: &Fountain, rules: &Rules, step: u32) -> Vec<Body> {
     followed.collect()
 }
 
-/// All particles at a step, as casters.
+/// Returns all particles at a step, as casters.
 pub fn particles(fountain: &Fountain, meshes: &[Mesh], step: u32) -> Vec<Particle> {
     let rules = Rules::of(fountain, meshes);
     let bodies = bodies(fountain, &rules, step);
@@ -153,14 +154,14 @@ pub fn particles(fountain: &Fountain, meshes: &[Mesh], step: u32) -> Vec<Particl
     (0..).zip(&bodies).map(seen).collect()
 }
 
-/// A pseudo-random number from a number. Source: Jarzynski and Olano 2020, Hash functions for GPU rendering, pcg. Twin: pcg.
+/// Hashes a number to a pseudo-random number. Source: Jarzynski and Olano 2020, Hash functions for GPU rendering, pcg. Twin: pcg.
 pub fn pcg(value: u32) -> u32 {
     let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
     (word >> 22) ^ word
 }
 
-/// Sixteen bits as a number from 0 to 1, exactly. Twin: share_of.
+/// Converts sixteen bits to a number from 0 to 1, exactly. Twin: share_of.
 fn half(bits: u32) -> f32 {
     bits as f32 * (1.0 / 65536.0)
 }

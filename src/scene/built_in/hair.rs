@@ -1,6 +1,6 @@
 //! The built-in scene `hair`: a head with locks of curled hair over a floor.
 //!
-//! Only operations whose result IEEE 754 fixes are used (no `sin`): the same bytes on every machine.
+//! Only operations with results fixed by IEEE 754 are used (no `sin`), so the bytes are the same on every machine.
 
 use crate::Result;
 use crate::scene::model::time::{check_time, wave};
@@ -9,21 +9,21 @@ use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Strands grow together in locks.
+/// Hairs grow together in locks.
 const LOCKS: usize = 200;
 const HAIRS_PER_LOCK: usize = 15;
 
-/// 48,000 in all.
+/// 48,000 segments in total.
 const SEGMENTS_PER_HAIR: usize = 16;
 
-/// Half a hair's width. The hair is some 3 units across, so on a map of 256² texels a hair is half a texel to one texel wide. The truth is
-/// taken at texel centres: most centres would miss a much thinner hair. A much wider one would be smooth over several texels, unlike hair.
+/// Half a hair's width. The hair is about 3 units across, so on a 256² map a hair is half a texel to one texel wide. The truth is sampled
+/// at texel centres, most of which would miss a much thinner hair. A much wider one would be smooth over several texels, unlike hair.
 const RADIUS_WORLD: f32 = 0.0045;
 
-/// Hairs are translucent, since a texel or pixel holds both hair and the air beside it.
+/// Hairs are translucent, since a texel or pixel covers both hair and the air beside it.
 const OPACITY: f32 = 0.45;
 
-/// Half axes of the head, which is a unit sphere while hair grows.
+/// Semi-axes of the head, which is a unit sphere while hair grows.
 const HEAD_WORLD: DVec3 = DVec3::new(0.82, 0.94, 1.1);
 
 /// Height of the floor.
@@ -32,7 +32,7 @@ const FLOOR_WORLD: f32 = -1.9;
 /// Cosine and sine of the angle by which a curl turns per segment: two and a third turns per hair.
 const CURL: [f64; 2] = [0.6, 0.8];
 
-/// The time at which the moving light has its usual place, seconds.
+/// The time at which the moving light is at its rest position, in seconds.
 const AT_REST_S: f64 = 20.0;
 
 /// State and stream of the random numbers.
@@ -45,7 +45,7 @@ impl Random {
         low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
     }
 
-    /// In the unit ball, not at its centre.
+    /// Returns a random point in the unit ball, but not at its centre.
     fn in_ball(&mut self) -> DVec3 {
         loop {
             let point = DVec3::from([(); 3].map(|()| self.between(-1.0, 1.0)));
@@ -55,7 +55,7 @@ impl Random {
         }
     }
 
-    /// A direction in which hair grows: not on the face, which looks along −y, and not on the neck.
+    /// Returns a direction in which hair grows: not on the face, which looks along −y, and not on the neck.
     fn on_scalp(&mut self) -> DVec3 {
         loop {
             let out = self.in_ball().normalize();
@@ -66,19 +66,19 @@ impl Random {
     }
 }
 
-/// Shared by the hairs of a lock.
+/// Parameters shared by the hairs of a lock.
 struct Lock {
     out: DVec3,
     segment: f64,
     curl_radius: f64,
-    /// Cosine and sine where the curl begins.
+    /// Cosine and sine of the angle at which the curl begins.
     phase: [f64; 2],
 }
 
-/// The light, which sways about the direction that it has at [`AT_REST_S`]. It sways so slowly that the map's texels crawl over the hairs.
+/// Returns the light, which sways around its direction at [`AT_REST_S`], so slowly that the map's texels crawl over the hairs.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] where the time is out of range.
+/// [`crate::Error::Usage`] if the time is out of range.
 pub(crate) fn lights(time_s: f64) -> Result<Vec<Light>> {
     check_time("hair", time_s)?;
     let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
@@ -87,11 +87,11 @@ pub(crate) fn lights(time_s: f64) -> Result<Vec<Light>> {
     Ok(vec![Light { kind, radiance: [1.3; 3], radius: f64::INFINITY }])
 }
 
-/// 48,000 segments of 3,000 hairs on an ellipsoid, under a directional light from the front left that sways. The same bytes on every call
-/// and machine.
+/// Builds 48,000 segments of 3,000 hairs on an ellipsoid, under a swaying directional light from the front left. The result has the same
+/// bytes on every call and machine.
 ///
 /// # Errors
-/// As [`lights`].
+/// Same as [`lights`].
 pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
     let lights = lights(time_s)?;
     let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
@@ -131,8 +131,8 @@ pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
     })
 }
 
-/// The points of a hair from `root` on, before it curls. It grows out of the skin, is combed to the sides and back, then hangs down, but
-/// never closer to the skin than `layer`.
+/// Returns the points of a hair from `root` on, before it curls. It grows out of the skin, is combed to the sides and back, then hangs
+/// down, but never closer to the skin than `layer`.
 fn grow(lock: &Lock, root: DVec3, layer: f64) -> [DVec3; SEGMENTS_PER_HAIR + 1] {
     let comb = DVec3::new(if lock.out.x < 0.0 { -0.5 } else { 0.5 }, 0.35, -0.5);
     let mut points = [root; SEGMENTS_PER_HAIR + 1];
@@ -147,7 +147,7 @@ fn grow(lock: &Lock, root: DVec3, layer: f64) -> [DVec3; SEGMENTS_PER_HAIR + 1] 
     points
 }
 
-/// Draws a hair towards its lock's middle and winds it; both grow with the distance from the root.
+/// Pulls a hair towards its lock's centre line and winds it; both effects grow with the distance from the root.
 fn curl(lock: &Lock, guide: &[DVec3], hair: &[DVec3]) -> Vec<DVec3> {
     let [mut cosine, mut sine] = lock.phase;
     let last = (hair.len() - 1) as f64;
@@ -162,7 +162,7 @@ fn curl(lock: &Lock, guide: &[DVec3], hair: &[DVec3]) -> Vec<DVec3> {
     points
 }
 
-/// The head's ellipsoid: an octahedron with each triangle divided into four, four times over.
+/// Builds the head's ellipsoid: an octahedron whose triangles are divided into four, four times over.
 fn head() -> Mesh {
     let sign = |octant: i32, axis: DVec3, bit: i32| if octant & bit == 0 { -axis } else { axis };
     let octant = |i| [sign(i, DVec3::X, 1), sign(i, DVec3::Y, 2), sign(i, DVec3::Z, 4)];

@@ -1,4 +1,4 @@
-//! The built-in scenes `houses`, `leaves` and `shafts`: 400 closed houses on a hilly ground. Ground and houses are embedded data
+//! The built-in scenes `houses`, `leaves` and `shafts`: 400 closed houses on hilly ground. Ground and houses are embedded data
 //! (`data/README.md`); leaves are placed at random.
 
 use crate::scene::built_in::embedded::{GROUND, HOUSES, sun, vectors};
@@ -7,11 +7,11 @@ use crate::scene::model::random::Random;
 use crate::scene::{Camera, Light, LightKind, Mesh, Scene};
 use glam::DVec3;
 
-/// Vertices per side of the ground, and the distance between them along x and y.
+/// Number of vertices per side of the ground, and the distance between them along x and y.
 const SIDE: u32 = 129;
 const APART_WORLD: f32 = 1.5625;
 
-/// Vertices of a house: the eight of its box, and both ends of its ridge.
+/// Number of vertices of a house: the eight of its box, and both ends of its ridge.
 const CORNERS: u32 = 10;
 
 /// Triangles of a box with a pitched roof, counter-clockwise from outside.
@@ -40,12 +40,12 @@ const LEAVES_A_TREE: u32 = 150;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x1eaf, 3];
 
-/// The houses on their solid ground, under the sun.
+/// Builds the houses on their solid ground, under the sun.
 pub(in crate::scene) fn houses() -> Scene {
     scene("houses", sun(DVec3::new(0.4, 0.35, -0.8)), [DVec3::new(150.0, -45.0, 60.0), DVec3::new(95.0, 70.0, 0.0)])
 }
 
-/// The houses among 400 trees of 150 leaves. Each leaf is a single open triangle.
+/// Builds the houses among 400 trees of 150 leaves. Each leaf is a single open triangle.
 pub(in crate::scene) fn leaves() -> Scene {
     let mut scene = houses();
     let leaves = strewn(&scene.meshes[0]);
@@ -53,7 +53,7 @@ pub(in crate::scene) fn leaves() -> Scene {
     Scene { name: "leaves".into(), ..scene }
 }
 
-/// The houses with a lamp among them.
+/// Builds the houses with a lamp among them.
 pub(in crate::scene) fn shafts() -> Scene {
     scene(
         "shafts",
@@ -94,7 +94,7 @@ fn ground() -> Mesh {
     Mesh { solid: true, ..ground }
 }
 
-/// The leaves of all trees, at random places over the ground.
+/// Builds the leaves of all trees, at random positions over the ground.
 fn strewn(ground: &Mesh) -> Mesh {
     let mut random = Random::new(SEED);
     let reach = f64::from(APART_WORLD) * f64::from(SIDE - 1);

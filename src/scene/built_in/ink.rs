@@ -1,6 +1,6 @@
-//! The built-in scene `ink`: drops of ink that sink through clear water past a post, over a pale ground. ExtinctionGroup absorbs most red light and
+//! The built-in scene `ink`: drops of ink that sink through clear water past a post, over a pale ground. The ink absorbs most red light and
 //! little blue, so that its shadow is blue where the ink is thin; the shadow of the post is grey. `ink:inks=2` has a second ink in every
-//! other drop, which takes most blue light and little red.
+//! other drop, which absorbs most blue light and little red.
 
 use crate::Result;
 use crate::scene::{Camera, ExtinctionGroup, Light, LightKind, Mesh, Particle, Random, Scene};
@@ -10,13 +10,13 @@ use std::f64::consts::TAU;
 /// Extinction of red, green and blue light, relative to the particles' own.
 const RATIO: [f32; 3] = [1.0, 0.55, 0.2];
 
-/// The same of the second ink.
+/// Extinction of the second ink, likewise.
 const SECOND_RATIO: [f32; 3] = [0.2, 0.6, 1.0];
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x1a4b, 1];
 
-/// The rings into which drops have opened: middle, radius, and radius of the tube, world units.
+/// The rings into which drops have opened: centre, radius, and radius of the tube, in world units.
 const RINGS: [([f64; 3], f64, f64); 4] = [
     ([0.0, 0.0, 1.0], 0.75, 0.2),
     ([0.1, 0.05, 1.75], 0.5, 0.17),
@@ -24,20 +24,21 @@ const RINGS: [([f64; 3], f64, f64); 4] = [
     ([1.0, -0.55, 2.1], 0.3, 0.12),
 ];
 
-/// Particles per ring, and per thread of ink from which a ring hangs.
+/// Number of particles per ring, and per thread of ink from which a ring hangs.
 const RING: usize = 600;
 const THREAD: usize = 200;
 
 /// Height of the threads' upper ends.
 const TOP_WORLD: f64 = 3.1;
 
-/// Optical depth of red light through a particle's middle: in a ring, and in a thread.
+/// Optical depth of red light through a particle's centre: in a ring, and in a thread.
 const DENSE: [f64; 2] = [0.35, 0.2];
 
-/// Four rings with their threads under a slanted directional light, of one ink or in turns of two. The same bytes on every call and machine.
+/// Builds four rings with their threads under a slanted directional light, with one ink or two alternating inks. The result has the same
+/// bytes on every call and machine.
 ///
 /// # Errors
-/// None of its own: those of [`Scene::with_inks`].
+/// Same as [`Scene::with_inks`].
 pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
     let mut random = Random::new(SEED);
     let particles = RINGS.iter().flat_map(|ring| drop(&mut random, *ring)).collect();
@@ -67,21 +68,21 @@ pub(in crate::scene) fn ink(title: &str, inks: u32) -> Result<Scene> {
     scene.with_inks(&of_drops)
 }
 
-/// A ring and its thread.
+/// Returns the particles of a ring and its thread.
 fn drop(random: &mut Random, (middle, radius, tube): ([f64; 3], f64, f64)) -> Vec<Particle> {
     let middle = DVec3::from(middle);
     let ring = (0..RING).map(|_| {
         let around = random.between(0.0, TAU);
         let out = DVec3::new(around.cos(), around.sin(), 0.0);
         let in_tube = tube * random.in_ball();
-        // The ring has begun to fall apart: it sags in three places.
+        // The ring has begun to break up: it sags in three places.
         let low = 0.3 * radius * (3.0 * around).sin();
         particle(middle + (radius - 0.2 * low) * out + in_tube - low * DVec3::Z, 0.45 * tube, DENSE[0])
     });
     let ring: Vec<_> = ring.collect();
     let height = TOP_WORLD - middle.z;
     let thread = (0..THREAD).map(|_| {
-        // Near the ring the thread is denser, and opens to the ring's width.
+        // Near the ring the thread is denser, and widens to the ring's width.
         let up = random.between(0.0, 1.0) * random.between(0.0, 1.0);
         let open = (1.0 - up) * (1.0 - up);
         let wide = radius * open * open * open + 0.25 * tube;
@@ -100,7 +101,7 @@ fn particle(position: DVec3, radius: f64, optical_depth: f64) -> Particle {
     }
 }
 
-/// A closed box.
+/// Builds a closed box.
 fn slab(name: &str, low: DVec3, high: DVec3, albedo: [f32; 3]) -> Mesh {
     let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] } as f32);
     let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];

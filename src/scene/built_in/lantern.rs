@@ -9,16 +9,16 @@ use glam::DVec3;
 /// Half the side of the ground.
 const GROUND_HALF_WORLD: f32 = 6.0;
 
-/// The lantern's flame.
+/// Position of the lantern's flame at rest.
 const FLAME: DVec3 = DVec3::new(0.0, 0.0, 1.25);
 
 /// Posts around the flame: x and y of each.
 const POSTS: [[f32; 2]; 3] = [[0.9, 0.5], [-0.85, 0.6], [0.05, -1.05]];
 
-/// A post's half width and its height.
+/// Half width and height of a post.
 const POST_WORLD: [f32; 2] = [0.07, 2.0];
 
-/// Smouldering heaps about the lantern: 1,500 particles from 8 s on.
+/// Smouldering heaps around the lantern: 1,500 particles from 8 s on.
 const HEAPS: [Emitter; 3] =
     [heap([0x1a7e_0001, 41], [1.5, -0.5]), heap([0x1a7e_0002, 42], [-0.5, 1.4]), heap([0x1a7e_0003, 43], [-1.4, -0.9])];
 
@@ -40,18 +40,18 @@ const fn heap(seed: [u64; 2], [x, y]: [f64; 2]) -> Emitter {
     }
 }
 
-/// The time at which all lights have the places that the constants give, which is the default time.
+/// The time at which all lights have the positions given by the constants. It is the default time.
 const AT_REST_S: f64 = 20.0;
 
-/// The smoke at a time.
+/// Returns the smoke at a given time.
 ///
 /// # Errors
-/// As [`smoke_after`].
+/// Same as [`smoke_after`].
 pub(crate) fn particles(time_s: f64, before: &mut Smoke) -> Result<Vec<Particle>> {
     smoke_after("lantern", &HEAPS, time_s, before)
 }
 
-/// The lights at a time: the lantern swings on its chain, the spot light sweeps, and the moon moves.
+/// Returns the lights at a given time: the lantern swings on its chain, the spot light sweeps, and the moon moves.
 pub(crate) fn lights(time_s: f64) -> Vec<Light> {
     let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
     let flame = FLAME + DVec3::new(0.3 * swing(2.9), 0.2 * swing(3.7), 0.05 * swing(1.3));
@@ -73,11 +73,11 @@ pub(crate) fn lights(time_s: f64) -> Vec<Light> {
     ]
 }
 
-/// A warm point light between smoking heaps and posts, a cold spot light from the side and a dim directional light from
-/// above, after `time_s` seconds; in units of about a metre, z up.
+/// Builds a warm point light between smoking heaps and posts, a cold spot light from the side and a dim directional light from above, after
+/// `time_s` seconds; in units of about a metre, z up.
 ///
 /// # Errors
-/// As [`smoke_after`].
+/// Same as [`smoke_after`].
 pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
     Ok(Scene {
         name: "lantern".into(),
@@ -95,7 +95,7 @@ pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
     })
 }
 
-/// A box that stands on the ground.
+/// Builds a box that stands on the ground.
 fn post([x, y]: [f32; 2]) -> Mesh {
     let [half, height] = POST_WORLD;
     let corner = |i: u32| {

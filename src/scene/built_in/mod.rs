@@ -1,4 +1,4 @@
-//! Built-in scenes, and how their names are read with numbers: `NAME:key=value,key=value`.
+//! Built-in scenes, and parsing of their names with numbers: `NAME:key=value,key=value`.
 
 pub(super) mod cloud;
 pub(super) mod cornell;
@@ -26,16 +26,16 @@ pub(super) mod town_shapes;
 use crate::scene::{BUILT_IN, files::input};
 use crate::{Error, Result};
 
-/// A number that a built-in scene takes.
+/// A numeric parameter of a built-in scene.
 struct Key {
     scene: &'static str,
     name: &'static str,
     default: u32,
-    /// The greatest value; the least is 1.
+    /// The largest allowed value; the smallest is 1.
     most: u32,
 }
 
-/// All numbers that built-in scenes take.
+/// All numeric parameters of built-in scenes.
 const KEYS: [Key; 6] = [
     Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
@@ -52,7 +52,7 @@ const KEYS: [Key; 6] = [
 
 /// A scene's name, with the numbers given in it.
 pub(super) struct BuiltIn<'a> {
-    /// The scene's name, without numbers; the whole text where no such scene is built in.
+    /// The scene's name, without numbers; the whole text if no such scene is built in.
     pub name: &'a str,
     /// The scene's own title, safe in file names: `fountain-1000000`.
     pub title: String,
@@ -60,10 +60,10 @@ pub(super) struct BuiltIn<'a> {
 }
 
 impl<'a> BuiltIn<'a> {
-    /// Reads a name as a user gives it. Names that no built-in scene has stay as they are, since a path may contain colons.
+    /// Parses a name given by a user. Names of scenes that are not built in are kept as they are, since a path may contain colons.
     ///
     /// # Errors
-    /// [`Error::Usage`] names a key that the scene does not have, or a number that is out of range.
+    /// [`Error::Usage`] that names a key unknown to the scene, or a number that is out of range.
     pub(super) fn read(text: &'a str) -> Result<Self> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         if !BUILT_IN.contains(&name) {
@@ -91,7 +91,7 @@ impl<'a> BuiltIn<'a> {
         Ok(read)
     }
 
-    /// The number that was given for `key`, or its default.
+    /// Returns the number given for `key`, or its default.
     pub(super) fn number(&self, key: &str) -> u32 {
         let given = self.given.iter().find(|(name, _)| *name == key).map(|(_, number)| *number);
         let known = || KEYS.iter().find(|k| k.scene == self.name && k.name == key);
@@ -99,15 +99,15 @@ impl<'a> BuiltIn<'a> {
     }
 }
 
-/// The number in a scene's name such as `fountain:particles=1000`: its key, its value, and the greatest value allowed. None where the scene
-/// takes no number, or there is no such scene.
+/// Returns the number in a scene's name such as `fountain:particles=1000`: its key, its value, and the largest value allowed. None if the
+/// scene has no numeric parameter, or there is no such scene.
 pub fn number_of(text: &str) -> Option<(&'static str, u32, u32)> {
     let scene = BuiltIn::read(text).ok()?;
     let key = KEYS.iter().find(|key| key.scene == scene.name)?;
     Some((key.name, scene.number(key.name), key.most))
 }
 
-/// The scene's name with another number, clamped to the allowed range; `text` itself where the scene takes none.
+/// Returns the scene's name with another number, clamped to the allowed range; `text` itself if the scene has no numeric parameter.
 pub fn with_number(text: &str, number: u32) -> String {
     match (number_of(text), BuiltIn::read(text)) {
         (Some((key, _, most)), Ok(scene)) => format!("{}:{key}={}", scene.name, number.clamp(1, most)),
@@ -115,13 +115,13 @@ pub fn with_number(text: &str, number: u32) -> String {
     }
 }
 
-/// The keys of a scene and their ranges, as text for users.
+/// Returns the keys of a scene and their ranges, as text for users.
 fn keys(scene: &str) -> String {
     let of = KEYS.iter().filter(|key| key.scene == scene);
     of.map(|key| format!("{}=1..{}", key.name, key.most)).collect::<Vec<_>>().join(", ")
 }
 
-/// A scene's name with its keys, as text for users.
+/// Returns a scene's name with its keys, as text for users.
 pub(super) fn with_keys(scene: &str) -> String {
     let keys = keys(scene);
     if keys.is_empty() { scene.into() } else { format!("{scene} ({scene}:{keys})") }
@@ -140,7 +140,7 @@ mod tests {
         for text in ["town", "a/b.toml", "fountain:particles=0"] {
             assert_eq!((number_of(text), with_number(text, 3)), (None, text.to_owned()));
         }
-        // One key per scene at most: `number_of` finds only the first.
+        // Each scene has at most one key: `number_of` finds only the first.
         assert!(KEYS.iter().all(|key| KEYS.iter().filter(|other| other.scene == key.scene).count() == 1));
     }
 

@@ -7,13 +7,13 @@ use glam::{DVec3, Vec3};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Particles per puff. With all puffs that live at once, these are 1,000,000.
+/// Number of particles per puff. Over all puffs alive at once, that makes 1,000,000.
 const PARTICLES: usize = 64;
 
 /// Radius of a particle, relative to its puff's.
 const SIZE: f32 = 0.33;
 
-/// How far a particle is from its puff's middle along each axis, at most, relative to the puff's radius.
+/// Greatest distance of a particle from its puff's centre along each axis, relative to the puff's radius.
 const APART: f32 = 1.0;
 
 /// Extinction of a particle, relative to its puff's: a ray through the plume loses most of its light.
@@ -22,7 +22,7 @@ const THIN: f32 = 0.1;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x5eed_1000, 44];
 
-/// The time of the scene: a puff's lifetime, so that all puffs exist.
+/// The scene's time: a puff's lifetime, so that all puffs exist.
 const TIME_S: f64 = 18.0;
 
 const PUFFS: Emitter = Emitter {
@@ -41,8 +41,8 @@ const PUFFS: Emitter = Emitter {
     optical_depth: 0.09,
 };
 
-/// A million particles under a slanted directional light, and nothing else. Neighbours in the list have similar ages, but not similar
-/// places. The same bytes on every call and machine.
+/// Builds a million particles under a slanted directional light, and nothing else. Neighbours in the list are similar in age, but not in
+/// position. The result has the same bytes on every call and machine.
 ///
 /// # Errors
 /// None: the time is in range.

@@ -1,4 +1,4 @@
-//! The built-in scene `splats`: a ground and an arch of flat splats, and a bush of thin ones, with shapes as in captured scenes.
+//! The built-in scene `splats`: a ground and an arch of flat splats, and a bush of thin ones, shaped like those of captured scenes.
 
 use crate::scene::{Camera, Light, LightKind, Random, Scene, Splat};
 use glam::{DMat3, DQuat, DVec3};
@@ -7,23 +7,23 @@ use std::f64::consts::PI;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x3d65, 1];
 
-/// The number of splats for which the sizes below hold; with more, each is smaller.
+/// The number of splats at which the sizes below apply; if there are more, each is smaller.
 const USUAL: f64 = 6000.0;
 
-/// The most splats that the scene may have.
+/// The largest number of splats in the scene.
 pub(in crate::scene) const MOST: u32 = 4_000_000;
 
-/// How many in every ten splats belong to the ground, and how many to the arch; the others belong to the bush.
+/// Number of splats in every ten that belong to the ground and to the arch; the rest belong to the bush.
 const GROUND: u32 = 4;
 const ARCH: u32 = 4;
 
-/// Half of the ground's side, the arch's radius, and the radius of its tube, world units.
+/// Half the ground's side, the arch's radius, and the radius of its tube, in world units.
 const GROUND_WORLD: f64 = 3.0;
 const ARCH_WORLD: f64 = 1.3;
 const TUBE_WORLD: f64 = 0.32;
 
-/// `count` splats under one low light. Flat splats lie on surfaces, and their thickness is a 20th of their width. Needles are 16 times as
-/// long as thick. The same bytes on every call and machine.
+/// Builds `count` splats under one low light. Flat splats lie on surfaces and are a 20th as thick as they are wide. Needles are 16 times as
+/// long as they are thick. The result has the same bytes on every call and machine.
 pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
     let mut random = Random::new(SEED);
     let fine = (USUAL / f64::from(count)).sqrt();
@@ -52,7 +52,7 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
     }
 }
 
-/// A flat splat on a surface with the given normal, rotated at random about the normal.
+/// Builds a flat splat on a surface with the given normal, randomly rotated about the normal.
 fn flat(random: &mut Random, position: DVec3, normal: DVec3, wide: f64, opacity: f64, color: [f64; 3]) -> Splat {
     let turn = DQuat::from_rotation_arc(DVec3::Z, normal) * DQuat::from_rotation_z(random.between(0.0, PI));
     let deviations = DVec3::new(wide, wide * random.between(0.5, 1.0), 0.05 * wide);

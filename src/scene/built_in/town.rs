@@ -8,31 +8,31 @@ use crate::scene::model::time::wave;
 use crate::scene::{Camera, Light, LightKind, Mesh, Scene};
 use glam::{DVec2, DVec3};
 
-/// Blocks of houses per side.
+/// Number of blocks of houses per side.
 const BLOCKS: u32 = 8;
 
-/// Distance from block to block.
+/// Distance between neighbouring blocks.
 const BLOCK_WORLD: f64 = 25.0;
 
 /// Width of a street between blocks.
 const STREET_WORLD: f64 = 4.0;
 
-/// Lots per block, along x and y.
+/// Number of lots per block, along x and y.
 const LOTS: [u32; 2] = [2, 3];
 
-/// How far the ground reaches beyond the outer streets.
+/// How far the ground extends beyond the outer streets.
 const BORDER_WORLD: f64 = 2.0;
 
-/// Squares of the ground per block, along x and y.
+/// Number of ground squares per block, along x and y.
 const SQUARES: u32 = 40;
 
-/// One of this many blocks is a park.
+/// One in this many blocks is a park.
 const PARK: u32 = 11;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x7036, 11];
 
-/// The scene. The same bytes on every call and machine.
+/// Builds the scene. The result has the same bytes on every call and machine.
 pub(in crate::scene) fn town() -> Scene {
     of_blocks(BLOCKS)
 }
@@ -50,7 +50,7 @@ struct Town {
     wires: Mesh,
 }
 
-/// A town with `blocks` blocks per side.
+/// Builds a town with `blocks` blocks per side.
 fn of_blocks(blocks: u32) -> Scene {
     let mut town = Town {
         random: Random::new(SEED),
@@ -91,13 +91,13 @@ fn of_blocks(blocks: u32) -> Scene {
     }
 }
 
-/// Height of the ground.
+/// Returns the height of the ground.
 fn height(at: DVec2) -> f64 {
     let hill = |across: [f64; 2], phase: f64| wave(at.dot(DVec2::from(across)) + phase);
     2.4 * hill([0.0061, 0.0024], 0.1) + 1.3 * hill([-0.0042, 0.0093], 0.6) + 0.12 * hill([0.041, 0.033], 0.3)
 }
 
-/// A square of `blocks` blocks per side, with hills. It is solid, so it is seen from above only.
+/// Builds a square of `blocks` blocks per side, with hills. It is solid, so it is seen only from above.
 fn ground(blocks: u32) -> Mesh {
     let squares = SQUARES * blocks;
     let place = |i: u32| {
@@ -119,7 +119,7 @@ fn ground(blocks: u32) -> Mesh {
 }
 
 impl Town {
-    /// A block of lots or a park, from its lowest corner on.
+    /// Adds a block of lots or a park, starting at its lowest corner.
     fn block(&mut self, corner: DVec2, is_park: bool) {
         let size = BLOCK_WORLD - STREET_WORLD;
         if is_park {
@@ -138,7 +138,7 @@ impl Town {
         }
     }
 
-    /// A house in its garden.
+    /// Adds a house in its garden.
     fn lot(&mut self, low: DVec2, size: DVec2) {
         let jitter = DVec2::new(self.random.between(-0.6, 0.6), self.random.between(-0.3, 0.1));
         let middle = low + 0.5 * size + jitter;
@@ -163,14 +163,14 @@ impl Town {
             }
         }
         if self.random.chance(0.6) {
-            // The fence runs along all four sides, slightly inside the lot. On the side of least y it has a gap, from
-            // 35 % to 98 % of the lot's width.
+            // The fence runs along all four sides, slightly inside the lot. On the side of lowest y it has a gap, from 35 % to 98 % of the
+            // lot's width.
             let corners = [[0.98, 0.02], [0.98, 0.98], [0.02, 0.98], [0.02, 0.02], [0.35, 0.02]];
             self.fence(&corners.map(|share| low + size * DVec2::from(share)));
         }
     }
 
-    /// Posts with two rails between them, along a line over the ground.
+    /// Adds posts with two rails between them, along a line over the ground.
     fn fence(&mut self, corners: &[DVec2]) {
         let on_ground = |at: DVec2, above: f64| at.extend(height(at) + above);
         for pair in corners.windows(2) {
@@ -189,13 +189,13 @@ impl Town {
         }
     }
 
-    /// A post of a fence.
+    /// Adds a fence post.
     fn post(&mut self, at: DVec2) {
         let place = Place { origin: at.extend(height(at)), along: DVec2::X };
         block(&mut self.fences, &place, [-0.05, -0.05, -0.4], [0.05, 0.05, 1.05]);
     }
 
-    /// A trunk with branches, and leaves around them.
+    /// Adds a trunk with branches, and leaves around them.
     fn tree(&mut self, at: DVec2) {
         let tall = self.random.between(3.2, 5.6);
         let lean = direction(self.random.between(0.0, 1.0)) * self.random.between(0.0, 0.3);
@@ -229,7 +229,7 @@ impl Town {
         }
     }
 
-    /// Poles along a street, with wires from one to the next.
+    /// Adds poles along a street, with wires from one to the next.
     fn line(&mut self, y: f64, blocks: u32) {
         let tops: Vec<DVec3> = (0..=blocks)
             .map(|i| {
@@ -263,7 +263,7 @@ mod tests {
         triangle.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
     }
 
-    /// The full scene has a million triangles. Each has an area, and all lie above the ground or a little below it.
+    /// The full scene has a million triangles. Each has an area, and all are above the ground or slightly below it.
     #[test]
     fn is_a_million_triangles() {
         let scene = town();
@@ -273,7 +273,7 @@ mod tests {
         for mesh in &scene.meshes {
             for triangle in &mesh.triangles {
                 let [a, b, c] = corners(mesh, *triangle);
-                // The smallest is half the end of a wire. NaN fails too, since no comparison with it is true.
+                // The smallest is half the end of a wire. NaN fails too, since comparisons with it are never true.
                 assert!((b - a).cross(c - a).length() > 2e-4, "{}: {a} {b} {c}", mesh.name);
                 let middle = (a + b + c) / 3.0;
                 assert!(ground.contains(&middle.x) && ground.contains(&middle.y), "{}: {middle}", mesh.name);
@@ -299,7 +299,7 @@ mod tests {
         }
     }
 
-    /// The bounding boxes of the closed shapes in a mesh, in the order in which they were built.
+    /// Returns the bounding boxes of the closed shapes in a mesh, in the order in which they were built.
     fn boxes(mesh: &Mesh) -> Vec<[DVec3; 2]> {
         let mut boxes: Vec<[DVec3; 2]> = vec![];
         let mut next = 0;
@@ -316,7 +316,7 @@ mod tests {
         boxes
     }
 
-    /// Each shape reaches into the ground, or is connected to it through other shapes that it touches.
+    /// Each shape extends into the ground, or is connected to it through other shapes that it touches.
     #[test]
     fn nothing_floats() {
         let scene = of_blocks(1);

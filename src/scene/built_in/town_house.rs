@@ -1,9 +1,9 @@
-//! A house of the town: walls under a pitched roof, windows, a door, a chimney, and perhaps a wing that reaches into the main body.
+//! A house of the town: walls under a pitched roof, windows, a door, a chimney, and perhaps a wing that joins the main body.
 
 use crate::scene::Mesh;
 use crate::scene::built_in::town_shapes::{Place, block, extrude, fan};
 
-/// One mesh per material of a house.
+/// The meshes of a house, one per material.
 pub(in crate::scene) struct Materials<'a> {
     pub walls: &'a mut Mesh,
     pub roofs: &'a mut Mesh,
@@ -11,30 +11,30 @@ pub(in crate::scene) struct Materials<'a> {
     pub glass: &'a mut Mesh,
 }
 
-/// The measures of a house, world units. Its ridge runs along its place's x axis.
+/// The dimensions of a house, in world units. Its ridge runs along its place's x axis.
 pub(in crate::scene) struct House {
     pub half_length: f64,
     pub half_width: f64,
     pub storeys: u32,
-    /// How far the roof rises from the eaves to the ridge.
+    /// Rise of the roof from the eaves to the ridge.
     pub rise: f64,
-    /// Half the length of its wing, if it has one.
+    /// Half the length of the wing, if there is one.
     pub wing: Option<f64>,
 }
 
-/// How far walls reach down from the ground floor: more than the ground falls away under any house.
+/// How far walls extend below the ground floor: more than the ground falls away under any house.
 const FOUNDATION: f64 = 2.5;
 
 /// Height of a storey.
 const HEIGHT: f64 = 2.2;
 
-/// How far a roof reaches over its walls.
+/// How far a roof overhangs its walls.
 const OVERHANG: f64 = 0.45;
 
-/// How far a roof reaches below and above the walls' upper ends.
+/// How far a roof extends below and above the walls' upper ends.
 const ROOF: [f64; 2] = [0.06, 0.22];
 
-/// How far frames stand out of walls, and into them.
+/// How far frames protrude from walls, and extend into them.
 const FRAME: [f64; 2] = [0.07, 0.05];
 
 /// Width of a frame's bars.
@@ -88,7 +88,7 @@ pub(in crate::scene) fn house(materials: &mut Materials, place: &Place, house: &
     }
 }
 
-/// Walls and roof.
+/// Builds walls and roof.
 fn body(materials: &mut Materials, place: &Place, house: &House, eaves: f64) {
     let House { half_length, half_width, rise, .. } = *house;
     let ridge = eaves + rise;
@@ -116,7 +116,7 @@ fn body(materials: &mut Materials, place: &Place, house: &House, eaves: f64) {
     extrude(materials.roofs, place, [-ends, ends], &roof, &slopes);
 }
 
-/// A window or a door in a wall whose outside is towards −y: a pane in a frame with a bar in the middle.
+/// Builds a window or a door in a wall whose outside faces −y: a pane in a frame with a bar in the middle.
 fn opening(materials: &mut Materials, wall: &Place, half: f64, [low, high]: [f64; 2]) {
     let [out, into] = FRAME;
     let mut bar = |[x0, x1]: [f64; 2], [z0, z1]: [f64; 2], out: f64| {

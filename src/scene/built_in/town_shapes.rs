@@ -3,33 +3,33 @@
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
 
-/// A place in the world with axes of its own: x and y are horizontal, z is up.
+/// A local frame in the world: x and y are horizontal, z is up.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct Place {
     pub origin: DVec3,
-    /// Direction of its x axis, unit length.
+    /// Direction of the local x axis, unit length.
     pub along: DVec2,
 }
 
 impl Place {
-    /// World position of a point given in this place's axes.
+    /// Returns the world position of a point given in local axes.
     pub(in crate::scene) fn at(&self, [x, y, z]: [f64; 3]) -> DVec3 {
         self.origin + (x * self.along + y * self.along.perp()).extend(z)
     }
 
-    /// Another place, whose origin and x axis are given in this place's axes.
+    /// Returns another place, whose origin and x axis are given in this place's axes.
     pub(in crate::scene) fn turned(&self, origin: [f64; 3], along: [f64; 2]) -> Self {
         Self { origin: self.at(origin), along: along[0] * self.along + along[1] * self.along.perp() }
     }
 }
 
-/// An empty mesh with a name and an albedo.
+/// Creates an empty mesh with a name and an albedo.
 pub(in crate::scene) fn empty(name: &str, albedo: [f32; 3]) -> Mesh {
     Mesh { name: name.into(), positions: vec![], triangles: vec![], albedo, solid: false }
 }
 
-/// Adds a closed shape that runs through `rings`, one after another; all rings have the same number of points. Each ring is
-/// counter-clockwise as seen from the next ring. `cap` divides a ring into counter-clockwise triangles, which close both ends.
+/// Adds a closed shape that runs through successive `rings`, all with the same number of points. Each ring is counter-clockwise as seen
+/// from the next ring. `cap` divides a ring into counter-clockwise triangles, which close both ends.
 pub(in crate::scene) fn loft(mesh: &mut Mesh, rings: &[Vec<DVec3>], cap: &[[u32; 3]]) {
     let first = mesh.positions.len() as u32;
     let around = rings[0].len() as u32;
@@ -86,7 +86,7 @@ pub(in crate::scene) fn beam(mesh: &mut Mesh, [from, to]: [DVec3; 2], half_width
     loft(mesh, &[ring(from), ring(to)], &fan(4));
 }
 
-/// Adds a leaf of two triangles, slightly bent. `along` is half its length, from the stem on; `across` is half its width, to both sides.
+/// Adds a slightly bent leaf of two triangles. `along` is half its length, starting at the stem; `across` is half its width, to each side.
 pub(in crate::scene) fn leaf(mesh: &mut Mesh, stem: DVec3, along: DVec3, across: DVec3) {
     let first = mesh.positions.len() as u32;
     let bend = 0.15 * along.cross(across).normalize_or_zero() * along.length();
@@ -95,7 +95,7 @@ pub(in crate::scene) fn leaf(mesh: &mut Mesh, stem: DVec3, along: DVec3, across:
     mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
 }
 
-/// Triangles that divide a convex ring, around its first point.
+/// Returns triangles that divide a convex ring, fanning out from its first point.
 pub(in crate::scene) fn fan(points: u32) -> Vec<[u32; 3]> {
     (1..points - 1).map(|i| [0, i, i + 1]).collect()
 }

@@ -1,5 +1,5 @@
-//! Animated content from sequences with one file per frame: `smoke.####.ply` of particles, `smoke.####.vdb` of a volume, where `####`
-//! stands for the frame's number.
+//! Animated content from sequences with one file per frame: `smoke.####.ply` for particles, `smoke.####.vdb` for a volume, where `####` is
+//! the frame number.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -13,10 +13,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use std::time::SystemTime;
 
-/// Frames per second where a scene file gives none: the rate of films.
+/// Default frame rate if a scene file gives none: 24 per second, as in films.
 pub(in crate::scene) const FRAMES_PER_SECOND: f64 = 24.0;
 
-/// The particles and volumes of a scene, in the order of the scene file; some of them come from sequences.
+/// The particles and volumes of a scene, in the order of the scene file. Some may come from sequences.
 #[derive(PartialEq)]
 pub struct Animation {
     parts: Vec<Part>,
@@ -25,36 +25,36 @@ pub struct Animation {
 /// One `[[particles]]` or `[[volumes]]` of a scene file.
 #[derive(PartialEq)]
 pub(in crate::scene) enum Part {
-    /// Content of one file, which stands still.
+    /// Content of a single file, which is static.
     Still(Content),
     /// Content of a sequence.
     Moving(Sequence),
 }
 
-/// A file's content, placed.
+/// A file's content, after placement.
 #[derive(Clone, PartialEq)]
 pub(in crate::scene) enum Content {
     Particles(Vec<Particle>),
     Volume(Volume),
 }
 
-/// The kind of a sequence's files, and how they are placed.
+/// The type of a sequence's files, and how they are placed.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) enum Kind {
     Particles(Placement),
     Volume(Placing),
 }
 
-/// How much a file holds.
+/// The amount of data in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Size {
     particles: usize,
     cells: usize,
-    /// Blocks of a volume's field that are not empty.
+    /// Number of non-empty blocks of a volume's field.
     blocks: usize,
 }
 
-/// A sequence of files that is played again and again.
+/// A sequence of files, played in a loop.
 pub(in crate::scene) struct Sequence {
     frames: Arc<Vec<Frame>>,
     frames_per_second: f64,
@@ -62,7 +62,7 @@ pub(in crate::scene) struct Sequence {
     kept: Mutex<Kept>,
 }
 
-/// A file, with its size and time of change, to notice when it is replaced.
+/// A file, with its size and modification time, to detect its replacement.
 #[derive(Clone, Debug, PartialEq)]
 struct Frame {
     path: PathBuf,
@@ -71,7 +71,7 @@ struct Frame {
     changed: Option<SystemTime>,
 }
 
-/// The frame that was shown last, and the next one, which a thread reads ahead.
+/// The frame shown last, and the next one, which a thread reads ahead.
 #[derive(Default)]
 struct Kept {
     last: Option<(usize, Content)>,
@@ -79,17 +79,17 @@ struct Kept {
 }
 
 impl Animation {
-    /// An animation with these parts.
+    /// Creates an animation with these parts.
     pub(in crate::scene) fn new(parts: Vec<Part>) -> Self {
         Self { parts }
     }
 
-    /// Whether any part is a sequence.
+    /// Returns whether any part is a sequence.
     pub(in crate::scene) fn moves(&self) -> bool {
         self.parts.iter().any(|part| matches!(part, Part::Moving(_)))
     }
 
-    /// What a scene of these parts has at most.
+    /// Returns the upper bounds of a scene with these parts.
     pub(in crate::scene) fn reserve(&self) -> Reserve {
         Reserve {
             particles: self.parts.iter().map(|part| part.most().particles).sum(),
@@ -99,10 +99,10 @@ impl Animation {
         }
     }
 
-    /// What a camera is fitted to: parts that stay as they are, and [`Sequence::some`] of the others.
+    /// Returns the content to which a camera is fitted: the static parts, and [`Sequence::some`] of the others.
     ///
     /// # Errors
-    /// Errors of reading a frame's file.
+    /// Errors from reading a frame's file.
     pub(in crate::scene) fn some(&self) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let (mut particles, mut volumes) = (Vec::new(), Vec::new());
         for part in &self.parts {
@@ -119,10 +119,10 @@ impl Animation {
         Ok((particles, volumes))
     }
 
-    /// The particles and the volumes `time_s` seconds after each sequence began.
+    /// Returns the particles and the volumes `time_s` seconds after the start of each sequence.
     ///
     /// # Errors
-    /// Errors of reading a frame's file.
+    /// Errors from reading a frame's file.
     pub(crate) fn at(&self, time_s: f64) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let (mut particles, mut volumes) = (Vec::new(), Vec::new());
         for part in &self.parts {
@@ -141,7 +141,7 @@ impl Animation {
 
 #[cfg(feature = "program")]
 impl Animation {
-    /// Waits until the frames behind those that were shown are read.
+    /// Waits until the frames that follow the shown ones have been read.
     pub(crate) fn read_ahead(&self) {
         for part in &self.parts {
             if let Part::Moving(sequence) = part {
@@ -176,7 +176,7 @@ impl Content {
 }
 
 impl Size {
-    /// The larger of both, field by field.
+    /// Returns the larger of both, field by field.
     fn max(self, other: Self) -> Self {
         Self {
             particles: self.particles.max(other.particles),
@@ -187,7 +187,7 @@ impl Size {
 }
 
 impl Kind {
-    /// How much a file holds. For particles the file's header gives it; a volume has to be read.
+    /// Returns the size of a file's content. For particles it is in the file's header; a volume has to be read.
     fn size(&self, path: &Path) -> Result<Size> {
         match self {
             Self::Particles(_) => Ok(Size { particles: ply::open(path)?.element("vertex")?.count, ..Size::default() }),
@@ -204,10 +204,10 @@ impl Kind {
 }
 
 impl Sequence {
-    /// Opens the files that `pattern` stands for. Their numbers rise by 1, and may begin anywhere.
+    /// Opens the files that match `pattern`. Their numbers must be consecutive, but may start anywhere.
     ///
     /// # Errors
-    /// [`crate::Error::Input`]: there is no file, a number is missing or there twice, a file has another kind, or all are empty.
+    /// [`crate::Error::Input`] if there is no file, a number is missing or duplicated, a file is of another kind, or all are empty.
     pub(in crate::scene) fn open(pattern: &Path, frames_per_second: f64, kind: Kind) -> Result<Self> {
         let wrong = |cause: String| input::error(pattern, cause, "number the files without a gap: 0001, 0002, …");
         let mut numbered = files(pattern)?;
@@ -237,7 +237,7 @@ impl Sequence {
         Ok(Self { frames: Arc::new(frames), frames_per_second, kind, kept: Mutex::default() })
     }
 
-    /// The content of the first, the middle and the last frame together, to estimate the extent of the sequence.
+    /// Returns the content of the first, middle and last frames together, to estimate the extent of the sequence.
     pub(in crate::scene) fn some(&self) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let last = self.frames.len() - 1;
         let part = |frame: usize| load(&self.frames[frame], &self.kind).map(Part::Still);
@@ -249,13 +249,13 @@ impl Sequence {
         (time_s * self.frames_per_second).floor().max(0.0) as usize % self.frames.len()
     }
 
-    /// Shows the frame of a time, and starts a thread that reads the next one.
+    /// Shows the frame for a time, and starts a thread that reads the next one.
     fn show(&self, time_s: f64, shown: impl FnOnce(&Content)) -> Result<()> {
         let frame = self.frame(time_s);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.last.as_ref().is_none_or(|(last, _)| *last != frame) {
             let ahead = kept.next.take().filter(|(next, _)| *next == frame);
-            // If the thread panicked, the frame is read here.
+            // If the thread panicked, read the frame here.
             let read = ahead.and_then(|(_, thread)| thread.join().ok());
             let content = read.unwrap_or_else(|| load(&self.frames[frame], &self.kind))?;
             kept.last = Some((frame, content));
@@ -291,7 +291,8 @@ impl Frame {
     }
 }
 
-/// This text goes into a scene's fingerprint: it stays the same while files do not change. Still content is hashed with the scene itself.
+/// This text goes into a scene's fingerprint, so it must stay the same while files do not change. Static content is hashed with the scene
+/// itself.
 impl fmt::Debug for Animation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("Animation(")?;
@@ -307,19 +308,19 @@ impl fmt::Debug for Animation {
     }
 }
 
-/// Frames that have been read so far do not count.
+/// Ignores which frames have been read so far.
 impl PartialEq for Sequence {
     fn eq(&self, other: &Self) -> bool {
         self.frames == other.frames && self.frames_per_second == other.frames_per_second && self.kind == other.kind
     }
 }
 
-/// Whether a path stands for a sequence: its name has a `#`, and there is no file of this very name.
+/// Returns whether a path denotes a sequence: its name contains a `#`, and no file has this exact name.
 pub(in crate::scene) fn is_sequence(path: &Path) -> bool {
     around(path).is_some() && !path.exists()
 }
 
-/// The name of a scene that is a single sequence: the text before the number.
+/// Returns the name of a scene that is a single sequence: the text before the number.
 pub(in crate::scene) fn stem(pattern: &Path) -> String {
     let (before, _, after) = around(pattern).unwrap_or_default();
     let before = before.trim_end_matches(['.', '-', '_', ' ']);
@@ -330,7 +331,7 @@ pub(in crate::scene) fn stem(pattern: &Path) -> String {
     }
 }
 
-/// Splits a path's file name: the text before the first `#`, the number of `#`, and the text behind them.
+/// Splits a path's file name into the text before the first `#`, the number of `#`, and the text after them.
 fn around(path: &Path) -> Option<(String, usize, String)> {
     let name = path.file_name()?.to_str()?;
     let first = name.find('#')?;
@@ -339,7 +340,7 @@ fn around(path: &Path) -> Option<(String, usize, String)> {
     Some((before.into(), rest.len() - after.len(), after.into()))
 }
 
-/// All files of a sequence with their numbers, which have at least as many digits as the pattern has `#`.
+/// Returns all files of a sequence with their numbers, which have at least as many digits as the pattern has `#`.
 fn files(pattern: &Path) -> Result<Vec<(u64, PathBuf)>> {
     let Some((before, digits, after)) = around(pattern) else { return Ok(Vec::new()) };
     let folder = pattern.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -394,14 +395,14 @@ mod tests {
         Sequence::open(&folder.join(pattern), 10.0, Kind::Particles(Placement::AS_IT_STANDS))
     }
 
-    /// Each file has as many particles as its number, and each time gives its frame, in any order of times.
+    /// Each file has as many particles as its number. Each time must give its frame, in any order of times.
     #[test]
     fn every_time_has_its_frame() {
         let folder = tempfile::tempdir().expect("a folder");
         for number in [9, 10, 11, 12] {
             write(folder.path(), &format!("s.{number:03}.ply"), number);
         }
-        // Neither file belongs to the sequence: one has too few digits, the other no number.
+        // Neither of these files belongs to the sequence: one has too few digits, the other no number.
         write(folder.path(), "s.13.ply", 1);
         write(folder.path(), "s.0xa.ply", 1);
         let sequence = open(folder.path(), "s.###.ply").expect("four frames");
@@ -428,7 +429,7 @@ mod tests {
         assert!(said("s.##.ply").contains("are both frame 3"), "{}", said("s.##.ply"));
     }
 
-    /// A file that has grown, one that is cut off, and one that is gone: each gives an error of one line with the file's name.
+    /// A file that has grown, one that is truncated, and one that is missing: each must give a one-line error with the file's name.
     #[test]
     fn a_bad_frame_is_named() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,19 +1,19 @@
-//! Buffers packed by Blosc, version 1 of its format, with LZ4 and byte shuffle: all that OpenVDB writes. Sources: c-blosc's
+//! Buffers packed by Blosc, version 1 of its format, with LZ4 and byte shuffle, which is all that OpenVDB writes. Sources: c-blosc's
 //! README_HEADER.rst and blosc.c; LZ4's lz4_Block_format.md.
 
 use std::cmp::min;
 
-/// Bytes of a header.
+/// Size of a header, in bytes.
 const HEADER: usize = 16;
 
-/// When a block is split, so that each byte of its numbers is packed separately: it has at least this many numbers, and each number has at
-/// most this many bytes.
+/// Conditions for splitting a block, so that each byte of its numbers is packed separately: it has at least this many numbers, and each
+/// number has at most this many bytes.
 const SPLIT: [usize; 2] = [128, 16];
 
-/// Unpacks `packed`, which must give `count` bytes.
+/// Unpacks `packed`, which must yield `count` bytes.
 ///
 /// # Errors
-/// In words: another codec, damaged, of another length.
+/// A message if the codec is not supported, the data are damaged, or the length differs.
 pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
     let damaged = || "its Blosc data are damaged".to_owned();
     let header = packed.get(..HEADER).ok_or_else(damaged)?;
@@ -37,7 +37,7 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
         let parts = if is_split { wide } else { 1 };
         let (mut at, mut sorted) = (word(HEADER + 4 * number)?, Vec::with_capacity(length));
         for part in 0..parts {
-            // The last part takes the remainder.
+            // The last part gets the remainder.
             let part = if part + 1 < parts { length / parts } else { length - sorted.len() };
             let size = word(at)?;
             let data = at.checked_add(4 + size).and_then(|end| packed.get(at + 4..end)).ok_or_else(damaged)?;
@@ -53,7 +53,7 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
     Ok(all)
 }
 
-/// Undoes the byte shuffle, which puts the first bytes of all numbers together, then the second bytes, and so on. Bytes behind the last
+/// Undoes the byte shuffle, which stores the first bytes of all numbers together, then the second bytes, and so on. Bytes after the last
 /// whole number are not shuffled.
 fn shuffled(sorted: &[u8], wide: usize, all: &mut Vec<u8>) {
     let count = sorted.len() / wide;
@@ -61,7 +61,7 @@ fn shuffled(sorted: &[u8], wide: usize, all: &mut Vec<u8>) {
     all.extend_from_slice(&sorted[count * wide..]);
 }
 
-/// Appends the `count` bytes of an LZ4 block; none if the block is damaged.
+/// Appends the `count` bytes of an LZ4 block; returns None if the block is damaged.
 fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
     let (begin, end) = (all.len(), all.len() + count);
     loop {
@@ -80,14 +80,14 @@ fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
         if offset == 0 || offset > all.len() - begin || length > end - all.len() {
             return None;
         }
-        // Byte by byte: a match may overlap its own output.
+        // Copies byte by byte, because a match may overlap its own output.
         for _ in 0..length {
             all.push(all[all.len() - offset]);
         }
     }
 }
 
-/// A length whose lowest part is four bits; 15 means that more bytes follow.
+/// Reads a length whose lowest part is four bits; 15 means that more bytes follow.
 fn length(low: u8, packed: &mut &[u8]) -> Option<usize> {
     let mut length = usize::from(low);
     let mut last = if low == 15 { 255 } else { 0 };
@@ -108,7 +108,7 @@ fn take<'a>(packed: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
 mod tests {
     use super::*;
 
-    /// By hand: three literals; a match of 9 bytes that overlaps its own output; two literals at the end.
+    /// A hand-written block: three literals; a match of 9 bytes that overlaps its own output; two literals at the end.
     #[test]
     fn a_block_of_lz4() {
         let packed = [0x35, b'a', b'b', b'c', 3, 0, 0x20, b'x', b'y'];

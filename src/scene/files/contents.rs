@@ -1,9 +1,9 @@
-//! What files contain, before it becomes a scene.
+//! The content of files before it becomes a scene.
 
 use crate::scene::{Camera, Light, Mesh, Particle, Scene, Splat, Strand, Volume, model::view};
 use glam::DVec3;
 
-/// The content of one file or of several, with lights and a camera if the files have them.
+/// The content of one or more files, with lights and a camera if the files have them.
 #[derive(Default)]
 pub(in crate::scene) struct Contents {
     pub particles: Vec<Particle>,
@@ -16,19 +16,19 @@ pub(in crate::scene) struct Contents {
 }
 
 impl Contents {
-    /// Spheres (centre, radius) whose convex hull contains everything.
+    /// Returns spheres (centre, radius) whose convex hull contains everything.
     pub(in crate::scene) fn spheres(&self) -> impl Iterator<Item = (DVec3, f64)> {
         let casters = view::caster_spheres(&self.particles, &self.strands, &self.splats, &self.volumes);
         view::mesh_points(&self.meshes).chain(casters)
     }
 
-    /// The corners of the box about everything; `None` where there is nothing.
+    /// Returns the corners of the box around everything; `None` if there is nothing.
     pub(in crate::scene) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let boxes = self.spheres().map(|(centre, radius)| (centre - radius, centre + radius));
         boxes.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
     }
 
-    /// The scene with all contents, the given lights and the given camera.
+    /// Creates the scene with all contents, the given lights and the given camera.
     pub(in crate::scene) fn scene(self, name: String, lights: Vec<Light>, camera: Camera) -> Scene {
         let Self { particles, strands, splats, volumes, meshes, .. } = self;
         Scene { name, particles, strands, splats, volumes, meshes, lights, camera, ..Scene::default() }

@@ -1,4 +1,4 @@
-//! A data file as a scene by itself.
+//! A data file that is loaded as a scene of its own.
 
 use crate::Result;
 use crate::scene::files::animation::{self, Animation, Kind, Part, Sequence};
@@ -12,15 +12,15 @@ use crate::scene::{
 use glam::DVec3;
 use std::path::Path;
 
-/// Endings of files that are scenes by themselves, in any case.
+/// Endings of files that can be loaded as scenes of their own; upper or lower case.
 pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz", "volume", "nrrd", "vdb"];
 
-/// Loads a file of particles, hair, splats, densities or meshes, with everything at the file's own coordinates. Light and camera are those
-/// of a glTF file that has them, else fitted. Up is +y in glTF and SPZ by their specifications, and in TressFX by its exporters' habit; in
-/// other formats, which define no up, it is +z.
+/// Loads a file of particles, hair, splats, densities or meshes, with everything at the file's own coordinates. Light and camera come from
+/// a glTF file if it has them; otherwise they are fitted. Up is +y in glTF and SPZ by their specifications, and in TressFX by its
+/// exporters' convention; in other formats, which define no up direction, it is +z.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): a file that is faulty, is empty, or has everything at one point.
+/// [`Error::Input`](crate::Error::Input) if a file is faulty, is empty, or has everything at one point.
 pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
     if animation::is_sequence(path) {
         return sequence(path).map(|(scene, animation)| (scene, Some(animation)));
@@ -61,7 +61,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> 
     Ok((contents.scene(input::stem(path), lights, camera), None))
 }
 
-/// The direction that is up in a file, by its format.
+/// Returns the up direction of a file, by its format.
 pub(in crate::scene) fn up(path: &Path) -> DVec3 {
     match input::ending(path).as_str() {
         "gltf" | "glb" | "tfx" | "spz" => DVec3::Y,
@@ -69,7 +69,7 @@ pub(in crate::scene) fn up(path: &Path) -> DVec3 {
     }
 }
 
-/// A scene of particles or a volume with one file per frame. The camera is fitted to a few of the files.
+/// Loads a scene of particles or a volume with one file per frame. The camera is fitted to a few of the files.
 fn sequence(pattern: &Path) -> Result<(Scene, Animation)> {
     let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
     let kind = match input::ending(pattern).as_str() {

@@ -5,33 +5,33 @@ use crate::scene::files::stage::{self, CameraEntry};
 use crate::scene::{Camera, Light, LightKind};
 use glam::DVec3;
 
-/// Direction in which the light travels: across, into the depth, up.
+/// Direction in which the light shines: right, forward, up.
 const LIGHT: DVec3 = DVec3::new(0.47, 0.3, -0.83);
 
-/// Direction in which the camera looks, in the same axes. It looks from another side than the light shines from, and slightly downwards, so
-/// that shadows are seen from the side.
+/// Direction in which the camera looks, in the same axes. It differs from the light's and points slightly downwards, so that shadows are
+/// seen from the side.
 const VIEW: DVec3 = DVec3::new(-0.45, 0.8, -0.32);
 
 const FOV_Y_DEGREES: f64 = 38.0;
 
-/// Width over height of the picture that everything fits into.
+/// Aspect ratio (width / height) of the picture into which everything fits.
 const ASPECT: f64 = 16.0 / 9.0;
 
-/// The share of the picture's width and height that is filled.
+/// Share of the picture's width and height that is filled.
 const FILLED: f64 = 0.92;
 
-/// Turns a vector into world axes; its coordinates are across, into the depth, and up. The depth is +y where z is up, and −z where y is up,
-/// so that the camera sees the front of a glTF model, which faces +z.
+/// Converts a vector from (right, forward, up) to world axes. Forward is +y if z is up, and −z if y is up, so that the camera sees the
+/// front of a glTF model, which faces +z.
 fn oriented(vector: DVec3, up: DVec3) -> DVec3 {
     (DVec3::X * vector.x + up.cross(DVec3::X) * vector.y + up * vector.z).normalize()
 }
 
-/// A directional light at a slant from above.
+/// Returns a directional light that shines down at an angle.
 pub(in crate::scene) fn light(up: DVec3) -> Light {
     Light { kind: LightKind::Directional { direction: oriented(LIGHT, up) }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// A camera whose 16:9 picture contains everything, with a small margin. `up` is +y or +z.
+/// Returns a camera whose 16:9 picture contains everything, with a small margin. `up` is +y or +z.
 pub(in crate::scene) fn camera(contents: &Contents, up: DVec3) -> std::result::Result<Camera, String> {
     let forward = oriented(VIEW, up);
     let right = forward.cross(up).normalize();
@@ -46,7 +46,7 @@ pub(in crate::scene) fn camera(contents: &Contents, up: DVec3) -> std::result::R
     let middle = (low + high) * 0.5;
     let tangent_y = (FOV_Y_DEGREES.to_radians() * 0.5).tan() * FILLED;
     let tangents = [(0, tangent_y * ASPECT), (1, tangent_y)];
-    // The distance of the camera from the middle at which the picture's edges just touch a sphere.
+    // Distance of the camera from the centre at which the picture's edges just touch a sphere.
     let needed = |(centre, radius): (DVec3, f64)| {
         let offset = in_view(centre) - middle;
         let touched = |(axis, tangent): (usize, f64)| {

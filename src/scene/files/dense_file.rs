@@ -1,23 +1,23 @@
-//! Samples of a dense grid, one after the other: x fastest, then y, then z.
+//! Samples of a dense grid, stored consecutively: x fastest, then y, then z.
 
 use crate::scene::Field;
 use std::cell::RefCell;
 use std::io::Read;
 
-/// The most samples of a grid: 1024³.
+/// The largest number of samples in a grid: 1024³.
 const MOST_SAMPLES: u64 = 1 << 30;
 
-/// Number of samples that are read at once.
+/// Number of samples read at once.
 const CHUNK: u64 = 1 << 14;
 
 /// The type of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum Kind {
-    /// 255 is density 1.
+    /// Unsigned byte; 255 is density 1.
     U8,
-    /// 65535 is density 1.
+    /// Unsigned 16-bit integer; 65535 is density 1.
     U16,
-    /// The density itself.
+    /// Float; the density itself.
     F32,
 }
 
@@ -44,7 +44,7 @@ impl Kind {
     }
 }
 
-/// A grid's size, and how its samples are written.
+/// A grid's size and sample format.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct Dense {
     pub size: [u32; 3],
@@ -53,7 +53,7 @@ pub(in crate::scene) struct Dense {
 }
 
 impl Dense {
-    /// Bytes of all samples; the error text names the fault in the size.
+    /// Returns the number of bytes of all samples. The error describes what is wrong with the size.
     pub fn bytes(&self) -> Result<u64, String> {
         let count = self.size.iter().try_fold(1u64, |product, side| product.checked_mul(u64::from(*side)));
         match count {
@@ -63,7 +63,7 @@ impl Dense {
         }
     }
 
-    /// Reads all samples from a stream. The error text names the fault.
+    /// Reads all samples from a stream. The error describes what is wrong.
     pub fn read(&self, mut stream: impl Read) -> Result<Field, String> {
         let (bytes, [wide, high, _]) = (self.kind.bytes(), self.size.map(u64::from));
         let total = self.bytes()? / bytes as u64;

@@ -1,4 +1,4 @@
-//! Scene files: TOML that names particle, hair, splat, volume and mesh files, lights and a camera.
+//! Scene files: TOML that names files of particles, hair, splats, volumes and meshes, and describes lights and a camera.
 //!
 //! ```toml
 //! [[particles]]                 # any number of them
@@ -185,11 +185,11 @@ fn one() -> f64 {
     1.0
 }
 
-/// Loads a scene file and the files that it names. The scene's name is the file's, without the ending.
+/// Loads a scene file and the files that it names. The scene is named after the file, without the ending.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable file; not TOML, an unknown or missing key, with the line; a number that its key does
-/// not allow; faults of the named files.
+/// [`Error::Input`](crate::Error::Input) if a file is unreadable, is not TOML, or has an unknown or missing key (with its line); if a
+/// number is out of range for its key; or if one of the named files is faulty.
 pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
     let bytes = input::read(path)?;
     let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save the scene file as UTF-8"))?;
@@ -327,8 +327,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> 
     Ok((scene, animation))
 }
 
-/// A camera that sees all of the contents, and of sequences what their first, middle and last frames show. `ups` are the directions that
-/// are up in the files, as they are placed.
+/// Returns a camera that sees all of the contents, including the first, middle and last frames of sequences. `ups` are the files' up
+/// directions, after placement.
 fn fitted_camera(path: &Path, contents: &mut Contents, animation: &Animation, ups: &[DVec3]) -> Result<Camera> {
     let is_y = |up: &DVec3| up.y > up.x.abs().max(up.z.abs());
     let up = if ups.iter().all(is_y) { DVec3::Y } else { DVec3::Z };
@@ -341,15 +341,15 @@ fn fitted_camera(path: &Path, contents: &mut Contents, animation: &Animation, up
 
 /// The extinction ratios of the entries so far.
 struct Inks {
-    /// The ratio of entries that say none.
+    /// The ratio of entries without their own.
     common: [f32; 3],
     all: Vec<ExtinctionGroup>,
-    /// Whether any entry says one.
+    /// Whether any entry has its own ratio.
     own: bool,
 }
 
 impl Inks {
-    /// Adds an entry's; the error text names the fault.
+    /// Adds the ratio of one entry; the error describes what is wrong.
     fn add(&mut self, own: Option<[f64; 3]>, casters: usize) -> std::result::Result<(), String> {
         let ratio = own.map_or(Ok(self.common), |own| extinction_ratio("extinction_ratio", own))?;
         self.own |= own.is_some();
@@ -358,7 +358,7 @@ impl Inks {
     }
 }
 
-/// Frames per second where `file` is a sequence; none where it is a single file.
+/// Returns the frames per second if `file` is a sequence; None if it is a single file.
 fn rate(given: Option<f64>, file: &Path) -> std::result::Result<Option<f64>, String> {
     match (given, animation::is_sequence(file)) {
         (None, false) => Ok(None),
@@ -410,7 +410,7 @@ impl MeshesEntry {
     }
 }
 
-/// Checks the extinction of red, green and blue light, which `key` says; the error text names the fault.
+/// Checks the extinction of red, green and blue light given by `key`; the error describes what is wrong.
 fn extinction_ratio(key: &str, values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
     let ratio = values.map(|value| value as f32);
     if !ratio.iter().all(|value| value.is_finite() && *value >= 0.0) {

@@ -1,4 +1,4 @@
-//! glTF documents, reduced to the parts that are read: nodes and triangles, base colors, lights and cameras.
+//! glTF documents, reduced to the parts that are used: nodes and triangles, base colors, lights and cameras.
 
 use crate::Result;
 use crate::scene::files::input;
@@ -9,12 +9,12 @@ use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a glTF 2.0 file and was copied whole";
 
-/// Extensions that replace the vertices by compressed data.
+/// Extensions that replace vertices with compressed data.
 const COMPRESSION: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Extensions that a file may require: they are supported, or do not affect geometry.
+/// Extensions that a file may require, because they are supported or do not affect geometry.
 const HARMLESS: [&str; 11] = [
     "ADOBE_materials_clearcoat_specular",
     "ADOBE_materials_thin_transparency",
@@ -36,18 +36,18 @@ const HARMLESS_FAMILIES: [&str; 6] =
 /// An open glTF file, validated and with its buffers read.
 pub(in crate::scene) struct GltfDocument {
     pub document: gltf::Document,
-    /// Buffers in the document's order, each at least as long as the document says.
+    /// Buffers in the document's order, each at least as long as the document declares.
     pub buffers: Vec<Vec<u8>>,
 }
 
 /// Opens a glTF or GLB file.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed; a buffer that cannot be read; an extension
-/// that hides geometry, by its name.
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, a buffer cannot be read, or an extension hides
+/// geometry; the message names the extension.
 pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
     let bytes = input::read(path)?;
-    // A length below the header's own 12 bytes makes the glTF crate subtract with overflow.
+    // A length below the header's own 12 bytes causes a subtraction overflow in the glTF crate.
     let length = bytes.get(8..12).and_then(|length| length.try_into().ok()).map_or(0, u32::from_le_bytes);
     let is_binary = bytes.starts_with(b"glTF");
     if is_binary && length < 12 {
@@ -63,13 +63,13 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
     }
     keep_what_is_read(&mut json);
     let root: gltf::json::Root = serde_json::from_value(json).map_err(malformed)?;
-    // The glTF crate's validation looks up a POSITION accessor before it checks the index.
+    // The glTF crate's validation looks up a POSITION accessor before checking its index.
     let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|part| part.attributes.values());
     if let Some(missing) = attributes.find(|index| index.value() >= root.accessors.len()) {
         return Err(input::error(path, format!("there is no accessor {}", missing.value()), WAY_OUT));
     }
     let document = gltf::Document::from_json(root).map_err(unusable)?;
-    // Only one buffer may use the binary chunk (glTF 2.0, 4.4.3.3). Copies for several buffers without a URI would multiply memory.
+    // Only one buffer may use the binary chunk (glTF 2.0, 4.4.3.3). Copying it for several buffers without a URI would multiply memory use.
     let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
     let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
     Ok(GltfDocument { document, buffers })
@@ -79,12 +79,12 @@ fn items<'a>(of: &'a Value, key: &str) -> impl Iterator<Item = &'a Value> {
     of[key].as_array().into_iter().flatten()
 }
 
-/// The element that an index under `key` points at, in the root's array `array`.
+/// Returns the element that an index under `key` refers to, in the root's array `array`.
 fn target<'a>(root: &'a Value, array: &str, of: &Value, key: &str) -> Option<&'a Value> {
     root[array].get(usize::try_from(of[key].as_u64()?).ok()?)
 }
 
-/// The content that an extension makes unreadable, if any, and advice for the user.
+/// Returns a description of the content that an extension makes unreadable, if any, and advice for the user.
 fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     let decompress = "export it without compression, or run gltf-transform cp IN.glb OUT.glb";
     let compressed = |name| Some((format!("its geometry is compressed by {name}"), decompress));
@@ -104,7 +104,7 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     if items(root, "nodes").any(|node| node.get("mesh").is_some() && !node["extensions"][INSTANCING].is_null()) {
         return instanced();
     }
-    // Where the extension is not required, compressed content also stands in the file uncompressed.
+    // If the extension is not required, the file also stores compressed content uncompressed.
     for part in items(root, "meshes").flat_map(|mesh| items(mesh, "primitives")) {
         for (of, key) in [(&part["attributes"], "POSITION"), (part, "indices")] {
             let Some(accessor) = target(root, "accessors", of, key) else { continue };
@@ -122,8 +122,8 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     None
 }
 
-/// Removes content that is not read. Extensions may give such content a form that the glTF crate rejects: textures with unknown kinds of
-/// images, animations of other properties, attributes of any name.
+/// Removes unused content. Extensions may give such content a form that the glTF crate rejects: textures with unknown image types,
+/// animations of other properties, attributes with arbitrary names.
 fn keep_what_is_read(root: &mut Value) {
     const READ: [&str; 11] = [
         "accessors",
@@ -163,8 +163,8 @@ fn keep_what_is_read(root: &mut Value) {
     });
 }
 
-/// The bytes of a glTF buffer: the file's own binary chunk, a base64 data URI, or a file beside it. Done here because
-/// the glTF crate's `import` feature brings image decoders along and panics on a URI that is not UTF-8.
+/// Reads the bytes of a glTF buffer: the file's own binary chunk, a base64 data URI, or a file beside it. Done here because the glTF
+/// crate's `import` feature pulls in image decoders and panics on a URI that is not UTF-8.
 fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>> {
     let fail = |cause: String| {
         input::error(path, format!("buffer {}: {cause}", buffer.index()), "embed the buffer or put its file beside")
@@ -191,7 +191,7 @@ fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -
     Ok(bytes)
 }
 
-/// Resolves `%20` and the like. `None` if the text is malformed or does not give UTF-8.
+/// Resolves `%20` and similar escapes. `None` if the text is malformed or does not decode to UTF-8.
 fn percent_decoded(uri: &str) -> Option<String> {
     let mut parts = uri.split('%');
     let mut bytes = parts.next()?.as_bytes().to_vec();

@@ -1,4 +1,4 @@
-//! Meshes, lights and camera of glTF 2.0 files.
+//! Meshes, lights and cameras of glTF 2.0 files.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::files::gltf_document::{self, GltfDocument};
@@ -8,19 +8,19 @@ use glam::{DMat4, DVec3};
 use gltf::accessor::{DataType, Dimensions};
 use std::path::Path;
 
-/// The most triangles, and the most vertices, that one file may expand to. A small glTF file can place a large mesh many times, and use the
-/// same vertices in many primitives.
+/// The largest number of triangles, and of vertices, that one file may expand to. A small glTF file can place a large mesh many times, and
+/// use the same vertices in many primitives.
 const MOST: usize = 1 << 26;
 
-/// Number types that a position may have.
+/// Number types allowed for positions.
 const POSITION_TYPES: [DataType; 5] = [DataType::F32, DataType::I8, DataType::U8, DataType::I16, DataType::U16];
 
-/// Loads the scene of a `.gltf` or `.glb` file in world space: a mesh for each primitive that a node places, the lights
-/// (KHR_lights_punctual), the first perspective camera. Textures, skins and morph targets are ignored.
+/// Loads the scene of a `.gltf` or `.glb` file in world space: a mesh for each primitive placed by a node, the lights
+/// (KHR_lights_punctual), and the first perspective camera. Textures, skins and morph targets are ignored.
 ///
 /// # Errors
-/// [`Error::Input`]: as [`gltf_document::open`]; a primitive that is no triangle list; a position that is not finite; a
-/// vertex index out of range; a light or a camera that [`crate::scene::files::stage`] does not allow; sparse accessors.
+/// [`Error::Input`] as for [`gltf_document::open`], and if a primitive is not a triangle list, a position is not finite, a vertex index is
+/// out of range, a light or a camera fails the checks of [`crate::scene::files::stage`], or an accessor is sparse.
 pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
     let GltfDocument { document, buffers } = gltf_document::open(path)?;
     let scene = document
@@ -29,7 +29,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
         .ok_or_else(|| input::error(path, "has no scene", "give a glTF file with a scene"))?;
     let mut contents = Contents::default();
     let [mut triangles, mut vertices] = [0_usize; 2];
-    // Nodes are walked with a list instead of recursion, each at most once: a hostile file may nest them deeply or in a circle.
+    // Nodes are traversed with a list instead of recursion, each at most once: a malicious file may nest them deeply or in a cycle.
     let mut visited = vec![false; document.nodes().len()];
     let mut open_nodes: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     open_nodes.reverse();
@@ -113,7 +113,7 @@ fn read_primitive(
         return Err(fail(format!("{} indices are not whole triangles", indices.len()), way_out));
     };
     let mut triangles = triangles.to_vec();
-    // A mirroring transform turns triangles inside out (glTF 2.0, 3.5.3).
+    // A mirroring transform flips the winding of triangles (glTF 2.0, 3.5.3).
     if to_world.determinant() < 0.0 {
         triangles.iter_mut().for_each(|[_, second, third]| std::mem::swap(second, third));
     }
@@ -132,8 +132,7 @@ fn read_primitive(
     Ok(mesh)
 }
 
-/// One coordinate of a position: a float, or an integer (KHR_mesh_quantization) that may stand for a number in [−1, 1]
-/// (glTF 2.0, 3.11).
+/// Reads one coordinate of a position: a float, or an integer (KHR_mesh_quantization), which may be normalized to [−1, 1] (glTF 2.0, 3.11).
 fn coordinate(accessor: &gltf::Accessor, bytes: &[u8]) -> f64 {
     let (value, largest): (f64, f64) = match (accessor.data_type(), bytes) {
         (DataType::F32, &[a, b, c, d]) => return f32::from_le_bytes([a, b, c, d]).into(),
@@ -146,7 +145,7 @@ fn coordinate(accessor: &gltf::Accessor, bytes: &[u8]) -> f64 {
     if accessor.normalized() { (value / largest).max(-1.0) } else { value }
 }
 
-/// The bytes of each element of an accessor, with every range checked. The glTF crate's own reader relies on accessors that lie inside
+/// Returns the bytes of each element of an accessor, with all ranges checked. The glTF crate's own reader assumes that accessors lie inside
 /// their buffers.
 fn accessor_elements<'a>(
     buffers: &'a [Vec<u8>],

@@ -1,9 +1,9 @@
 //! Lights (KHR_lights_punctual) and cameras of glTF files.
 //!
-//! glTF intensities are in lux (directional) and candela (spot, point). A [`Light`] has the same radiance at any distance, and 1 lights a
-//! white surface fully. So each light's radiance is its color times the illuminance that it gives in the middle of the file's meshes. Then
-//! all radiances are scaled by one factor, so that the brightest channel is 1. The illuminance of a light among the meshes is computed as
-//! if the light were at their outer radius; otherwise a lamp in the middle would outshine all others.
+//! glTF intensities are in lux (directional) and candela (spot, point). A [`Light`] has the same radiance at any distance, and 1 fully
+//! lights a white surface. So each light's radiance is its color times its illuminance at the centre of the file's meshes. Then all
+//! radiances are scaled by one factor, so that the brightest channel is 1. The illuminance of a light among the meshes is computed as if
+//! the light were at their outer radius; otherwise a lamp at the centre would outshine all others.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::files::stage::{self, CameraEntry, finite, unit};
@@ -13,10 +13,10 @@ use gltf::khr_lights_punctual::Kind;
 
 type Checked<T> = std::result::Result<T, String>;
 
-/// The widest cone of a [`LightKind::Spot`], degrees. glTF goes up to 180, which no single map shows.
+/// The widest cone of a [`LightKind::Spot`], in degrees. glTF allows up to 180, which no single map can cover.
 const WIDEST_CONE: f64 = 170.0;
 
-/// A node's light, with color × intensity as its radiance, before [`balance`]. It shines along the node's −z.
+/// Returns a node's light, with color × intensity as its radiance, before [`balance`]. It shines along the node's −z.
 pub(in crate::scene) fn light(light: &gltf::khr_lights_punctual::Light, to_world: DMat4) -> Checked<Light> {
     let position = || finite("light position", to_world.w_axis.truncate().to_array());
     let direction = || direction(to_world, DVec3::NEG_Z).ok_or("light has no direction");
@@ -37,13 +37,13 @@ pub(in crate::scene) fn light(light: &gltf::khr_lights_punctual::Light, to_world
     Ok(Light { kind, radiance: stage::radiance(radiance)?, radius: f64::INFINITY })
 }
 
-/// A node's perspective camera, if it has one. It looks along the node's −z, with +y up.
+/// Returns a node's perspective camera, if it has one. It looks along the node's −z, with +y up.
 pub(in crate::scene) fn camera(
     document: &gltf::Document,
     node: &gltf::Node,
     to_world: DMat4,
 ) -> Checked<Option<Camera>> {
-    // The glTF crate's own accessor relies on the perspective data being there if the type says so.
+    // The glTF crate's own accessor assumes that the perspective data exist if the type declares them.
     let json = node.camera().and_then(|camera| document.as_json().cameras.get(camera.index()));
     let Some(perspective) = json.and_then(|camera| camera.perspective.as_ref()) else { return Ok(None) };
     let position = finite("camera position", to_world.w_axis.truncate().to_array())?;
@@ -51,7 +51,7 @@ pub(in crate::scene) fn camera(
     let up = direction(to_world, DVec3::Y).ok_or("camera has no up")?;
     stage::camera(&CameraEntry {
         position: position.to_array(),
-        // Far enough away to differ from the position in floating point.
+        // Far enough away to be distinct from the position in floating point.
         target: (position + forward * (1.0 + position.length())).to_array(),
         up: up.to_array(),
         fov_y_degrees: f64::from(perspective.yfov).to_degrees(),
@@ -63,7 +63,7 @@ fn direction(to_world: DMat4, local: DVec3) -> Option<DVec3> {
     Some(to_world.transform_vector3(local)).filter(|vector| vector.is_finite()).and_then(unit)
 }
 
-/// Turns color × intensity into radiance, as the top of this file says. Lights that are off are left out.
+/// Converts color × intensity to radiance, as described at the top of this file. Lights that are off are dropped.
 pub(in crate::scene) fn balance(contents: &mut Contents) {
     let (low, high) = contents.bounds().unwrap_or_default();
     let middle = (low + high) * 0.5;

@@ -1,5 +1,5 @@
 //! Strands from HAIR files (Cem Yuksel, <http://www.cemyuksel.com/research/hairmodels>), little-endian: a header of 128 bytes, then the
-//! arrays in this order. The file has array N where bit N of the header is set.
+//! arrays in this order. The file contains array N if bit N of the header is set.
 //!
 //! | byte | header | array | content |
 //! |---|---|---|---|
@@ -12,7 +12,7 @@
 //! | 24 | transparency, f32, for files without array 3 | | |
 //! | 28 | color, 3 × f32, for files without array 4; then 88 bytes of text | | |
 //!
-//! The format does not define *thickness*, and programs differ; here it is the diameter. *Opacity* is 1 − transparency. A segment takes the
+//! The format does not define *thickness*, and programs differ; here it is the diameter. *Opacity* is 1 − transparency. A segment uses the
 //! mean of the values at its two points.
 
 use crate::Result;
@@ -25,17 +25,17 @@ const WAY_OUT: &str = "check that the file is a HAIR file and was copied whole";
 
 const HEADER_BYTES: u64 = 128;
 
-/// Bit of each array; colors have bit 4.
+/// Bit number of each array; colors have bit 4.
 const SEGMENTS: u32 = 0;
 const POINTS: u32 = 1;
 const THICKNESS: u32 = 2;
 const TRANSPARENCY: u32 = 3;
 
-/// Loads and places the segments of all hairs. Segments of no length are left out, since they cover nothing.
+/// Loads and places the segments of all hairs. Segments of zero length are dropped, since they cover nothing.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, not a HAIR file, counts that do not fit together; a position,
-/// radius or opacity that [`Strand`] does not allow, with the hair's number.
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or not a HAIR file, if its counts are inconsistent, or if a
+/// position, radius or opacity is invalid for a [`Strand`]; the message gives the hair's number.
 pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
     let bytes = input::read(path)?;
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
@@ -57,7 +57,7 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Over
     Ok(strands)
 }
 
-/// The segment from `point` to the next.
+/// Builds the segment from `point` to the next point.
 fn strand(
     file: &HairFile,
     point: usize,
@@ -82,10 +82,10 @@ fn strand(
     checked([point, point + 1].map(|point| placement.position(file.position(point))), radius, opacity)
 }
 
-/// A file that was checked: all arrays are there, and hairs have all their points.
+/// A validated file: all arrays are present, and hairs have all their points.
 struct HairFile<'a> {
     hairs: usize,
-    /// Segments of each hair, two bytes per hair; empty where all hairs have `every` segments.
+    /// Number of segments of each hair, two bytes per hair; empty if all hairs have `every` segments.
     segments: &'a [u8],
     every: usize,
     points: &'a [u8],
@@ -110,7 +110,7 @@ impl<'a> HairFile<'a> {
         if bits & 1 << POINTS == 0 {
             return Err("has no points".into());
         }
-        // Counts are not trusted: they must fit the file's size before anything is allocated for them.
+        // Counts are not trusted: they must match the file's size before anything is allocated for them.
         let mut end = HEADER_BYTES;
         let places = [(hairs, 2_u64), (points, 12), (points, 4), (points, 4), (points, 12)];
         let arrays = [0, 1, 2, 3, 4].map(|bit| {
@@ -157,13 +157,13 @@ impl<'a> HairFile<'a> {
         [0, 4, 8].map(|at| f32::from_le_bytes(four(self.points, 12 * point + at)))
     }
 
-    /// A point's value, or the default.
+    /// Returns a point's value, or the default.
     fn number(&self, array: &[u8], point: usize, standing: f64) -> f64 {
         if array.is_empty() { standing } else { f32::from_le_bytes(four(array, 4 * point)).into() }
     }
 }
 
-/// Four bytes at a place. They would be 0 past the end, but [`HairFile::new`] has checked that there are enough.
+/// Returns four bytes at an offset. They would be 0 past the end, but [`HairFile::new`] has checked that there are enough.
 fn four(bytes: &[u8], at: usize) -> [u8; 4] {
     bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).unwrap_or_default()
 }

@@ -1,14 +1,14 @@
-//! Opens the user's files, and words error messages about them.
+//! Opens the user's files, and formats error messages about them.
 
 use crate::{Error, Result, WayOut};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// The longest message taken over from another crate, in characters. Parsers may quote whole lines of the input.
+/// Maximum length of a message taken over from another crate, in characters. Parsers may quote whole lines of the input.
 const MAX_MESSAGE_CHARS: usize = 300;
 
-/// Folds a message of several lines into one, because every error of this program is one line.
+/// Folds a multi-line message into one line, because every error of this program is a single line.
 pub(in crate::scene) fn one_line(text: impl ToString) -> String {
     let text = text.to_string();
     let words = text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|word| !word.is_empty());
@@ -19,37 +19,37 @@ pub(in crate::scene) fn one_line(text: impl ToString) -> String {
     }
 }
 
-/// How messages name a file. A control character, such as a line break, becomes `?`.
+/// Returns a file's name for messages. Control characters, such as line breaks, become `?`.
 pub(in crate::scene) fn file_name(path: &Path) -> String {
     path.display().to_string().replace(char::is_control, "?")
 }
 
-/// The name that a file gives to a scene or a mesh: its own without folder and ending.
+/// Returns the name that a file gives to a scene or a mesh: its own without folder and ending.
 pub(in crate::scene) fn stem(path: &Path) -> String {
     let name = path.file_stem().unwrap_or_default();
     file_name(Path::new(name))
 }
 
-/// A file's ending without the dot, in lower case; empty if it has none.
+/// Returns a file's ending without the dot, in lower case; empty if it has none.
 pub(in crate::scene) fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// An [`Error::Input`] about a file.
+/// Creates an [`Error::Input`] about a file.
 pub(in crate::scene) fn error(path: &Path, cause: impl ToString, way_out: impl Into<WayOut>) -> Error {
     Error::input(file_name(path), one_line(cause), way_out)
 }
 
-/// The error of a file that another file asks for: it names both.
+/// Returns a function that turns the error of a referenced file into one that names both files.
 pub(in crate::scene) fn named_by(asker: &Path) -> impl Fn(Error) -> Error {
     move |error| error.with_name(|name| format!("{name}, which {} names", file_name(asker)))
 }
 
-/// Opens a regular file and returns its size in bytes. Refuses folders, pipes and devices: a loader that waits for a pipe or reads
+/// Opens a regular file and returns its size in bytes. Rejects folders, pipes and devices: a loader that waits for a pipe or reads
 /// /dev/zero never ends.
 pub(in crate::scene) fn open(path: &Path) -> Result<(File, u64)> {
     let unreadable = |cause: std::io::Error| error(path, cause, "check the path and its permissions");
-    // Checked before opening, because opening a pipe waits for its writer.
+    // Checked before opening, because opening a pipe blocks until there is a writer.
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
         return Err(error(path, "not a regular file", "give a file"));

@@ -10,7 +10,7 @@ use crate::scene::{
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Names that [`Scene::load`] knows without a file.
+/// Names that [`Scene::load`] accepts without a file.
 pub const BUILT_IN: [&str; 21] = [
     "three-emitters",
     "plume_8k",
@@ -35,7 +35,7 @@ pub const BUILT_IN: [&str; 21] = [
     "ink",
 ];
 
-/// The names that [`Scene::load`] takes, as text for users.
+/// Returns the names that [`Scene::load`] accepts, as text for users.
 pub fn known() -> String {
     let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
     let built_in = BUILT_IN.map(built_in::with_keys).join(", ");
@@ -43,20 +43,20 @@ pub fn known() -> String {
 }
 
 impl Scene {
-    /// Loads a scene file (`*.toml`), a data file of one of [`DATA_ENDINGS`] with a fitted light and camera, or a built-in scene. A scene file
-    /// without a camera has a fitted one too. Some
-    /// built-in scenes take a number (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is the time for scenes that move, in
-    /// seconds since their emitters, lights or sequences of files started; other scenes ignore it.
+    /// Loads a scene file (`*.toml`), a data file of one of [`DATA_ENDINGS`] with a fitted light and camera, or a built-in scene. A scene
+    /// file without a camera also gets a fitted one. Some built-in scenes take a number (`fountain:particles=1000000`,
+    /// `courtyard:lights=256`). `time_s` is the time for animated scenes, in seconds since their emitters, lights or sequences of files
+    /// started; other scenes ignore it.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is no such built-in scene, or it does not take that number; [`Error::Input`] names the file
-    /// and what is wrong with it.
+    /// [`Error::Usage`] if there is no such built-in scene, or it does not take that number; [`Error::Input`] names the file and describes
+    /// what is wrong with it.
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
         open(name, time_s).map(|(scene, _)| scene)
     }
 }
 
-/// As [`Scene::load`], with the sequences of files that the scene shows, if it does.
+/// Like [`Scene::load`], but also returns the sequences of files that the scene shows, if any.
 pub(crate) fn open(name: &str, time_s: f64) -> Result<(Scene, Option<Animation>)> {
     let built_in = built_in::BuiltIn::read(name)?;
     let scene = match built_in.name {

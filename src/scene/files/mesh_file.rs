@@ -7,16 +7,16 @@ use crate::scene::{Mesh, files::gltf_file, files::input, files::ply};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-/// The albedo of a mesh whose file names none.
+/// The albedo of a mesh whose file specifies none.
 pub(in crate::scene) const DEFAULT_ALBEDO: [f32; 3] = [0.7; 3];
 
 /// Loads the triangle meshes of a file by its ending: `.ply` (one mesh; faces of more than three vertices become fans), `.gltf` or `.glb`
 /// (as [`gltf_file::load`], with lights and camera). Coordinates stay as in the file; no axes are swapped. Meshes without triangles are
-/// left out.
+/// dropped.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a vertex index out of range; a position that is not
-/// finite; errors of [`gltf_file::load`].
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, a vertex index is out of range, or a position
+/// is not finite; also the errors of [`gltf_file::load`].
 pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
     let mut contents = match input::ending(path).as_str() {
         "ply" => Contents { meshes: vec![load_ply(path)?], ..Contents::default() },
@@ -53,7 +53,7 @@ pub(in crate::scene) fn check(path: &Path, mesh: &Mesh) -> Result<()> {
 #[derive(Default)]
 struct Row {
     position: [f64; 3],
-    /// `None` where the file has an index that is negative or not an integer.
+    /// `None` if the file has an index that is negative or not an integer.
     indices: Option<Vec<u32>>,
 }
 

@@ -1,4 +1,4 @@
-//! Scenes and their parts from files: one module per format.
+//! Loads scenes and their parts from files: one module per format.
 
 pub(super) mod animation;
 mod blosc;

@@ -1,5 +1,4 @@
-//! Grids from NRRD files (Teem's *nearly raw raster data*, versions 1 to 5) of three dimensions, raw or gzip, with their data in the
-//! same file.
+//! Grids from three-dimensional NRRD files (Teem's *nearly raw raster data*, versions 1 to 5), raw or gzip, with the data in the same file.
 
 use crate::scene::files::dense_file::{Dense, Kind};
 use crate::scene::files::volume_file::Grid;
@@ -8,10 +7,10 @@ use glam::DVec3;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 
-/// Bytes of a header, at most.
+/// The maximum size of a header, in bytes.
 const MOST_HEADER: u64 = 1 << 16;
 
-/// The most bytes that deflate can expand one byte to.
+/// The largest number of bytes to which deflate can expand one byte.
 const MOST_RATIO: u64 = 1032;
 
 /// The fields of a header.
@@ -28,7 +27,8 @@ struct Header {
 /// Reads an NRRD file of `size` bytes.
 ///
 /// # Errors
-/// In words: no NRRD file; a number of dimensions, type or encoding that is not supported; data in another file; truncated.
+/// A message if the file is not NRRD, its number of dimensions, type or encoding is not supported, its data are in another file, or it is
+/// truncated.
 pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
     let mut stream = BufReader::new(file);
     let (header, length) = header(&mut stream)?;
@@ -50,7 +50,7 @@ pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
     Ok(Grid { field, origin: header.origin.unwrap_or_default(), steps, extinction: 1.0, color: None })
 }
 
-/// The header, and how many bytes it has.
+/// Reads the header; also returns its length in bytes.
 fn header(stream: &mut impl BufRead) -> Result<(Header, u64), String> {
     let (mut header, mut length, mut is_first) = (Header::default(), 0, true);
     loop {
@@ -68,7 +68,7 @@ fn header(stream: &mut impl BufRead) -> Result<(Header, u64), String> {
         if line.is_empty() {
             return Ok((header, length));
         }
-        // key:=value pairs are free-form data of other programs.
+        // key:=value pairs are free-form data for other programs.
         if !is_first && !line.starts_with('#') && !line.contains(":=") {
             let (name, value) = line.split_once(": ").ok_or_else(|| format!("{line:?} is no field"))?;
             header.field(&name.to_lowercase(), value.trim())?;

@@ -6,7 +6,7 @@ use crate::scene::{MAX_OPTICAL_DEPTH, Particle, files::input, files::ply};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-/// One row of the file. Properties that the file lacks stay 0.
+/// One row of the file. Missing properties stay 0.
 #[derive(Default)]
 struct Row {
     position: [f64; 3],
@@ -40,12 +40,12 @@ impl PropertyAccess for Row {
 
 /// Loads particles from a PLY file: ASCII or binary of either byte order, with numbers of any type.
 ///
-/// `opacity` is the share of light that a particle takes along its diameter: extinction = −ln(1−opacity)/(2·radius), with the optical depth
-/// capped at [`MAX_OPTICAL_DEPTH`]. If a file has both, `extinction` counts. A file without rows gives no particles.
+/// `opacity` is the share of light that a particle removes along its diameter: extinction = −ln(1−opacity)/(2·radius), with the optical
+/// depth capped at [`MAX_OPTICAL_DEPTH`]. If a file has both, `extinction` is used. A file without rows gives no particles.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file; a property is missing; a position, radius or
-/// extinction that [`Particle`] does not allow, or an opacity outside [0, 1], with the particle's number.
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable or truncated, a property is missing, a position, radius or extinction is
+/// invalid for a [`Particle`], or an opacity is outside [0, 1]; the message gives the particle's number.
 pub(in crate::scene) fn load(path: &Path) -> Result<Vec<Particle>> {
     let file = ply::open(path)?;
     file.require_scalars("vertex", &["x", "y", "z", "radius"])?;
@@ -67,12 +67,12 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Vec<Particle>> {
     Ok(particles)
 }
 
-/// Checks values in f32, because a finite f64 may become infinite or zero there.
+/// Checks values in f32, because a finite f64 may become infinite or zero when converted.
 fn particle(row: &Row, has_extinction: bool) -> std::result::Result<Particle, String> {
     let extinction = if has_extinction {
         row.extinction
     } else if (0.0..=1.0).contains(&row.opacity) {
-        // ln_1p, because 1 − opacity would round a thin particle's opacity away.
+        // ln_1p, because computing 1 − opacity would round a thin particle's opacity away.
         (-(-row.opacity).ln_1p()).min(MAX_OPTICAL_DEPTH.into()) / (2.0 * row.radius)
     } else {
         return Err(format!("opacity {} is not in [0, 1]", row.opacity));
@@ -80,7 +80,7 @@ fn particle(row: &Row, has_extinction: bool) -> std::result::Result<Particle, St
     checked(row.position, row.radius, extinction)
 }
 
-/// A particle that is valid by the documentation of [`Particle`]; the error text names the fault.
+/// Returns a particle that is valid according to the documentation of [`Particle`]; the error describes what is wrong.
 pub(in crate::scene) fn checked(
     position: [f64; 3],
     radius: f64,

@@ -1,4 +1,4 @@
-//! How a scene file places the files that it names.
+//! How a scene file places the files it names.
 
 use crate::scene::files::stage::{self, CameraEntry, finite, in_range, unit};
 use crate::scene::{Camera, Light, LightKind, Mesh, Particle, files::particle_file};
@@ -9,16 +9,16 @@ use glam::{DQuat, DVec3};
 pub(in crate::scene) struct Placement {
     pub translate: DVec3,
     pub rotate: DQuat,
-    /// Greater than 0.
+    /// Scale factor, greater than 0.
     pub scale: f64,
 }
 
 impl Placement {
-    /// Leaves everything at the file's own coordinates.
+    /// Keeps everything at the file's own coordinates.
     pub(in crate::scene) const AS_IT_STANDS: Self =
         Self { translate: DVec3::ZERO, rotate: DQuat::IDENTITY, scale: 1.0 };
 
-    /// `rotate` is an axis and degrees.
+    /// Creates a placement; `rotate` is an axis and an angle in degrees.
     pub(in crate::scene) fn new(
         translate: [f64; 3],
         rotate: Option<[f64; 4]>,
@@ -42,13 +42,13 @@ impl Placement {
     }
 
     fn point(&self, point: DVec3) -> DVec3 {
-        // Without a rotation, no rounding by an identity rotation.
+        // Skips an identity rotation, which would round the result.
         let turned =
             if self.rotate == DQuat::IDENTITY { point * self.scale } else { self.rotate * (point * self.scale) };
         turned + self.translate
     }
 
-    /// The extinction shrinks as the radius grows: a larger model of the same smoke is as dark as the smaller one.
+    /// Scales the radius up and the extinction down, so that a larger model of the same smoke is as dark as the smaller one.
     pub(in crate::scene) fn particle(&self, particle: &Particle) -> std::result::Result<Particle, String> {
         particle_file::checked(
             self.position(particle.position),

@@ -1,4 +1,4 @@
-//! PLY files row by row: shared by the particle and the mesh loader. Never trusts the header's counts.
+//! Row-by-row reading of PLY files, shared by the particle and mesh loaders. The header's counts are never trusted.
 
 use crate::scene::files::input;
 use crate::{Error, Result};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 const WAY_OUT: &str = "check that the file is a PLY file and was copied whole";
 
-/// An open PLY file, its header read and checked against its size.
+/// An open PLY file; its header has been read and checked against the file's size.
 pub(in crate::scene) struct PlyFile {
     path: PathBuf,
     header: Header,
@@ -22,8 +22,8 @@ pub(in crate::scene) struct PlyFile {
 /// Opens a PLY file and reads its header.
 ///
 /// # Errors
-/// [`Error::Input`]: unreadable, not a PLY file, or too short for the rows that its header promises. This check keeps later code from
-/// allocating more than the file's size justifies.
+/// [`Error::Input`] if the file is unreadable, not a PLY file, or too short for the rows declared in its header. This check keeps later
+/// code from allocating more than the file's size justifies.
 pub(in crate::scene) fn open(path: &Path) -> Result<PlyFile> {
     let (file, size_bytes) = input::open(path)?;
     let mut reader = Reader::new(BufReader::new(file));
@@ -51,7 +51,7 @@ pub(in crate::scene) fn open(path: &Path) -> Result<PlyFile> {
     Ok(PlyFile { path: path.to_path_buf(), header, reader })
 }
 
-/// The fewest bytes that a row can have: lists may be empty, and an ASCII number has at least a digit and a separator.
+/// Returns the smallest possible size of a row in bytes: lists may be empty, and an ASCII number has at least a digit and a separator.
 fn smallest_row_bytes(header: &Header, element: &ElementDef) -> u128 {
     let binary_bytes = |scalar: &ScalarType| match scalar {
         ScalarType::Char | ScalarType::UChar => 1,
@@ -67,30 +67,30 @@ fn smallest_row_bytes(header: &Header, element: &ElementDef) -> u128 {
 }
 
 impl PlyFile {
-    /// An element's definition.
+    /// Returns an element's definition.
     ///
     /// # Errors
-    /// The file has no such element.
+    /// An error if the file has no such element.
     pub(in crate::scene) fn element(&self, name: &str) -> Result<&ElementDef> {
         let way_out = "give a file with that element";
         self.header.elements.get(name).ok_or_else(|| self.error(format!("has no element {name}"), way_out))
     }
 
-    /// Whether there is such an element and it has rows.
+    /// Returns whether the element exists and has rows.
     pub(in crate::scene) fn has_rows(&self, element: &str) -> bool {
         self.header.elements.get(element).is_some_and(|element| element.count > 0)
     }
 
-    /// Whether an element has a scalar property of that name, of any number type.
+    /// Returns whether an element has a scalar property of that name, of any number type.
     pub(in crate::scene) fn has_scalar(&self, element: &str, property: &str) -> bool {
         let definition = self.header.elements.get(element).and_then(|element| element.properties.get(property));
         definition.is_some_and(|property| matches!(property.data_type, PropertyType::Scalar(_)))
     }
 
-    /// Complains about the first scalar property that an element lacks.
+    /// Reports the first scalar property that an element lacks.
     ///
     /// # Errors
-    /// The file lacks the element or one of the properties.
+    /// An error if the file lacks the element or one of the properties.
     pub(in crate::scene) fn require_scalars(&self, element: &str, properties: &[&str]) -> Result<()> {
         self.element(element)?;
         match properties.iter().find(|property| !self.has_scalar(element, property)) {
@@ -102,11 +102,11 @@ impl PlyFile {
         }
     }
 
-    /// Reads rows in the file's order and hands each to `visit` with its element's name and its number from 0, up to
-    /// the last row of the last of the `wanted` elements.
+    /// Reads rows in file order and passes each to `visit` with its element's name and its index from 0, up to the last row of the last of
+    /// the `wanted` elements.
     ///
     /// # Errors
-    /// [`Error::Input`] names the row that cannot be read; errors of `visit` pass through.
+    /// [`Error::Input`] names the row that cannot be read; errors of `visit` are passed on.
     pub(in crate::scene) fn read_rows<Row: PropertyAccess>(
         mut self,
         wanted: &[&str],
@@ -134,13 +134,13 @@ impl PlyFile {
         Ok(())
     }
 
-    /// An [`Error::Input`] about this file.
+    /// Creates an [`Error::Input`] about this file.
     pub(in crate::scene) fn error(&self, cause: impl ToString, way_out: &str) -> Error {
         input::error(&self.path, cause, way_out)
     }
 }
 
-/// The next line that is not blank: some writers separate elements by blank lines.
+/// Reads the next line that is not blank: some writers separate elements by blank lines.
 fn next_line(reader: &mut impl BufRead, line: &mut String) -> std::result::Result<(), ParseError> {
     loop {
         line.clear();
@@ -153,7 +153,7 @@ fn next_line(reader: &mut impl BufRead, line: &mut String) -> std::result::Resul
     }
 }
 
-/// A scalar of any type as f64, exactly; `None` for a list.
+/// Converts a scalar of any type to f64, exactly; `None` for a list.
 pub(in crate::scene) fn scalar(value: &Property) -> Option<f64> {
     match *value {
         Property::Char(value) => Some(value.into()),

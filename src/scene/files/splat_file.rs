@@ -1,4 +1,4 @@
-//! Code that all formats of splats share.
+//! Code shared by all splat formats.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -7,29 +7,29 @@ use crate::scene::{Caster, Splat, files::input, files::splat_ply, files::spz_fil
 use glam::DQuat;
 use std::path::Path;
 
-/// The zeroth spherical harmonic's constant, which files use to encode colors.
+/// The constant of the zeroth spherical harmonic, which files use to encode colors.
 const HARMONIC_0: f64 = 0.282_094_791_773_878_14;
 
-/// Bytes per splat in a `.splat` file.
+/// Number of bytes per splat in a `.splat` file.
 const ROW_BYTES: usize = 32;
 
-/// A splat as it is in a file, in f64.
+/// A splat as stored in a file, in f64.
 pub(in crate::scene) struct Row {
     pub position: [f64; 3],
-    /// World units.
+    /// Standard deviations, in world units.
     pub deviations: [f64; 3],
-    /// x, y, z, w, of any length.
+    /// Quaternion x, y, z, w, of any length.
     pub rotation: [f64; 4],
     pub opacity: f64,
     pub color: [f64; 3],
 }
 
-/// Loads the splats of a file by its ending: `.ply` as 3D Gaussian Splatting writes it or as PlayCanvas compresses it, `.splat`, `.spz`. A
+/// Loads the splats of a file by its ending: `.ply` as written by 3D Gaussian Splatting or compressed by PlayCanvas, `.splat`, `.spz`. A
 /// splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a splat that [`Splat`] does not allow, with its
-/// number.
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, or a splat is invalid for [`Splat`]; the
+/// message gives its number.
 pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Splat>> {
     let mut splats = Vec::new();
     let mut take = |number: usize, row: &Row| {
@@ -57,7 +57,7 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<S
     Ok(splats)
 }
 
-/// A row of a `.splat` file: position and deviations as floats; red, green, blue, opacity and a quaternion w, x, y, z as bytes.
+/// Decodes a row of a `.splat` file: position and deviations as floats; red, green, blue, opacity and a quaternion w, x, y, z as bytes.
 fn of_splat(row: &[u8]) -> Row {
     let float = |i: usize| f64::from(f32::from_le_bytes([0, 1, 2, 3].map(|byte| row[4 * i + byte])));
     let share = |i: usize| f64::from(row[24 + i]) / 255.0;
@@ -71,18 +71,18 @@ fn of_splat(row: &[u8]) -> Row {
     }
 }
 
-/// The opacity that a byte stands for. 255 is the least value that rounds to it, so that no splat is fully opaque.
+/// Decodes an opacity byte. 255 decodes to the smallest value that rounds to it, so that no splat is fully opaque.
 pub(in crate::scene) fn opacity_of(byte: f64) -> f64 {
     (byte / 255.0).min(254.5 / 255.0)
 }
 
-/// The color for the zeroth coefficients of spherical harmonics.
+/// Returns the color for the zeroth spherical harmonic coefficients.
 pub(in crate::scene) fn color_of(coefficients: [f64; 3]) -> [f64; 3] {
     coefficients.map(|c| 0.5 + HARMONIC_0 * c)
 }
 
-/// A splat that is valid by the documentation of [`Splat`]; the error text names the fault. Checked in f32, because a finite f64 may
-/// become infinite or zero there.
+/// Returns a splat that is valid according to the documentation of [`Splat`]; the error describes what is wrong. Checked in f32, because a
+/// finite f64 may become infinite or zero when converted.
 fn checked(row: &Row, placement: &Placement) -> std::result::Result<Splat, String> {
     let Row { position, rotation, opacity, .. } = *row;
     let deviations = row.deviations.map(|d| d * placement.scale);

@@ -1,11 +1,11 @@
-//! Splats from PLY files: in the format of Kerbl et al. 2023 (*3D Gaussian Splatting for Real-Time Radiance Field Rendering*), or as
-//! PlayCanvas compresses them.
+//! Splats from PLY files, in the format of Kerbl et al. 2023 (*3D Gaussian Splatting for Real-Time Radiance Field Rendering*), or
+//! compressed by PlayCanvas.
 //!
 //! Kerbl's format: element `vertex` with `x y z`, `scale_0..2` (logarithms of deviations), `rot_0..3` (w, x, y, z, of any length),
 //! `opacity` (before a logistic function) and `f_dc_0..2` (color as a spherical harmonic). PlayCanvas' format: element `chunk`, each with
 //! the bounds of 256 splats, and element `vertex` with four words. The first word is the position and the second the scale, as numbers of
-//! 11, 10 and 11 bits between the chunk's bounds. The third holds the three smaller numbers of the quaternion, of 10 bits each. The fourth
-//! is color and opacity, of 8 bits each.
+//! 11, 10 and 11 bits between the chunk's bounds. The third holds the three smaller components of the quaternion, 10 bits each. The fourth
+//! is color and opacity, 8 bits each.
 
 use crate::Result;
 use crate::scene::files::ply::{self, PlyFile};
@@ -13,7 +13,7 @@ use crate::scene::files::splat_file::{Row, color_of, opacity_of};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-/// Properties of a PLY file of splats: `OPEN` of the first format; `PACKED`, and `BOUNDS` of chunks, of the second.
+/// Properties of a PLY file of splats: `OPEN` for the first format; `PACKED`, and `BOUNDS` of chunks, for the second.
 const OPEN: [&str; 14] = [
     "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity", "f_dc_0", "f_dc_1",
     "f_dc_2",
@@ -39,18 +39,18 @@ const BOUNDS: [&str; 18] = [
     "max_g",
     "max_b",
 ];
-/// Number of bounds without those of colors. Older files lack the latter; their colors are bounded by 0 and 1.
+/// Number of bounds excluding colors. Older files lack color bounds; their colors range from 0 to 1.
 const LEAST_BOUNDS: usize = 12;
 
-/// Splats per chunk.
+/// Number of splats per chunk.
 const CHUNK: usize = 256;
 
-/// Whether a PLY file is one of splats.
+/// Returns whether a PLY file contains splats.
 pub(in crate::scene) fn is_of_splats(file: &PlyFile) -> bool {
     file.has_scalar("vertex", PACKED[0]) || file.has_scalar("vertex", "rot_0") && file.has_scalar("vertex", "scale_0")
 }
 
-/// Numbers of a row, each at the index that its name has in one of the lists above.
+/// Numbers of a row, each at the index of its name in one of the lists above.
 struct Numbers {
     of: [f64; 32],
 }
@@ -71,11 +71,11 @@ impl PropertyAccess for Numbers {
     }
 }
 
-/// Reads rows of either kind and hands each to `take` with its number.
+/// Reads rows of either kind and passes each to `take` with its index.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file; a property that is missing; too few chunks for the splats. Errors
-/// of `take` pass through.
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable or truncated, a property is missing, or there are too few chunks for the
+/// splats. Errors of `take` are passed on.
 pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
     let file = ply::open(path)?;
     if !file.has_scalar("vertex", PACKED[0]) {
@@ -138,8 +138,8 @@ fn packed_row(n: &[f64; 32], bounds: &[f64; 18]) -> Row {
     }
 }
 
-/// Decodes a quaternion. The top bits say which of w, x, y, z is greatest in magnitude; the other three follow in this order, each as 10
-/// bits that span −1/√2 to 1/√2.
+/// Decodes a quaternion. The top bits select the component of greatest magnitude among w, x, y, z; the other three follow in this order,
+/// each as 10 bits that span −1/√2 to 1/√2.
 fn smallest_three(word: u32) -> [f64; 4] {
     let number = |shift: u32| (f64::from(word >> shift & 1023) / 1023.0 - 0.5) * 2.0_f64.sqrt();
     let others = [number(20), number(10), number(0)];

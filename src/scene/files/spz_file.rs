@@ -1,4 +1,4 @@
-//! Splats from `.spz` files (Niantic's *spz*, versions 1 to 3): one gzip stream of a header and of an array for each property.
+//! Splats from `.spz` files (Niantic's *spz*, versions 1 to 3): one gzip stream with a header and an array for each property.
 //!
 //! | bytes per splat | what |
 //! |---|---|
@@ -16,21 +16,21 @@ use flate2::read::GzDecoder;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// "NGSP".
+/// The bytes "NGSP".
 const MAGIC: u32 = 0x5053_474e;
 
 const HEADER_BYTES: usize = 16;
 
-/// The most bytes of splats per byte of the file. Real files have 1 to 4; deflate could expand one byte to a thousand.
+/// The largest number of splat bytes per byte of the file. Real files have 1 to 4; deflate could expand one byte to a thousand.
 const MOST_RATIO: u64 = 64;
 
 const WAY_OUT: &str = "check that the file is an .spz file of version 1 to 3 and was copied whole";
 
-/// Reads all splats and hands each to `take` with its number.
+/// Reads all splats and passes each to `take` with its index.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no gzip, another version, more splats than the file's size allows.
-/// Errors of `take` pass through.
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated, not gzip or of another version, or if it has more splats
+/// than its size allows. Errors of `take` are passed on.
 pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
     let (mut file, size) = input::open(path)?;
@@ -65,7 +65,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
     }
-    // Later bytes are not used, but are read to the end, since the checksum at the end covers all bytes.
+    // Later bytes are not used, but must be read, since the checksum at the end covers all bytes.
     let most = size.saturating_mul(MOST_RATIO);
     let rest = std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
         .map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
@@ -84,7 +84,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
                 if version == 1 {
                     half([place[2 * axis], place[2 * axis + 1]])
                 } else {
-                    // Shifting down extends the sign of the 24 bits.
+                    // The arithmetic right shift sign-extends the 24 bits.
                     let word = i32::from_le_bytes([0, place[3 * axis], place[3 * axis + 1], place[3 * axis + 2]]) >> 8;
                     f64::from(word) / f64::from(1u32 << fraction)
                 }
@@ -104,8 +104,8 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     Ok(())
 }
 
-/// Decodes a quaternion. The top bits say which of x, y, z, w is greatest in magnitude. The other three follow in this order, so the last
-/// stands in the lowest bits. Each is a sign and 9 bits for a size from 0 to 1/√2.
+/// Decodes a quaternion. The top bits select the component of greatest magnitude among x, y, z, w. The other three follow in this order, so
+/// the last one is in the lowest bits. Each is a sign and 9 bits for a magnitude from 0 to 1/√2.
 fn smallest_three(mut word: u32) -> [f64; 4] {
     let greatest = (word >> 30) as usize;
     let mut xyzw = [0.0; 4];
@@ -118,7 +118,7 @@ fn smallest_three(mut word: u32) -> [f64; 4] {
     xyzw
 }
 
-/// Decodes a half float.
+/// Decodes a half-precision float.
 pub(super) fn half(bytes: [u8; 2]) -> f64 {
     let bits = u16::from_le_bytes(bytes);
     let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));

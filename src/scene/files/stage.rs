@@ -1,4 +1,4 @@
-//! Lights and cameras as files describe them, and the checks that they must pass.
+//! Lights and cameras as described in files, and the checks they must pass.
 
 use crate::scene::{Camera, Light, LightKind};
 use glam::DVec3;
@@ -6,13 +6,13 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// The sine of the angle below which `up` counts as parallel to the view: the picture's roll would be rounding noise.
+/// The sine of the angle below which `up` counts as parallel to the view, because the picture's roll would be rounding noise.
 const MIN_UP_SINE: f64 = 1e-6;
 
-/// The narrowest cone of a spot light and the narrowest camera angle. Narrower ones have no usable tangent in f32.
+/// The narrowest cone of a spot light, and the narrowest camera angle. Narrower ones have no usable tangent in f32.
 pub(in crate::scene) const NARROWEST_DEGREES: f64 = 1e-6;
 
-/// A light of a scene file.
+/// A light in a scene file.
 #[derive(Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub(in crate::scene) enum LightEntry {
@@ -39,7 +39,7 @@ pub(in crate::scene) enum LightEntry {
     },
 }
 
-/// Reads a table or an array of tables. An untagged enum could too, but its errors do not name the fault.
+/// Reads a table or an array of tables. An untagged enum could do this too, but its errors would not describe what is wrong.
 pub(in crate::scene) fn one_or_more<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> std::result::Result<Option<Vec<LightEntry>>, D::Error> {
@@ -62,7 +62,7 @@ pub(in crate::scene) fn one_or_more<'de, D: Deserializer<'de>>(
     deserializer.deserialize_any(Lights).map(Some)
 }
 
-/// A camera of a scene file.
+/// A camera in a scene file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::scene) struct CameraEntry {
@@ -80,7 +80,7 @@ fn endless() -> f64 {
     f64::INFINITY
 }
 
-/// Checks a light; the error text names the fault.
+/// Checks a light; the error describes what is wrong.
 pub(in crate::scene) fn light(entry: &LightEntry) -> std::result::Result<Light, String> {
     let (kind, radiance, radius) = match *entry {
         LightEntry::Directional { direction, radiance } => {
@@ -106,7 +106,7 @@ pub(in crate::scene) fn light(entry: &LightEntry) -> std::result::Result<Light, 
     Ok(Light { kind, radiance: crate::scene::files::stage::radiance(radiance)?, radius })
 }
 
-/// Checks a radiance and converts it to f32; the error text names the fault.
+/// Checks a radiance and converts it to f32; the error describes what is wrong.
 pub(in crate::scene) fn radiance(radiance: [f64; 3]) -> std::result::Result<[f32; 3], String> {
     let radiance = radiance.map(|value| value as f32);
     if !radiance.iter().all(|value| value.is_finite() && *value >= 0.0) {
@@ -115,7 +115,7 @@ pub(in crate::scene) fn radiance(radiance: [f64; 3]) -> std::result::Result<[f32
     Ok(radiance)
 }
 
-/// Checks a camera; the error text names the fault.
+/// Checks a camera; the error describes what is wrong.
 pub(in crate::scene) fn camera(entry: &CameraEntry) -> std::result::Result<Camera, String> {
     let position = finite("camera position", entry.position)?;
     let target = finite("camera target", entry.target)?;
@@ -132,16 +132,16 @@ pub(in crate::scene) fn camera(entry: &CameraEntry) -> std::result::Result<Camer
     Ok(Camera { position, target, up, fov_y_degrees })
 }
 
-/// The greatest coordinate of anything, and the greatest radius. All values become f32 at some point, and squares of distances must stay
+/// The greatest allowed coordinate, and the greatest radius. All values are converted to f32 at some point, and squared distances must stay
 /// finite there.
 pub(in crate::scene) const MAX_COORDINATE: f64 = 1e18;
 
-/// Whether all these coordinates or radii are in range.
+/// Returns whether all these coordinates or radii are in range.
 pub(in crate::scene) fn in_range(values: &[f32]) -> bool {
     values.iter().all(|value| f64::from(value.abs()) <= MAX_COORDINATE)
 }
 
-/// Checks that a vector is in range; `name` names it in the error text.
+/// Checks that a vector is in range; `name` identifies it in the error.
 pub(in crate::scene) fn finite(name: &str, values: [f64; 3]) -> std::result::Result<DVec3, String> {
     if values.iter().all(|value| value.abs() <= MAX_COORDINATE) {
         return Ok(DVec3::from_array(values));
@@ -149,7 +149,7 @@ pub(in crate::scene) fn finite(name: &str, values: [f64; 3]) -> std::result::Res
     Err(format!("{name} {values:?} is not finite or exceeds {MAX_COORDINATE:e}"))
 }
 
-/// The vector at unit length; `None` if its length is 0. It is scaled first, so that tiny vectors keep their direction.
+/// Returns the vector at unit length; `None` if its length is 0. It is scaled first, so that tiny vectors keep their direction.
 pub(in crate::scene) fn unit(vector: DVec3) -> Option<DVec3> {
     let largest = vector.abs().max_element();
     if largest == 0.0 {

@@ -1,4 +1,4 @@
-//! Code that all formats of hair share.
+//! Code shared by all hair formats.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -6,19 +6,19 @@ use crate::scene::files::stage::{MAX_COORDINATE, in_range};
 use crate::scene::{Strand, files::hair_file, files::input, files::tressfx_file};
 use std::path::Path;
 
-/// Values that replace the file's own.
+/// Values that replace those in the file.
 #[derive(Clone, Copy, Default)]
 pub(in crate::scene) struct Overrides {
-    /// World units.
+    /// Radius, in world units.
     pub radius: Option<f64>,
-    /// In [0, 1].
+    /// Opacity in [0, 1].
     pub opacity: Option<f64>,
 }
 
-/// Loads the strands of a file, placed: TressFX if it ends on `.tfx`, else HAIR.
+/// Loads and places the strands of a file: TressFX if its ending is `.tfx`, otherwise HAIR.
 ///
 /// # Errors
-/// As [`tressfx_file::load`] and [`hair_file::load`].
+/// Same as [`tressfx_file::load`] and [`hair_file::load`].
 pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
     match input::ending(path).as_str() {
         "tfx" => tressfx_file::load(path, placement, overrides),
@@ -26,8 +26,8 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Over
     }
 }
 
-/// A strand that is valid by the documentation of [`Strand`], except that it may have no length; the error text names the fault. Checked in
-/// f32, because a finite f64 may become infinite or zero there.
+/// Returns a strand that is valid according to the documentation of [`Strand`], except that its length may be zero; the error describes
+/// what is wrong. Checked in f32, because a finite f64 may become infinite or zero when converted.
 pub(in crate::scene) fn checked(
     [start, end]: [[f64; 3]; 2],
     radius: f64,

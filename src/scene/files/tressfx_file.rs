@@ -1,5 +1,5 @@
-//! Strands from TressFX files (`.tfx`) of versions 3 and 4, little-endian: a header, then arrays anywhere, each at an offset that the
-//! header names. All strands have the same number of points. Files of version 2 are text, and are refused.
+//! Strands from TressFX files (`.tfx`) of versions 3 and 4, little-endian: a header, then arrays anywhere, each at an offset given in the
+//! header. All strands have the same number of points. Files of version 2 are text, and are rejected.
 //!
 //! | header | version 3 | version 4 |
 //! |---|---|---|
@@ -21,18 +21,18 @@ use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a TressFX file and was copied whole";
 
-/// The longest side of the box about all strands, in radii of a hair, for a file without thickness. So a hair is 1/400 of that side wide.
-/// That is ten times the width of a real hair, but real heads have ten times as many hairs.
+/// The longest side of the box around all strands, in radii of a hair, for a file without thickness. A hair is thus 1/400 of that side
+/// wide. That is ten times the width of a real hair, but real heads have ten times as many hairs.
 const SIZE_A_RADIUS: f64 = 800.0;
 
-/// Opacity of hairs where the scene file gives none.
+/// Opacity of hairs if the scene file gives none.
 const OPACITY: f64 = 0.5;
 
-/// Loads and places the segments of all strands. Segments of no length are left out, since they cover nothing.
+/// Loads and places the segments of all strands. Segments of zero length are dropped, since they cover nothing.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, another version, no strands, arrays past the
-/// end; a position or thickness that [`Strand`] does not allow, with the strand's number.
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or of another version, has no strands or has arrays past the
+/// end, or if a position or thickness is invalid for a [`Strand`]; the message gives the strand's number.
 pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
     let bytes = input::read(path)?;
     let file = TressFxFile::new(&bytes).map_err(|cause| input::error(path, cause, WAY_OUT))?;
@@ -62,14 +62,14 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Over
     Ok(strands)
 }
 
-/// A file that was checked: all arrays are there, and positions are finite.
+/// A validated file: all arrays are present, and positions are finite.
 struct TressFxFile<'a> {
     strands: usize,
-    /// Points per strand, at least 2.
+    /// Number of points per strand, at least 2.
     points: usize,
     positions: &'a [u8],
     position_bytes: usize,
-    /// Thickness of each strand, four bytes per strand; empty where the file has none.
+    /// Thickness of each strand, four bytes per strand; empty if the file has none.
     thickness: &'a [u8],
 }
 
@@ -88,7 +88,7 @@ impl<'a> TressFxFile<'a> {
         if strands == 0 || points < 2 {
             return Err(format!("has {strands} strands of {points} points: nothing that casts a shadow"));
         }
-        // Counts are not trusted: they must fit the file's size before anything is allocated for them.
+        // Counts are not trusted: they must match the file's size before anything is allocated for them.
         let array = |name: &str, at: usize, count: u128, size: usize| {
             let begin = number(bytes, at)? as usize;
             let length = count * size as u128;
@@ -129,7 +129,7 @@ impl<'a> TressFxFile<'a> {
         number(self.thickness, 4 * strand).ok().map(f32::from_bits)
     }
 
-    /// The longest side of the bounds of all points.
+    /// Returns the longest side of the bounds of all points.
     fn size(&self) -> f64 {
         let points = || (0..self.strands * self.points).map(|point| self.position(point).map(f64::from));
         let side = |axis: usize| {
@@ -140,7 +140,7 @@ impl<'a> TressFxFile<'a> {
     }
 }
 
-/// Four bytes as a little-endian number.
+/// Reads four bytes as a little-endian number.
 fn number(bytes: &[u8], at: usize) -> std::result::Result<u32, String> {
     let four = bytes.get(at..).and_then(<[u8]>::first_chunk);
     four.map(|four| u32::from_le_bytes(*four)).ok_or_else(|| format!("truncated: it has {} bytes", bytes.len()))

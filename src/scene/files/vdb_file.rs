@@ -1,8 +1,8 @@
-//! Grids from OpenVDB files (versions 222 to 224 of the format: OpenVDB 3.0 and later): a tree of floats or half floats, compressed by zip,
-//! by Blosc or not at all. Source: OpenVDB's io/Archive.cc, io/Compression.h, tree/{Root,Internal,Leaf}Node.h and math/Maps.h.
+//! Grids from OpenVDB files (versions 222 to 224 of the format: OpenVDB 3.0 and later): a tree of floats or half floats, compressed by zip
+//! or Blosc, or uncompressed. Source: OpenVDB's io/Archive.cc, io/Compression.h, tree/{Root,Internal,Leaf}Node.h and math/Maps.h.
 //!
-//! Samples are at the integer places of the grid's index space; the grid's map gives their places in space. The background, outside the
-//! tree, must be 0.
+//! Samples are at integer coordinates of the grid's index space; the grid's map converts them to positions in space. The background,
+//! outside the tree, must be 0.
 
 use super::{blosc, spz_file};
 use crate::scene::files::volume_file::Grid;
@@ -11,13 +11,13 @@ use flate2::read::ZlibDecoder;
 use glam::DVec3;
 use std::io::Read;
 
-/// The first bytes of a file.
+/// Magic number: the first bytes of a file.
 const MAGIC: [u8; 8] = [0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
 
-/// Versions of the format.
+/// Supported versions of the format.
 const VERSIONS: std::ops::RangeInclusive<u32> = 222..=224;
 
-/// The grid that is read where nothing names one.
+/// The grid to read if no name is given.
 const DENSITY: &str = "density";
 
 /// Flags for the compression of a node's values.
@@ -25,10 +25,10 @@ const ZIPPED: u32 = 1;
 const ACTIVE_ALONE: u32 = 2;
 const BLOSC: u32 = 4;
 
-/// Logarithms to base 2 of a node's children per side, from the root's children down to the leaves, whose children are samples.
+/// Base-2 logarithms of a node's children per side, from the root's children down to the leaves, whose children are samples.
 const SIDES: [u32; 3] = [5, 4, 3];
 
-/// A result whose error is a text for users.
+/// A result whose error is a message for users.
 type Words<T> = Result<T, String>;
 
 /// A grid's entry in the file's directory.
@@ -41,7 +41,7 @@ struct Described {
     blocks: usize,
 }
 
-/// How all values of a grid are stored.
+/// The storage format of a grid's values.
 struct Packing {
     flags: u32,
     is_half: bool,
@@ -50,7 +50,7 @@ struct Packing {
 /// The contents of a grid's tree.
 #[derive(Default)]
 struct Tree {
-    /// Tiles of one value: lowest sample, samples per side, value.
+    /// Tiles of constant value: lowest sample, samples per side, value.
     tiles: Vec<([i32; 3], i32, f32)>,
     /// Number of blocks of 8³ samples that the tiles fill.
     filled: u64,
@@ -66,7 +66,8 @@ struct Bytes<'a> {
 /// Reads the grid with the given name; without a name, the grid `density`, or the only grid of floats.
 ///
 /// # Errors
-/// In words: no OpenVDB file, or an older version; no such grid, or a grid of other values or a level set; truncated or damaged.
+/// A message if the file is not OpenVDB or of an older version; if there is no such grid, or it is a level set or stores other values; or
+/// if the file is truncated or damaged.
 pub(super) fn read(all: &[u8], name: Option<&str>) -> Words<Grid> {
     let mut bytes = Bytes { all, at: 0 };
     if bytes.take(8).ok() != Some(&MAGIC) {
@@ -146,12 +147,12 @@ impl<'a> Bytes<'a> {
         Ok(String::from_utf8_lossy(self.take(length as usize)?).into_owned())
     }
 
-    /// Reads a byte offset in the file.
+    /// Reads a byte offset into the file.
     fn place(&mut self) -> Words<usize> {
         usize::try_from(i64::from_le_bytes(self.array()?)).map_err(|_| "damaged: a place before the file".into())
     }
 
-    /// Reads entries of name, type and value; returns the value of `class`, the kind of the grid.
+    /// Reads entries of name, type and value; returns the value of `class`, which is the kind of grid.
     fn metadata(&mut self) -> Words<String> {
         let mut class = String::new();
         for _ in 0..self.u32()? {
@@ -165,13 +166,13 @@ impl<'a> Bytes<'a> {
 
     fn described(&mut self) -> Words<Described> {
         let (unique, kind, instance_of) = (self.text()?, self.text()?, self.text()?);
-        // `end` is where the next grid's entry begins.
+        // `end` is the offset of the next grid's entry.
         let (at, blocks, end) = (self.place()?, self.place()?, self.place()?);
         if end < self.at {
             return Err("damaged: a grid ends before it begins".into());
         }
         self.at = end;
-        // Text behind this character only distinguishes grids of the same name.
+        // Text after this character only distinguishes grids of the same name.
         let name = unique.split('\u{1e}').next().unwrap_or_default().to_owned();
         let of_floats = kind.strip_suffix("_HalfFloat");
         let (is_half, kind) = (of_floats.is_some(), of_floats.unwrap_or(&kind).to_owned());
@@ -198,7 +199,7 @@ impl<'a> Bytes<'a> {
         Ok(Grid { field, origin, steps, extinction: 1.0, color: None })
     }
 
-    /// Reads the grid's map: the place of sample (0, 0, 0), and the steps between samples.
+    /// Reads the grid's map: the position of sample (0, 0, 0), and the steps between samples.
     fn map(&mut self) -> Words<(DVec3, [DVec3; 3])> {
         let kind = self.text()?;
         let straight = |scale: DVec3| [DVec3::X * scale.x, DVec3::Y * scale.y, DVec3::Z * scale.z];
@@ -224,7 +225,7 @@ impl<'a> Bytes<'a> {
 
     fn corner(&mut self) -> Words<[i32; 3]> {
         let corner = [self.array()?, self.array()?, self.array()?].map(i32::from_le_bytes);
-        // Only guards against overflow; [`Field::new`] refuses places that are too far out.
+        // Only guards against overflow; [`Field::new`] rejects coordinates that are too far out.
         if corner.iter().any(|at| at.unsigned_abs() > 1 << 30) {
             return Err(format!("a node at {corner:?}"));
         }
@@ -250,7 +251,7 @@ impl<'a> Bytes<'a> {
         Ok(tree)
     }
 
-    /// Collects tiles and places of leaves below a node.
+    /// Collects the tiles and leaf coordinates below a node.
     fn node(&mut self, at: [i32; 3], level: usize, packing: &Packing, tree: &mut Tree) -> Words<()> {
         let (bits, count) = (SIDES[level], 1usize << (3 * SIDES[level]));
         if level == 2 {
@@ -278,7 +279,7 @@ impl<'a> Bytes<'a> {
     fn values(&mut self, active: &[u8], packing: &Packing) -> Words<Vec<f32>> {
         let count = 8 * active.len();
         let how = self.u8()?;
-        // Values that are not stored are 0, or one of two values, chosen by another mask.
+        // Values that are not stored are 0, or one of two values selected by another mask.
         let inactive = match how {
             2 | 4 => [self.f32()?, 0.0],
             5 => [self.f32()?, self.f32()?],
@@ -333,7 +334,7 @@ impl<'a> Bytes<'a> {
         Ok(raw)
     }
 
-    /// The data of leaves follow in the order of the tree; each begins with its mask of active voxels again.
+    /// Reads the data of the leaves, which follow in tree order; each begins with its mask of active voxels again.
     fn field(&mut self, tree: &Tree, packing: &Packing) -> Words<Field> {
         let tiles = tree.tiles.iter().flat_map(|&(at, side, value)| voxels(at, side).map(move |at| (at, value)));
         let mut failed = None;
@@ -362,9 +363,9 @@ impl Tree {
     }
 }
 
-/// Places of a cube's samples, z fastest.
+/// Returns the coordinates of a cube's samples, z fastest.
 fn voxels(at: [i32; 3], side: i32) -> impl Iterator<Item = [i32; 3]> {
-    // 4096³ overflows i32; so large a tile has been refused before, since a field has no room for it.
+    // 4096³ overflows i32; a tile that large has already been rejected, since a field has no room for it.
     (0..side.checked_pow(3).unwrap_or(0))
         .map(move |i| [at[0] + i / (side * side), at[1] + i / side % side, at[2] + i % side])
 }
@@ -391,7 +392,7 @@ mod tests {
         grid.field.at(place.map(f64::from))
     }
 
-    /// The densities that results/files/vdb.py writes.
+    /// The densities written by results/files/vdb.py.
     fn ball([x, y, z]: [i32; 3]) -> f64 {
         let inside = (x - 6).pow(2) + (y + 4).pow(2) + (z - 9).pow(2) < 30;
         if inside { f64::from((7 * x + 11 * y + 13 * z).rem_euclid(29) + 1) / 32.0 } else { 0.0 }
@@ -401,7 +402,7 @@ mod tests {
         (0..22i32.pow(3)).map(|i| [i % 22 - 4, i / 22 % 22 - 14, i / 484 - 2])
     }
 
-    /// Files written by OpenVDB 10.0.1, and some more that it reads the same way: every sample and its place is right.
+    /// Files written by OpenVDB 10.0.1, and some others that it reads the same way: every sample and its position must be right.
     #[test]
     fn balls_are_read() {
         for name in ["ok-blosc", "ok-half", "ok-zipped", "ok-turned"] {
@@ -420,7 +421,7 @@ mod tests {
         }
     }
 
-    /// Inactive samples inside leaves have one of two values in turn along z, 0.5 where z is even, else 0.25.
+    /// Inactive samples inside leaves alternate between two values along z: 0.5 if z is even, otherwise 0.25.
     #[test]
     fn other_values_are_read() {
         let grid = grid("ok-two-others", Some("density"));
@@ -431,7 +432,7 @@ mod tests {
             assert!(found == active || active == 0.0 && found == other, "{place:?}: {found}");
             others += usize::from(active == 0.0 && found == other);
         }
-        // There are at most sixteen leaves, part of which the ball fills.
+        // There are at most sixteen leaves, partly filled by the ball.
         assert!(others > 1000 && others < 16 * 512, "{others}");
     }
 
@@ -446,7 +447,7 @@ mod tests {
         }
     }
 
-    /// Other grids are read by name, but not grids of another type.
+    /// Other grids can be read by name, but not grids of another type.
     #[test]
     fn grids_are_named() {
         let temperature = grid("ok-blosc", Some("temperature"));

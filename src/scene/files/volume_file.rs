@@ -1,4 +1,4 @@
-//! Volumes from files: grids of densities, with their places in space.
+//! Volumes from files: grids of densities, with their placement in space.
 //!
 //! | ending | what it is |
 //! |---|---|
@@ -27,25 +27,25 @@ use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Endings of such files.
+/// Endings of these files.
 pub(in crate::scene) const ENDINGS: [&str; 3] = ["volume", "nrrd", "vdb"];
 
-/// Albedo of smoke, and of casters whose file has no color.
+/// Albedo of smoke, and of casters whose file gives no color.
 const COLOR: [f32; 3] = [0.92, 0.92, 0.95];
 
-/// A field, with its place, extinction and color from the file.
+/// A field with the placement, extinction and color given in the file.
 pub(in crate::scene) struct Grid {
     pub field: Field,
-    /// Place of sample (0, 0, 0).
+    /// Position of sample (0, 0, 0).
     pub origin: DVec3,
-    /// Steps from sample to sample along each axis.
+    /// Steps between neighbouring samples along each axis.
     pub steps: [DVec3; 3],
-    /// Extinction of density 1.
+    /// Extinction at density 1.
     pub extinction: f64,
     pub color: Option<[f32; 3]>,
 }
 
-/// How a scene file places and changes a grid.
+/// How a scene file places and modifies a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct Placing {
     pub translate: DVec3,
@@ -104,7 +104,7 @@ fn one() -> f64 {
 /// Loads a volume and places it.
 ///
 /// # Errors
-/// As [`frame`], and where all densities are 0.
+/// Same as [`frame`], and also if all densities are 0.
 pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
     let volume = frame(path, placing)?;
     if volume.field().is_empty() {
@@ -114,10 +114,10 @@ pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
     Ok(volume)
 }
 
-/// Loads and places one file of a sequence. All of its densities may be 0, as before any smoke has risen.
+/// Loads and places one file of a sequence. All its densities may be 0, for instance before any smoke has risen.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): a faulty file; numbers out of range after placing.
+/// [`Error::Input`](crate::Error::Input) if the file is faulty, or numbers are out of range after placing.
 pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> {
     let ending = input::ending(path);
     if placing.grid.is_some() && ending != "vdb" {
@@ -157,7 +157,7 @@ pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> 
     Volume::new(Arc::new(grid.field), placed).map_err(wrong)
 }
 
-/// Reads a `.volume` file and the raw file that it names.
+/// Reads a `.volume` file and the raw file it names.
 fn sidecar(path: &Path) -> Result<Grid> {
     let bytes = input::read(path)?;
     let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save it as UTF-8"))?;

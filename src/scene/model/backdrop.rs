@@ -1,51 +1,50 @@
-//! The background of pictures for people: a sky with the scene's sun, into which the ground fades. Measured pictures do not have it. Twins:
+//! The background of presentation pictures: a sky with the scene's sun, into which the ground fades. Measured pictures have none. Twins:
 //! glsl/shading/backdrop.glsl, reference::truth::backdrop.
 
 use crate::scene::model::view::{across, some_up, vec};
 use crate::scene::{LightKind, Mesh, Scene};
 use glam::DVec3;
 
-/// Two colors of the sky, linear RGB: at the horizon and at the zenith. `DAY` is for scenes with a sun, `NIGHT` for scenes without one.
+/// Sky colors at the horizon and at the zenith, linear RGB. `DAY` is for scenes with a sun, `NIGHT` for scenes without one.
 const DAY: [[f32; 3]; 2] = [[0.15, 0.19, 0.26], [0.03, 0.055, 0.12]];
 const NIGHT: [[f32; 3]; 2] = [[0.055, 0.065, 0.090], [0.008, 0.012, 0.025]];
 
 /// A mesh is a ground if its height is at most this share of its width.
 const FLAT: f64 = 0.05;
 
-/// The greatest distance from a ground's middle at which the ground may begin to fade, as a share of its reach. If something stands farther
+/// The greatest distance from the ground's centre at which the ground may begin to fade, as a share of its extent. If something is farther
 /// out, the ground does not fade.
 const LATEST: f64 = 0.9;
 
-/// Where a ground begins to fade at the earliest, as a share of its reach.
+/// The least distance from the ground's centre at which the ground may begin to fade, as a share of its extent.
 const EARLIEST: f64 = 0.7;
 
 /// A sky, a sun and a ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backdrop {
-    /// The way up, unit length.
+    /// Up direction, unit length.
     pub up: [f32; 3],
-    /// The way towards the sun, unit length.
+    /// Direction towards the sun, unit length.
     pub sun: [f32; 3],
-    /// The sun's radiance; black where there is no sun.
+    /// The sun's radiance; black if there is no sun.
     pub sunlight: [f32; 3],
-    /// The sky's color at the horizon, linear RGB; below the horizon the sky gets darker.
+    /// The sky's color at the horizon, linear RGB; the sky darkens below the horizon.
     pub horizon: [f32; 3],
-    /// The sky's color straight above, linear RGB.
+    /// The sky's color at the zenith, linear RGB.
     pub zenith: [f32; 3],
-    /// The ground's middle, world units.
+    /// The ground's centre, in world units.
     pub middle: [f32; 3],
-    /// The distances from the ground's middle at which it begins to fade and has faded entirely, world units; both 0 where it does not
-    /// fade.
+    /// Distances from the ground's centre at which it begins to fade and has faded entirely, in world units; both 0 if it does not fade.
     pub fade: [f32; 2],
-    /// How far above and below its middle the ground reaches, world units.
+    /// Half the ground's height: how far it extends above and below its centre, in world units.
     pub thick: f32,
 }
 
 impl Backdrop {
-    /// The backdrop of a scene: the first directional light is the sun, and up is the camera's up.
+    /// Returns the backdrop of a scene: the first directional light is the sun, and up is the camera's up.
     pub fn of(scene: &Scene) -> Self {
         let up = scene.camera.up.normalize_or(DVec3::Z);
-        // Where lights stand once per color, the sun's colors together.
+        // If each light is listed once per color, add up the sun's colors.
         let each = scene.lights.len() / scene.colors();
         let whole = |first: usize| {
             let its = scene.lights.iter().skip(first).step_by(each.max(1));
@@ -72,7 +71,7 @@ impl Backdrop {
     }
 }
 
-/// The box about points, along the given axes: its middle, and half its sides.
+/// Returns the box around points, along the given axes: its centre and half its sides.
 fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec3, DVec3)> {
     let along = |p: DVec3| DVec3::from_array(axes.map(|axis| axis.dot(p)));
     let bounds = points
@@ -83,8 +82,8 @@ fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec
     Some((axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z, 0.5 * (high - low)))
 }
 
-/// Finds the ground, which is the widest flat mesh. Returns its middle, the two distances between which it fades, and half its height. None
-/// where another mesh stands so far out that fading would hide it.
+/// Finds the ground, which is the widest flat mesh. Returns its centre, the two distances between which it fades, and half its height; or
+/// None if another mesh is so far out that fading would hide it.
 fn ground(scene: &Scene, up: DVec3) -> Option<(DVec3, [f64; 2], f64)> {
     let (right, forward) = across(up, some_up(up));
     let axes = [right, forward, up];
@@ -99,7 +98,7 @@ fn ground(scene: &Scene, up: DVec3) -> Option<(DVec3, [f64; 2], f64)> {
     let others = scene.meshes.iter().enumerate().filter(|(i, _)| *i != ground);
     let farthest = others.flat_map(|(_, mesh)| points(mesh)).map(away).fold(0.0, f64::max);
     let begin = (1.02 * farthest).max(EARLIEST * end);
-    // A little more than its height, for the rounding of positions.
+    // Slightly more than its height, to allow for rounding of positions.
     (begin <= LATEST * end).then_some((middle, [begin, end], half.z + 1e-3 * end))
 }
 
@@ -113,7 +112,7 @@ mod tests {
         mesh(corners, vec![[0, 1, 2], [0, 2, 3]])
     }
 
-    /// A plate fades if what stands on it leaves room; a box or nothing does not.
+    /// A plate fades if the objects on it leave room; a box does not, nor does an empty scene.
     #[test]
     fn ground_fades_where_nothing_stands() {
         let mut scene = on_the_axis(&[]);
@@ -131,7 +130,7 @@ mod tests {
         assert_eq!(fade(&scene), [0.0; 2]);
     }
 
-    /// The sun stands where its light comes from; without one it is night.
+    /// The sun is in the direction its light comes from; without a sun it is night.
     #[test]
     fn the_sun_is_the_first_directional_light() {
         let mut scene = on_the_axis(&[]);

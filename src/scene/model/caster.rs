@@ -1,4 +1,4 @@
-//! One representation for particles, strands, splats and cells of volumes, which the shaders and the reference share.
+//! One representation for particles, strands, splats and volume cells, shared by the shaders and the reference.
 
 use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
@@ -6,45 +6,46 @@ use glam::DVec3;
 #[cfg(feature = "program")]
 use std::cmp::Ordering;
 
-/// A caster that lets some light pass. Numbers are rounded to f32 once, here, so that the f64 reference and the device use the same values.
-/// Twin: Caster in glsl/world/caster.glsl.
+/// A translucent caster. Numbers are rounded to f32 once, here, so that the f64 reference and the device use the same values. Twin: Caster
+/// in glsl/world/caster.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Caster {
-    /// A sphere's, a splat's or a cell's centre or a strand's start, world units.
+    /// Centre of a sphere, splat or cell, or start of a strand, in world units.
     pub position: [f32; 3],
-    /// World units, > 0; for a splat 3 times the greatest deviation, for a cell half its diagonal.
+    /// Radius in world units, > 0; for a splat, 3 times the greatest deviation; for a cell, half its diagonal.
     pub radius: f32,
-    /// From a strand's start to its end, world units; 0 for a sphere; for a splat or a cell, bits that say its shape.
+    /// Vector from a strand's start to its end, in world units; 0 for a sphere; for a splat or a cell, bits that encode its shape.
     pub axis: [f32; 3],
-    /// A sphere's or a cell's extinction, a splat's at its middle, 1 / world unit; a strand's optical depth.
+    /// Extinction of a sphere or cell, or of a splat at its centre, in 1 / world unit; optical depth of a strand.
     pub density: f32,
 }
 
 impl Caster {
-    /// An order by values alone: place, radius, axis, density.
+    /// Compares by values alone: position, radius, axis, density.
     #[cfg(feature = "program")]
     pub(super) fn compare(&self, other: &Self) -> Ordering {
         let values = |c: &Self| (c.position, c.radius, c.axis, c.density);
         values(self).partial_cmp(&values(other)).unwrap_or(Ordering::Equal)
     }
 
-    /// Whether it is a strand.
+    /// Returns whether the caster is a strand.
     pub fn is_strand(&self) -> bool {
         self.axis != [0.0; 3] && !self.is_splat_or_cell()
     }
 
-    /// Whether its shape is packed in its axis: a splat or a cell.
+    /// Returns whether the shape is packed into the axis, as for a splat or a cell.
     pub fn is_splat_or_cell(&self) -> bool {
         self.is_splat() || self.is_cell()
     }
 
-    /// A centre or a strand's start.
+    /// Returns the centre, or a strand's start.
     pub fn start(&self) -> DVec3 {
         DVec3::from(self.position.map(f64::from))
     }
 
-    /// A centre or a strand's end. The caster lies within the convex hull of two spheres of its radius, about [`Caster::start`] and here.
+    /// Returns the centre, or a strand's end. The caster lies within the convex hull of two spheres of its radius, at [`Caster::start`] and
+    /// at this point.
     pub fn end(&self) -> DVec3 {
         if self.is_strand() { self.start() + DVec3::from(self.axis.map(f64::from)) } else { self.start() }
     }
@@ -64,14 +65,14 @@ impl From<&Strand> for Caster {
             position: start,
             radius: strand.radius,
             axis: [0, 1, 2].map(|i| end[i] - start[i]),
-            // ln_1p, because 1 − opacity would round a thin strand's opacity away.
+            // ln_1p, because computing 1 − opacity would round a thin strand's opacity away.
             density: (-(-f64::from(strand.opacity)).ln_1p()).min(MAX_OPTICAL_DEPTH.into()) as f32,
         }
     }
 }
 
 impl Scene {
-    /// The particles, then the strands, then the splats, then the volumes' cells: the order of all indices of casters.
+    /// Returns the particles, then the strands, then the splats, then the volumes' cells. All caster indices follow this order.
     pub fn casters(&self) -> Vec<Caster> {
         let strands = self.strands.iter().map(Caster::from);
         let cells = self.volumes.iter().flat_map(Volume::cells).copied();
@@ -79,12 +80,12 @@ impl Scene {
         self.particles.iter().map(Caster::from).chain(strands).chain(splats).chain(cells).collect()
     }
 
-    /// Cells of all volumes: the last of all casters.
+    /// Returns the number of cells of all volumes; they are the last of all casters.
     pub fn cell_count(&self) -> usize {
         self.volumes.iter().map(|volume| volume.cells().len()).sum()
     }
 
-    /// Whether the scene has no translucent casters.
+    /// Returns whether the scene has no translucent casters.
     pub fn has_only_meshes(&self) -> bool {
         self.particles.is_empty() && self.strands.is_empty() && self.splats.is_empty() && self.volumes.is_empty()
     }

@@ -4,14 +4,14 @@ use crate::scene::{Camera, Light, LightKind, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// A change to a scene, as a user asks for it; fields that are `None` stay as they are.
+/// A change to a scene, as requested by a user; fields that are `None` keep their values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneChange {
-    /// Where the camera stands, world units.
+    /// Camera position, in world units.
     pub eye: Option<DVec3>,
-    /// The camera's target, world units.
+    /// Camera target, in world units.
     pub target: Option<DVec3>,
-    /// The direction in which the light of the first directional or spot light travels; any length above 0.
+    /// Direction in which the first directional or spot light shines; any length above 0.
     pub direction: Option<DVec3>,
     /// Factor of the optical depth of smoke, hair and splats, ≥ 0.
     pub extinction: f64,
@@ -24,10 +24,11 @@ impl Default for SceneChange {
 }
 
 impl SceneChange {
-    /// The scene with this change applied.
+    /// Returns the scene with this change applied.
     ///
     /// # Errors
-    /// [`Error::Input`] where no light of the scene has a direction, a number is out of range, or the camera is at its own target.
+    /// [`Error::Input`] if no light of the scene has a direction, a number is out of range, or the camera is at its own target or
+    /// looks along its up vector.
     pub fn of(&self, scene: &Scene) -> Result<Scene> {
         let (camera, lights) = self.aimed(scene)?;
         if !(self.extinction >= 0.0 && self.extinction.is_finite()) {
@@ -42,10 +43,10 @@ impl SceneChange {
         Ok(changed)
     }
 
-    /// The camera and the lights of the changed scene, without the rest.
+    /// Returns only the camera and the lights of the changed scene.
     ///
     /// # Errors
-    /// As [`SceneChange::of`], except for extinction.
+    /// Same as [`SceneChange::of`], except for extinction.
     pub fn aimed(&self, scene: &Scene) -> Result<(Camera, Vec<Light>)> {
         let fail = |cause: &str, way_out: &str| Err(Error::input(scene.name.clone(), cause, way_out));
         let (mut camera, mut lights) = (scene.camera, scene.lights.clone());
@@ -59,7 +60,7 @@ impl SceneChange {
             if !(direction.length() > 0.0 && direction.is_finite()) {
                 return fail("a light's direction of no length", "give one");
             }
-            // Where lights stand once per color, all colors of the light turn.
+            // If lights are listed once per color, turn the light in all colors.
             let each = (lights.len() / scene.colors()).max(1);
             let turned = lights.chunks_mut(each).map(|lights| turn(lights, direction.normalize())).collect::<Vec<_>>();
             if !turned.contains(&true) {
@@ -70,7 +71,7 @@ impl SceneChange {
     }
 }
 
-/// Turns the first light that has a direction; false where none does.
+/// Turns the first light that has a direction; returns false if none has one.
 fn turn(lights: &mut [Light], to: DVec3) -> bool {
     let mut directions = lights.iter_mut().filter_map(|light| match &mut light.kind {
         LightKind::Directional { direction } | LightKind::Spot { direction, .. } => Some(direction),
@@ -80,7 +81,7 @@ fn turn(lights: &mut [Light], to: DVec3) -> bool {
 }
 
 fn thicken(scene: &mut Scene, factor: f64) {
-    // The optical depth −ln(1 − opacity) times the factor.
+    // Multiplies the optical depth −ln(1 − opacity) by the factor.
     let opacity = |opacity: f32| (1.0 - (1.0 - f64::from(opacity)).powf(factor)) as f32;
     scene
         .particles
@@ -111,7 +112,7 @@ mod tests {
         assert_eq!((changed.particles[0].extinction, changed.particles[0].radius), (1.0, 1.0));
     }
 
-    /// Two layers of half the optical depth equal the whole: (1 − a)² = 1 − opacity.
+    /// Two layers of half the optical depth block as much as the whole: (1 − a)² = 1 − opacity.
     #[test]
     fn opacity_follows_the_optical_depth() {
         let mut scene = on_the_axis(&[]);

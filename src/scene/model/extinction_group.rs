@@ -1,5 +1,5 @@
-//! Casters that take red, green and blue light in different ratios. Each light then stands three times, once per color, so that every light
-//! has one color; a caster has one extinction for each.
+//! Casters that attenuate red, green and blue light in different ratios. Each light is then listed three times, once per color, so that
+//! every light has a single color; a caster has one extinction for each color.
 
 use crate::scene::{Caster, Light, Reserve, Scene};
 use crate::{Error, Result};
@@ -7,23 +7,23 @@ use crate::{Error, Result};
 /// Red, green and blue.
 const COLORS: usize = 3;
 
-/// Consecutive casters that take red, green and blue light in the same ratio.
+/// Consecutive casters that attenuate red, green and blue light in the same ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExtinctionGroup {
-    /// How many of the scene's casters, in the order of [`Scene::casters`], behind those of the ink before.
+    /// Number of casters in the group. Groups follow each other in the order of [`Scene::casters`].
     pub casters: usize,
     /// Factors of their extinction for red, green and blue light: in [0, 1], not all 0.
     pub ratio: [f32; 3],
 }
 
 impl Scene {
-    /// The scene with these inks for its casters, in the order of [`Scene::casters`]. Where they all have the same ratio, it becomes the
-    /// scene's [`Scene::extinction_ratio`]. Else each light stands three times: first all lights in red, then all in green, then all in
-    /// blue, each with that channel of its radiance alone.
+    /// Returns the scene with these inks for its casters, in the order of [`Scene::casters`]. If all inks have the same ratio, it becomes
+    /// the scene's [`Scene::extinction_ratio`]. Otherwise each light is listed three times: first all lights in red, then all in green,
+    /// then all in blue, each keeping only that channel of its radiance.
     ///
     /// # Errors
-    /// [`Error::Input`] where the scene has inks already or a ratio of its own, where the inks are of fewer or more casters than the scene
-    /// has, or split a volume, or where a ratio is out of range; [`Error::Refused`] where the scene moves.
+    /// [`Error::Input`] if the scene already has inks or a ratio of its own, if the inks cover fewer or more casters than the scene has, if
+    /// they split a volume, or if a ratio is out of range; [`Error::Refused`] if the scene is animated.
     pub fn with_inks(mut self, inks: &[ExtinctionGroup]) -> Result<Self> {
         if !self.inks.is_empty() || self.extinction_ratio != Self::GREY {
             return Err(self.wrong_inks("its casters have ratios of extinctions already".into()));
@@ -53,10 +53,10 @@ impl Scene {
         self.check_inks().map(|()| self)
     }
 
-    /// Checks that inks, casters and lights are such as [`Scene::with_inks`] makes them.
+    /// Checks that inks, casters and lights are as [`Scene::with_inks`] leaves them.
     ///
     /// # Errors
-    /// [`Error::Input`] where they are not.
+    /// [`Error::Input`] if they are not.
     pub(crate) fn check_inks(&self) -> Result<()> {
         if self.inks.is_empty() {
             return Ok(());
@@ -85,7 +85,7 @@ impl Scene {
         self.holds_inks()
     }
 
-    /// Checks that the inks are of as many casters as there are, and of whole volumes.
+    /// Checks that the inks cover exactly the scene's casters and do not split volumes.
     fn holds_inks(&self) -> Result<()> {
         let others = self.particles.len() + self.strands.len() + self.splats.len();
         let (given, count) = (self.inks.iter().map(|ink| ink.casters).sum::<usize>(), others + self.cell_count());
@@ -116,31 +116,31 @@ impl Scene {
         )
     }
 
-    /// How many times each light stands in the scene: 3 where it has inks, else 1.
+    /// Returns how many times each light is listed in the scene: 3 if it has inks, otherwise 1.
     pub fn colors(&self) -> usize {
         if self.inks.is_empty() { 1 } else { COLORS }
     }
 
-    /// The color of a light, 0 for red to 2 for blue, where the scene has inks; else 0.
+    /// Returns the color of a light if the scene has inks, from 0 for red to 2 for blue; otherwise 0.
     pub fn color_of_light(&self, light: usize) -> usize {
         let colors = self.colors();
         (light / (self.lights.len() / colors).max(1)).min(colors - 1)
     }
 
-    /// As [`Scene::color_of_light`], of the light that has a map.
+    /// Like [`Scene::color_of_light`], but for the light that owns a map.
     #[cfg(feature = "program")]
     pub(crate) fn color_of_map(&self, map: usize) -> usize {
         let colors = self.colors();
         (map / (self.map_count() / colors).max(1)).min(colors - 1)
     }
 
-    /// The casters as light of one color sees them ([`Scene::color_of_light`]): those of [`Scene::casters`], each with its extinction for
-    /// that color.
+    /// Returns the casters as seen by light of one color ([`Scene::color_of_light`]): [`Scene::casters`], each with its extinction for that
+    /// color.
     pub fn casters_of(&self, color: usize) -> Vec<Caster> {
         self.in_color(self.casters(), 0, color)
     }
 
-    /// Casters from `first` on, with their extinctions for a color.
+    /// Applies the extinctions for a color to casters that begin at index `first`.
     pub(crate) fn in_color(&self, mut casters: Vec<Caster>, first: usize, color: usize) -> Vec<Caster> {
         casters
             .iter_mut()
@@ -149,13 +149,14 @@ impl Scene {
         casters
     }
 
-    /// The ratio of each caster. Casters behind the last ink, as there are none in a scene from [`Scene::with_inks`], take all colors alike.
+    /// Returns the ratio of each caster. Casters after the last ink attenuate all colors alike; a scene from [`Scene::with_inks`] has none
+    /// of these.
     pub(crate) fn ink_ratios(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
         let all = self.inks.iter().flat_map(|ink| std::iter::repeat_n(ink.ratio, ink.casters));
         all.chain(std::iter::repeat(Self::GREY))
     }
 
-    /// The ratio of each volume.
+    /// Returns the ratio of each volume.
     pub(crate) fn volume_ratios(&self) -> Vec<[f32; 3]> {
         if self.inks.is_empty() {
             return vec![Self::GREY; self.volumes.len()];

@@ -1,18 +1,18 @@
-//! A sparse grid of densities, made of blocks of 8³ cells; empty blocks are not stored. Between samples density is trilinear; outside the
-//! grid it is 0.
+//! A sparse grid of densities, made of blocks of 8³ cells; empty blocks are not stored. Density is trilinear between samples and 0 outside
+//! the grid.
 
 use fnv::FnvHashMap;
 
-/// Cells along a side of a block.
+/// Number of cells along each side of a block.
 pub(crate) const SIDE: usize = 8;
 
-/// Samples along a side of a block, which are the corners of its cells.
+/// Number of samples along each side of a block: the corners of its cells.
 pub(crate) const CORNERS: usize = SIDE + 1;
 
-/// The most blocks that a field may have, of 2.9 KiB each: some 33 million cells.
+/// The largest number of blocks in a field, at 2.9 KiB per block: about 33 million cells.
 pub const MOST_BLOCKS: usize = 1 << 16;
 
-/// The most samples that a field may span along each axis, to bound the time of a ray, which skips 8 at once.
+/// The largest number of samples that a field may span along each axis. It bounds the cost of a ray, which skips 8 samples at once.
 pub const MOST_SIDE: i32 = 1 << 16;
 
 /// The greatest distance of a sample from sample 0 along an axis, in samples.
@@ -21,12 +21,12 @@ const FARTHEST_SAMPLE: i32 = 1 << 24;
 /// A block of 8³ cells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Block {
-    /// The block's lowest sample.
+    /// Coordinates of the block's lowest sample.
     pub at: [i32; 3],
     samples: Box<[f32]>,
 }
 
-/// Densities at integer places; eight of them are the corners of a cell.
+/// Densities at integer coordinates; eight of them form the corners of a cell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Field {
     blocks: Vec<Block>,
@@ -35,7 +35,7 @@ pub struct Field {
 }
 
 impl Block {
-    /// Values at the eight corners of a cell, by its place in the block, x first.
+    /// Returns the values at the eight corners of a cell, given its coordinates in the block, x first.
     #[cfg(feature = "program")]
     pub fn corners(&self, [x, y, z]: [usize; 3]) -> [f32; 8] {
         std::array::from_fn(|i| self.sample([x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)]))
@@ -45,14 +45,14 @@ impl Block {
         self.samples[(z * CORNERS + y) * CORNERS + x]
     }
 
-    /// Mean density of a cube of cells that begins at `first` and has `side` cells per side.
+    /// Returns the mean density of a cube of cells that begins at `first` and has `side` cells per side.
     fn mean(&self, first: [usize; 3], side: usize) -> f64 {
         let mut sum = 0.0;
         for z in 0..=side {
             for y in 0..=side {
                 for x in 0..=side {
                     let sample = f64::from(self.sample([first[0] + x, first[1] + y, first[2] + z]));
-                    // A sample at an end of an axis belongs to half as many of these cells.
+                    // A sample at an end of an axis is shared by half as many of these cells.
                     let cells = [x, y, z].iter().filter(|at| **at > 0 && **at < side).count();
                     sum += sample * f64::from(1u32 << cells);
                 }
@@ -63,10 +63,11 @@ impl Block {
 }
 
 impl Field {
-    /// A field from samples (place, density) in any order; samples that are not given are 0.
+    /// Builds a field from samples (coordinates, density) in any order; missing samples are 0.
     ///
     /// # Errors
-    /// In words: a density that is negative or not finite, a place that is too far out, more than [`MOST_BLOCKS`] or [`MOST_SIDE`].
+    /// A message if a density is negative or not finite, coordinates are too far out, or the field exceeds [`MOST_BLOCKS`] or
+    /// [`MOST_SIDE`].
     pub fn new(samples: impl IntoIterator<Item = ([i32; 3], f32)>) -> Result<Self, String> {
         let mut leaves: FnvHashMap<[i32; 3], Box<[f32]>> = FnvHashMap::default();
         for (place, density) in samples {
@@ -95,7 +96,7 @@ impl Field {
         if let Some(side) = [0, 1, 2].map(side).into_iter().find(|side| *side > MOST_SIDE) {
             return Err(format!("its densities reach over {side} samples along an axis, of at most {MOST_SIDE}"));
         }
-        // A cell's corners may lie in the next leaves along each axis, so leaves before a filled one get cells too.
+        // A cell's corners may lie in the next leaf along each axis, so the leaves before a filled one need cells too.
         let mut all: Vec<[i32; 3]> =
             leaves.keys().flat_map(|leaf| (0..8).map(|i| [0, 1, 2].map(|axis| leaf[axis] - (i >> axis & 1)))).collect();
         all.sort_unstable_by_key(|[x, y, z]| [*z, *y, *x]);
@@ -128,17 +129,17 @@ impl Field {
         Ok(field)
     }
 
-    /// Whether all densities are 0.
+    /// Returns whether all densities are 0.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
 
-    /// The lowest and the highest sample of all cells.
+    /// Returns the lowest and the highest sample of all cells.
     pub fn range(&self) -> [[i32; 3]; 2] {
         self.ends
     }
 
-    /// The lowest sample of each block, and the samples at its cells' corners, x fastest.
+    /// Returns the lowest sample of each block, and the samples at its cells' corners, x fastest.
     pub(crate) fn blocks(&self) -> impl ExactSizeIterator<Item = ([i32; 3], &[f32])> {
         self.blocks.iter().map(|block| (block.at, &*block.samples))
     }
@@ -152,13 +153,13 @@ impl Field {
         }
     }
 
-    /// The block at a place that is counted in blocks along each axis.
+    /// Returns the block at the given coordinates, counted in blocks along each axis.
     #[cfg(feature = "program")]
     pub(crate) fn block(&self, number: [i32; 3]) -> Option<&Block> {
         self.places.get(&number).map(|place| &self.blocks[*place as usize])
     }
 
-    /// All cubes of `side` cells per side (1, 2, 4 or 8) that are not empty: the lowest sample and mean density of each.
+    /// Returns all non-empty cubes of `side` cells per side (1, 2, 4 or 8): the lowest sample and mean density of each.
     pub(crate) fn cubes(&self, side: usize) -> impl Iterator<Item = ([i32; 3], f64)> {
         let count = SIDE / side;
         let of_block = move |block: &Block| {
@@ -171,7 +172,7 @@ impl Field {
         self.blocks.iter().flat_map(of_block)
     }
 
-    /// Density at a place that is given in samples.
+    /// Returns the density at a position given in samples.
     #[cfg(test)]
     pub(crate) fn at(&self, place: [f64; 3]) -> f64 {
         let whole = place.map(|at| at.floor() as i32);
@@ -181,7 +182,7 @@ impl Field {
     }
 }
 
-/// Trilinear interpolation between eight corners, x fastest.
+/// Interpolates trilinearly between eight corners, x fastest.
 #[cfg(feature = "program")]
 pub(crate) fn trilinear(corners: &[f32; 8], [x, y, z]: [f64; 3]) -> f64 {
     let along = |i: usize| f64::from(corners[i]) * (1.0 - x) + f64::from(corners[i + 1]) * x;
@@ -210,7 +211,7 @@ mod tests {
         assert!(Field::new([([0; 3], 0.0)]).expect("empty").is_empty());
     }
 
-    /// A lone sample of density 1 fills the eight cells about it. Where the sample stands at a corner of a block, these cells lie in eight
+    /// A single sample of density 1 fills the eight cells around it. If the sample is at a corner of a block, these cells lie in eight
     /// different blocks. The cubes together hold the integral of the density, which is 1.
     #[test]
     fn cubes_hold_what_the_field_does() {

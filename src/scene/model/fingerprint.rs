@@ -1,14 +1,14 @@
-//! A checksum that tells whether two runs had the same scene.
+//! A checksum that shows whether two runs used the same scene.
 
 use crate::scene::Scene;
 
 impl Scene {
-    /// A checksum of the bits of all casters, lights and the camera, without the name. Different scenes hardly ever share it.
+    /// Returns a checksum of the bits of all casters, lights and the camera, without the name. Different scenes hardly ever share it.
     pub fn fingerprint(&self) -> u32 {
         self.fingerprint_with("Still")
     }
 
-    /// As [`Scene::fingerprint`], of a scene that moves as `motion` says.
+    /// Like [`Scene::fingerprint`], but for a scene whose motion is described by `motion`.
     pub(crate) fn fingerprint_with(&self, motion: &str) -> u32 {
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(bytemuck::cast_slice(&self.particles));
@@ -39,7 +39,7 @@ impl Scene {
         if !self.inks.is_empty() {
             hasher.update(format!("{:?}", self.inks).as_bytes());
         }
-        // `{:?}` writes floats so that no two share a text.
+        // `{:?}` prints different floats as different texts.
         hasher.update(format!("{counts:?} {:?} {:?} {motion}", self.lights, self.camera).as_bytes());
         hasher.finalize()
     }

@@ -1,63 +1,63 @@
-//! Views of lights, fitted to the casters that they see. The device does the same in f32 (glsl/maps/bounds.comp, fit.comp).
+//! Views of lights, fitted to the casters they see. The device does the same in f32 (glsl/maps/bounds.comp, fit.comp).
 
 use crate::scene::model::view::{across, caster_spheres, lasting_spheres, mesh_points, some_up, vec};
 use crate::scene::{FACES, Light, LightKind, Projection, Scene, View};
 use glam::DVec3;
 
-/// The casters that a view is fitted to.
+/// The casters to which a view is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Casting {
     /// The translucent casters.
     Volume,
     /// The meshes alone, so that the view does not change while smoke moves. Points in front of the meshes or beside them are lit. Behind
-    /// all meshes, a point is lit, or lies in the shadow of the nearest mesh on its ray.
+    /// all meshes, a point is either lit or in the shadow of the nearest mesh on its ray.
     Opaque,
 }
 
 impl Casting {
-    /// The range of a view, relative to the range that the casters need. The opaque map has a tenth more, so that its bias does not push
-    /// the farthest surface out of range.
+    /// Returns the range of a view, relative to the range that the casters need. The opaque map has 10 % more, so that its bias does not
+    /// push the farthest surface out of range.
     fn range(self) -> f32 {
         if self == Self::Opaque { 1.1 } else { 1.0 }
     }
 }
 
-/// Widens a range by a hundredth of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
+/// Widens a range by 1 % of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
 const MARGIN: f64 = 1.00001;
 
-/// What rounding to f32 may lose, as a share of the distance from the origin. Twin: ROUNDING.
+/// The error of rounding to f32, as a share of the distance from the origin. Twin: ROUNDING.
 const ROUNDING: f64 = 5e-7;
 
-/// The least range of a parallel view, as a share of its width. Twin: THINNEST.
+/// The smallest range of a parallel view, as a share of its width. Twin: THINNEST.
 const THINNEST: f64 = 1e-3;
 
-/// Texels by which a point light's face of `size` texels reaches past its 90° on each side: 9, which is room for the widest filter, which
-/// reaches 8 texels, and one more for rounding. On small maps it reaches less far, and only narrower filters fit.
+/// Returns by how many texels a point light's face of `size` texels extends past its 90° on each side. It is 9: 8 for the widest filter and
+/// one for rounding. On small maps it is less, and only narrower filters fit.
 pub fn gutter_texels(size: u32) -> u32 {
     (size / 8).clamp(1, 9)
 }
 
-/// Tangent of half the angle that such a face covers. It is at most 2, even where the gutter would take up more of a very small map.
+/// Returns the tangent of half the angle that such a face covers: at most 2, even if the gutter would take up more of a very small map.
 fn face_tangent(size: u32) -> f64 {
     let share = (f64::from(gutter_texels(size)) / f64::from(size)).min(0.25);
     1.0 / (1.0 - 2.0 * share)
 }
 
-/// The data by which views are aimed before they are fitted.
+/// The data needed to aim views before they are fitted.
 #[derive(Clone, Copy, Debug)]
 pub struct Aim<'a> {
     /// All lights.
     pub lights: &'a [Light],
-    /// Origins of a directional light's views, before fitting: of translucent casters, and of meshes.
+    /// Origins of a directional light's views before fitting: the volume view's and the opaque view's.
     pub anchors: [DVec3; 2],
-    /// Whether anything is opaque.
+    /// Whether the scene contains opaque geometry.
     pub has_triangles: bool,
 }
 
 impl Scene {
-    /// The data by which the scene's views are aimed. The volume views of directional lights begin at the place of the first caster, and
-    /// their opaque views at the first mesh vertex, if there are meshes. Here, first means least in x, then in y, then in z, so that
-    /// another order of casters gives the same bits.
+    /// Returns the data needed to aim the scene's views. The volume views of directional lights start at the position of the first caster,
+    /// and their opaque views at the first mesh vertex, if there are meshes. "First" means lowest x, then lowest y, then lowest z, so that
+    /// the order of casters does not change the bits.
     pub fn aim(&self) -> Aim<'_> {
         let anchors = [anchor(self, Casting::Volume), anchor(self, Casting::Opaque)];
         Aim { lights: &self.lights, anchors, has_triangles: self.has_triangles() }
@@ -105,11 +105,11 @@ pub(in crate::scene) fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Vie
         LightKind::Directional { direction } => vec![view(anchor, direction, Projection::Parallel, 1.0, 0.0)],
         LightKind::Spot { position, direction, cone_degrees } => {
             let tangent = (cone_degrees.to_radians() * 0.5).tan();
-            // Casters around the light itself are cut off nearer than a thousandth of the range.
+            // Casters around the light itself are clipped nearer than a thousandth of the range.
             vec![view(position, direction, Projection::Perspective, tangent, 1e-3)]
         }
         LightKind::Point { position } | LightKind::Virtual { position, .. } => {
-            // For particles no code divides by z, so particles around the light count in full.
+            // Particle code never divides by z, so particles around the light count in full.
             let nearest = if casting == Casting::Opaque { 1e-3 } else { 0.0 };
             let face = |(_, forward)| view(position, forward, Projection::Perspective, face_tangent(size), nearest);
             FACES.map(face).to_vec()
@@ -118,7 +118,7 @@ pub(in crate::scene) fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Vie
     aim.lights.iter().flat_map(maps).collect()
 }
 
-/// The fitted views of all maps of all lights, computed in f64 and rounded once.
+/// Returns the fitted views of all maps of all lights, computed in f64 and rounded once.
 pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
     let with_meshes = casting == Casting::Opaque || scene.has_only_meshes();
     let meshes: Vec<_> = if with_meshes { mesh_points(&scene.meshes).collect() } else { Vec::new() };
@@ -126,7 +126,7 @@ pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> V
         Casting::Volume => caster_spheres(&scene.particles, &scene.strands, &scene.splats, &scene.volumes).collect(),
         Casting::Opaque => Vec::new(),
     };
-    // A strand may cross a view that sees neither of its ends, so no view can leave strands out by their ends.
+    // A strand may cross a view that contains neither of its ends, so strands cannot be culled by their ends.
     let see_all = !scene.strands.is_empty();
     let fitted = |view: View| {
         let seen = casters.iter().filter(|sphere| see_all || sees(&view, sphere));
@@ -135,7 +135,8 @@ pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> V
     aimed(&scene.aim(), size, casting).into_iter().map(fitted).collect()
 }
 
-/// Whether the view may see a sphere. In perspective it does not where the sphere lies outside one of the pyramid's four planes, or behind.
+/// Returns whether the view may see a sphere. A perspective view does not if the sphere is outside one of the frustum's four side planes,
+/// or behind the view.
 fn sees(view: &View, &(centre, radius): &(DVec3, f64)) -> bool {
     if view.projection() == Projection::Parallel {
         return true;
@@ -146,7 +147,7 @@ fn sees(view: &View, &(centre, radius): &(DVec3, f64)) -> bool {
     outside < radius && z + radius > 0.0
 }
 
-/// Fits a view to the spheres: a parallel view in all three directions, a perspective one in depth.
+/// Fits a view to the spheres: a parallel view in all three directions, a perspective view in depth.
 fn fit(mut view: View, spheres: impl Iterator<Item = (DVec3, f64)>) -> View {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for (centre, radius) in spheres {

@@ -2,20 +2,20 @@
 
 use crate::{Error, Result};
 
-/// A homogeneous medium that absorbs nothing: all light that it takes from a ray is scattered evenly in all directions.
+/// A homogeneous medium that absorbs nothing: all light that it removes from a ray is scattered evenly in all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fog {
-    /// Extinction σ, 1 / world unit.
+    /// Extinction σ, in 1 / world unit.
     pub extinction: f32,
-    /// Equal steps along each camera ray.
+    /// Number of equal steps along each camera ray.
     pub steps: u32,
 }
 
 impl Fog {
-    /// Fog of the given extinction, marched in `steps` steps.
+    /// Creates fog of the given extinction, marched in `steps` steps.
     ///
     /// # Errors
-    /// [`Error::Input`] where the extinction is negative or not finite, or there are no steps.
+    /// [`Error::Input`] if the extinction is negative or not finite, or `steps` is 0.
     pub fn new(extinction: f32, steps: u32) -> Result<Self> {
         if !(extinction >= 0.0 && extinction.is_finite()) {
             let way_out = "give an extinction from 0 on, 1 / world unit";

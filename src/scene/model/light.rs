@@ -1,38 +1,38 @@
-//! Lights, and which of a light's maps a look-up uses. Twin: glsl/world/light.glsl.
+//! Lights, and the choice of the light's map for a look-up. Twin: glsl/world/light.glsl.
 
 use glam::{DVec3, Vec3};
 
-/// Kind and place of a light.
+/// Kind and position of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// Parallel rays.
     Directional {
-        /// The direction in which the light travels, unit length.
+        /// Direction in which the light shines, unit length.
         direction: DVec3,
     },
     /// A cone.
     Spot {
-        /// World units.
+        /// Position, in world units.
         position: DVec3,
-        /// The axis, unit length.
+        /// The cone's axis, unit length.
         direction: DVec3,
-        /// Full opening angle, degrees, in (0, 170].
+        /// Full opening angle in degrees, in (0, 170].
         cone_degrees: f64,
     },
     /// Shines equally in all directions.
     Point {
-        /// World units.
+        /// Position, in world units.
         position: DVec3,
     },
-    /// A virtual point light (Keller 1997), which stands for a patch of a lit surface. It shines into the half space of its normal, by the
-    /// cosine law and the inverse square of the distance.
+    /// A virtual point light (Keller 1997), which represents a patch of a lit surface. It shines into the half space of its normal,
+    /// following the cosine law and the inverse square of the distance.
     Virtual {
-        /// World units.
+        /// Position, in world units.
         position: DVec3,
-        /// The surface's normal, unit length, on the side that shines.
+        /// The surface's normal, unit length, on the lit side.
         normal: DVec3,
-        /// World units. Points nearer than this distance get the light of a point at this distance. The light's 1/d² grows without bound
-        /// near it, while the light of the patch that it stands for does not.
+        /// Distance in world units below which the light no longer increases. The light's 1/d² grows without bound near it, while the light
+        /// of the patch it represents does not.
         nearest: f64,
     },
 }
@@ -40,18 +40,18 @@ pub enum LightKind {
 /// A light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Kind and place.
+    /// Kind and position.
     pub kind: LightKind,
-    /// Radiance scale, linear RGB; 1 lights a white surface fully, near the light. For a virtual light, the radiance that
-    /// leaves its patch, times the patch's area in square world units, over π.
+    /// Radiance scale, linear RGB; 1 fully lights a white surface near the light. For a virtual light, the radiance leaving its patch,
+    /// times the patch's area in square world units, over π.
     pub radiance: [f32; 3],
-    /// The distance at which a spot or point light ends, world units; infinite where its light does not fall off.
+    /// The distance at which a spot or point light ends, in world units; infinite if its light does not fall off.
     pub radius: f64,
 }
 
-/// The maps of a point light, in order: for each face of the cube around the light, its name and its direction.
+/// The maps of a point light, in order: name and direction of each face of the cube around the light.
 ///
-/// The maps form a cube and not an octahedron, since a face of a cube is an ordinary perspective view. In such a view spheres have exact
+/// The maps form a cube rather than an octahedron, because a cube face is an ordinary perspective view, in which spheres have exact
 /// segments and tight bounds. An octahedral map would bend the footprints of rays, and all bounds with them.
 pub const FACES: [(&str, DVec3); 6] = [
     ("+x", DVec3::X),
@@ -63,7 +63,7 @@ pub const FACES: [(&str, DVec3); 6] = [
 ];
 
 impl Light {
-    /// The number of the light's maps: one per face of [`FACES`] for a point light, else one.
+    /// Returns the number of the light's maps: one per face of [`FACES`] for a point light, otherwise one.
     pub fn map_count(&self) -> usize {
         match self.kind {
             LightKind::Directional { .. } | LightKind::Spot { .. } => 1,
@@ -71,7 +71,7 @@ impl Light {
         }
     }
 
-    /// The light's place; none for a directional light.
+    /// Returns the light's position; None for a directional light.
     pub fn position(&self) -> Option<DVec3> {
         match self.kind {
             LightKind::Directional { .. } => None,
@@ -81,7 +81,8 @@ impl Light {
         }
     }
 
-    /// The map that a look-up at a position uses: a function of the position alone, in f32 the same here as on the device. Twin: light_map.
+    /// Returns the map that a look-up at a position uses. It depends on the position alone, computed in f32 with the same result as on the
+    /// device. Twin: light_map.
     pub fn map_at(&self, position: [f32; 3]) -> usize {
         let (LightKind::Point { position: light } | LightKind::Virtual { position: light, .. }) = self.kind else {
             return 0;
@@ -98,7 +99,7 @@ impl Light {
         2 * axis + usize::from(offset[axis] < 0.0)
     }
 
-    /// The direction towards the light from `position`, unit length; 0 at the light.
+    /// Returns the direction towards the light from `position`, unit length; 0 at the light.
     pub fn towards(&self, position: DVec3) -> DVec3 {
         match self.kind {
             LightKind::Directional { direction } => -direction,
@@ -108,8 +109,8 @@ impl Light {
         }
     }
 
-    /// Attenuation of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual light, by distance and
-    /// cosine. Twin: light_falloff.
+    /// Returns the attenuation of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual light, by
+    /// distance and cosine. Twin: light_falloff.
     pub fn falloff(&self, position: DVec3) -> f64 {
         match self.kind {
             LightKind::Directional { .. } => 1.0,
@@ -123,12 +124,12 @@ impl Light {
         }
     }
 
-    /// Whether the light sends anything towards `position` if nothing stands between.
+    /// Returns whether the light sends anything towards `position` if nothing is in between.
     pub fn shines_on(&self, position: DVec3) -> bool {
         self.falloff(position) > 0.0 && self.opens_towards(position)
     }
 
-    /// Whether `position` is not outside the cone of a spot light.
+    /// Returns whether `position` is inside the cone of a spot light; true for other lights.
     fn opens_towards(&self, position: DVec3) -> bool {
         match self.kind {
             // For a virtual light, [`Light::falloff`] is already 0 behind its plane.
@@ -144,7 +145,7 @@ impl Light {
 mod tests {
     use super::*;
 
-    /// A virtual light falls off by the cosine law and the inverse square, bounded near the light, and is 0 behind its surface.
+    /// A virtual light falls off by the cosine law and the inverse square, is bounded near the light, and is 0 behind its surface.
     #[test]
     fn a_virtual_light_is_a_patch() {
         let kind = LightKind::Virtual { position: DVec3::X, normal: DVec3::Z, nearest: 0.5 };
@@ -155,7 +156,7 @@ mod tests {
         assert_eq!((light.falloff(DVec3::X), light.shines_on(DVec3::X - DVec3::Z)), (0.0, false));
     }
 
-    /// All light at the lamp, 9/16 of it half way to its radius, none at the radius and beyond.
+    /// The falloff is 1 at the lamp, 9/16 halfway to its radius, and 0 at the radius and beyond.
     #[test]
     fn a_light_ends_at_its_radius() {
         let mut light = Light { kind: LightKind::Point { position: DVec3::X }, radiance: [1.0; 3], radius: 2.0 };

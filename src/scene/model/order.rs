@@ -1,4 +1,4 @@
-//! The order in which a picture is blended. Ties are by casters' values, so that it does not matter how a scene lists them.
+//! The order in which a picture is blended. Ties are broken by the casters' values, so that their order in the scene does not matter.
 
 #[cfg(feature = "program")]
 use crate::scene::Caster;
@@ -6,27 +6,27 @@ use crate::scene::{Scene, View, Volume};
 use glam::DVec3;
 use std::ops::Range;
 
-/// The things that a picture blends, from far to near by the z of their middles. A volume is blended as a whole, by a march; its cells only
-/// cast shadows.
+/// The objects that a picture blends, from far to near by the z of their centres. A volume is blended as a whole by ray marching; its cells
+/// only cast shadows.
 #[cfg(feature = "program")]
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Order {
-    /// Indices of casters, without the cells of volumes.
+    /// Indices of casters, excluding volume cells.
     pub casters: Vec<u32>,
-    /// Volumes: how many of `casters` are blended before each, and its number.
+    /// Volumes: the number of `casters` blended before each, and its index.
     pub volumes: Vec<(u32, u32)>,
 }
 
 /// A run of casters or a volume, to be blended next.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Blended {
-    /// Casters by their places in the order.
+    /// Casters, as a range of positions in the order.
     Casters(Range<u32>),
-    /// A volume by its number.
+    /// A volume, by index.
     Volume(u32),
 }
 
-/// So many casters and the volumes among them, as [`volumes_among`] gives these, from far to near.
+/// Splits `casters` casters into runs between the volumes listed by [`volumes_among`], from far to near.
 pub fn blended(casters: u32, volumes: &[(u32, u32)]) -> impl Iterator<Item = Blended> {
     let mut first = 0;
     let ends = volumes.iter().map(|(before, volume)| (*before, Some(*volume)));
@@ -39,8 +39,8 @@ pub fn blended(casters: u32, volumes: &[(u32, u32)]) -> impl Iterator<Item = Ble
         .filter(|next| !matches!(next, Blended::Casters(casters) if casters.is_empty()))
 }
 
-/// The volumes of a scene from far to near, each with the number of casters that are blended before it: those that are as far from `camera`
-/// or farther. Casters need not be sorted for that.
+/// Returns the volumes of a scene from far to near, each with the number of casters blended before it: all casters that are as far from
+/// `camera` or farther. The casters need not be sorted.
 pub fn volumes_among(scene: &Scene, camera: &View) -> Vec<(u32, u32)> {
     let z = |middle: DVec3| camera.project(middle).1;
     let mut volumes: Vec<_> = scene.volumes.iter().map(|volume| z(middle(volume))).zip(0..).collect();
@@ -60,11 +60,12 @@ pub fn volumes_among(scene: &Scene, camera: &View) -> Vec<(u32, u32)> {
     sums.zip(volumes).map(|(before, (_, volume))| (before, volume)).collect()
 }
 
-/// The longest run of casters at the same z that is ordered by their values; a longer one keeps the order of their indices.
+/// The longest run of casters at the same z that is sorted by values; longer runs keep their index order.
 #[cfg(feature = "program")]
 const LONGEST_RUN: usize = 256;
 
-/// The order of casters and volumes for `camera`, by falling z of their middles; ties by values, and casters before volumes.
+/// Returns the order of casters and volumes for `camera`, by descending z of their centres. Ties are broken by values, and casters precede
+/// volumes.
 #[cfg(feature = "program")]
 pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
@@ -86,9 +87,9 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     Order { casters, volumes }
 }
 
-/// Indices sorted by falling depth in the order of [`f64::total_cmp`], ties by index. The window's reference sorts for every few rows, so
-/// this must be fast: it is a radix sort by three digits of each number's upper half. Numbers with equal upper halves are then sorted by
-/// the whole number.
+/// Sorts indices by descending depth in the order of [`f64::total_cmp`], ties by index. It must be fast, because the window's reference
+/// sorts once every few rows: it is a radix sort by three digits of each number's upper half. Numbers with equal upper halves are then
+/// sorted by the whole number.
 #[cfg(feature = "program")]
 fn falling(depths: &[f64]) -> Vec<u32> {
     const DIGIT: u32 = 11;
@@ -129,7 +130,7 @@ mod tests {
     use crate::scene::{Camera, Field, Light, LightKind, Particle, Placed, Strand};
     use std::sync::Arc;
 
-    /// A light that shines along −z and a camera that looks along −z, from z = 10: greater z is nearer to both.
+    /// A light that shines along −z and a camera that looks along −z from z = 10: points of greater z are nearer to both.
     fn scene(particles: &[(f32, f32)], strands: &[(f32, f32)]) -> Scene {
         let particle = |&(z, radius): &(f32, f32)| Particle { position: [0.1, 0.2, z], radius, extinction: 1.0 };
         let strand = |&(start, end): &(f32, f32)| Strand {
@@ -156,11 +157,11 @@ mod tests {
         all(scene).casters
     }
 
-    /// A volume of one sample at height `z`, in cells of 1/16.
+    /// A volume of one sample at height `z`, with cells of side 1/16.
     fn volume(z: f64) -> Volume {
         let field = Arc::new(Field::new([([0; 3], 1.0)]).expect("a field"));
         let steps = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis / 16.0);
-        // Blocks lie from sample −8 to 8.
+        // Its blocks extend from sample −8 to 8.
         let origin = DVec3::new(0.0, 0.0, z);
         Volume::new(field, Placed { origin, steps, extinction: 1.0, color: [1.0; 3], side: 1 }).expect("a volume")
     }
@@ -184,7 +185,7 @@ mod tests {
         assert!(falling(&[]).is_empty());
     }
 
-    /// Each volume is placed among the casters by its middle, after casters of the same z.
+    /// Each volume is placed among the casters by its centre, after casters of the same z.
     #[test]
     fn volumes_are_among_casters() {
         let mut scene = scene(&[(1.0, 0.5), (2.0, 0.5), (0.0, 0.5)], &[]);
@@ -198,7 +199,7 @@ mod tests {
         assert_eq!(next, [Volume(1), Casters(0..2), Volume(2), Casters(2..3), Volume(0)]);
     }
 
-    /// The order is by middles, whose z are 0, −1, −2 and 1.5.
+    /// The order is by centres, whose z are 0, −1, −2 and 1.5.
     #[test]
     fn middles_count() {
         assert_eq!(order(&scene(&[(0.0, 0.25), (-1.0, 3.0), (-2.0, 0.5)], &[(3.0, 0.0)])), [2, 1, 0, 3]);

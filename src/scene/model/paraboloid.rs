@@ -1,13 +1,13 @@
-//! The paraboloid map of `ism`, over the half space that a virtual light shines into. Source: Brabec, Annen and Seidel
-//! 2002. Twin: glsl/technique/ism/map.glsl.
+//! The paraboloid map of `ism`, over the half space that a virtual light shines into. Source: Brabec, Annen and Seidel 2002.
+//! Twin: glsl/technique/ism/map.glsl.
 
 use crate::scene::model::view::vec;
 use crate::scene::{Projection, View};
 use glam::{DQuat, DVec3};
 
 impl View {
-    /// A view with the axes of a paraboloid map: of a light at `position` that shines along `normal`, with `size` texels per side. The view
-    /// matches the map only near the direction of the normal; for other directions take [`View::about`].
+    /// Returns a view with the axes of a paraboloid map, for a light at `position` that shines along `normal`, with `size` texels per side.
+    /// The view matches the map only near the direction of the normal; for other directions use [`View::about`].
     pub fn paraboloid(position: DVec3, normal: DVec3, size: u32) -> Self {
         let forward = normal.as_vec3().as_dvec3();
         // Source: Duff et al. 2017. Twin: axes_of.
@@ -30,9 +30,10 @@ impl View {
         }
     }
 
-    /// A view that looks at `position` and matches a paraboloid map there. A paraboloid map keeps angles: seen from the light, a texel at
-    /// an angle θ to the normal is a square, 2 (1 + cos θ) / size wide. The view's axes are the map's, rotated the shortest way from the
-    /// normal to that direction. Positions behind the light's plane, which are in no map, count as on the plane.
+    /// Returns a view that looks at `position` and matches a paraboloid map there. A paraboloid map preserves angles: seen from the light,
+    /// a texel at an angle θ to the normal is a square, 2 (1 + cos θ) / size wide. The view's axes are the map's, rotated along the
+    /// shortest arc from the normal to that direction. Positions behind the light's plane, which are in no map, are treated as if on the
+    /// plane.
     pub fn about(&self, position: DVec3) -> Self {
         let [normal, right, up] = [self.forward, self.right, self.up].map(vec);
         let forward = (position - vec(self.origin)).normalize_or(normal);
@@ -50,8 +51,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Takes two directions that are up to a texel apart in the map, by the map's formula. In the view about one of them, they are
-        /// apart by the same offset.
+        /// Takes two directions that are up to a texel apart in the map, by the map's formula. In the view about one of them, they must
+        /// differ by the same offset.
         #[test]
         fn texels_about_a_place_are_the_maps(
             normal in prop::array::uniform3(-1.0f64..1.0),
@@ -64,7 +65,7 @@ mod tests {
             let light = DVec3::new(0.5, -1.25, 2.0);
             let map = View::paraboloid(light, normal.normalize(), size);
             let axes = [map.right, map.up, map.forward].map(vec);
-            // glsl/technique/ism/visibility.glsl, and map_way back.
+            // The formula of glsl/technique/ism/visibility.glsl, and the inverse of map_way.
             let texel = |offset: DVec3| {
                 let [x, y, z] = axes.map(|axis| axis.dot(offset));
                 (DVec2::new(x, y) / (offset.length() + z) * 0.5 + 0.5) * f64::from(size)
@@ -78,7 +79,7 @@ mod tests {
             let view = map.about(light + 3.0 * way);
             let (middle, _) = view.project(light + 3.0 * way);
             let (at, _) = view.project(light + offset);
-            // Straight lines of the view are curved in the map, by about a texel's angle.
+            // Straight lines in the view are curved in the map, by about a texel's angle.
             let most = 8.0 / f64::from(size);
             prop_assert!((at - middle - DVec2::from(beside)).length() < most, "{:?} is {}", beside, at - middle);
         }

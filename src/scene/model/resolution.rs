@@ -1,14 +1,13 @@
-//! How finely a technique knows where opaque shadows begin and end.
+//! How precisely a technique resolves the boundaries of opaque shadows.
 
 use crate::scene::{Projection, View};
 use glam::DVec3;
 
-/// In a grid, how much farther than a voxel's reach a receiver is moved, voxels. Twin: RECEIVER_MARGIN in
+/// How far a receiver in a grid is moved beyond a voxel's reach, in voxels. Twin: RECEIVER_MARGIN in
 /// glsl/technique/voxel_grid/visibility.glsl.
 const GRID_MARGIN: f64 = 1e-3;
 
-/// The resolution of one of a technique's maps, or of a grid in a map's place: the size of details that it cannot tell
-/// apart.
+/// The resolution of one of a technique's maps, or of the grid used in place of a map: the size of details that it cannot tell apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// The view whose texels and range the other fields refer to.
@@ -17,55 +16,56 @@ pub struct Resolution {
     pub paraboloid: bool,
     /// Whether the view is one of a light's six faces. A receiver that is moved out of its face is then looked up in the next face.
     pub faces: bool,
-    /// How far across the light's rays a surface may affect a look-up, texels.
+    /// How far across the light's rays a surface may affect a look-up, in texels.
     pub reach_texels: f64,
-    /// For techniques whose bias follows the slope of the point's surface: how far the centre of a compared texel may be from the point,
-    /// texels across and down. 0 for other techniques.
+    /// For techniques whose bias follows the slope of the receiving surface: how far the centre of a compared texel may be from the point,
+    /// in texels, horizontally and vertically. 0 for other techniques.
     pub pushed_texels: f64,
-    /// How much nearer to the light than a surface point its caster must be to shadow it, in widths of a texel.
+    /// How much nearer to the light than a surface point its caster must be to shadow it, in texel widths.
     pub nearer_texels: f64,
-    /// For maps whose depths are compared with the plane of a surface: how far from a texel's centre the place may be at which its depth
-    /// was taken, texels. 0 for other techniques.
+    /// For maps whose depths are compared with a surface's plane: how far from a texel's centre its depth may have been sampled, in texels.
+    /// 0 for other techniques.
     pub snap_texels: f64,
     /// How far along its normal a surface point is moved before its look-up.
     pub moved: Moved,
-    /// Whether the technique may answer anything inside closed meshes. Points within the resolution of such an inside then belong to the
-    /// boundary too.
+    /// Whether the technique may return anything inside closed meshes. Points within the resolution of such an inside then also belong to
+    /// the boundary.
     pub free_inside: bool,
     /// How far along the rays a surface may affect a look-up, as a share of the view's range.
     pub depth: f64,
-    /// Where rays go through a grid along the world's axes, the side of a voxel, world units; else 0. In a grid, a surface anywhere in a
-    /// ray's voxels may affect the look-up, and the fields that are in texels are not used.
+    /// Side of a voxel in world units, if rays traverse a grid aligned with the world's axes; otherwise 0. In a grid, a surface anywhere in
+    /// a ray's voxels may affect the look-up, and the fields in texels are not used.
     pub voxel: f64,
     /// Whether rays are tested against triangles instead of voxels. Then `voxel` is the distance by which rounding may move a ray. A
-    /// surface within that distance may be hit wrongly, and may also be missed.
+    /// surface within that distance may be hit wrongly or missed.
     pub rounded: bool,
-    /// How far a surface point is moved along its ray in such a grid, after it was moved off the surface, voxels.
+    /// How far a surface point in such a grid is moved along its ray, after it was moved off the surface, in voxels.
     pub bias: f64,
 }
 
 impl Resolution {
-    /// The resolution of a grid with voxels, or cells of voxels, of side `voxel`; receivers are moved by `bias` along their rays.
+    /// Returns the resolution of a grid whose voxels, or cells of voxels, have side `voxel`; receivers are moved by `bias` along their
+    /// rays.
     pub fn of_grid(view: View, voxel: f64, bias: f64) -> Self {
         Self { voxel, bias, ..Self::exact(view) }
     }
 
-    /// The resolution of rays against triangles, where rounding may move either by `rounding`.
+    /// Returns the resolution of rays tested against triangles, if rounding may move either by `rounding`.
     pub fn of_triangles(view: View, rounding: f64) -> Self {
         Self { voxel: rounding, rounded: true, ..Self::exact(view) }
     }
 
-    /// The resolution of a paraboloid map with view `view`. A look-up reads four texels, each up to a texel away from the place and
-    /// covering half a texel about its middle. The depth in each texel is compared with the distance of the surface's plane on the ray
-    /// through the texel's middle, but with no more than the point's own distance. So a caster is missed if it is in front of the point by
-    /// less than the plane's depth changes over a texel, or by less than half a texel. Twins: NEARER_TEXELS, surface_distance in
+    /// Returns the resolution of a paraboloid map with view `view`. A look-up reads four texels, each up to a texel from the position and
+    /// covering half a texel around its centre. The depth in each texel is compared with the distance to the surface's plane along the ray
+    /// through the texel's centre, capped at the point's own distance. So a caster in front of the point is missed if it is nearer to it
+    /// than the change of the plane's depth over a texel, or than half a texel. Twins: NEARER_TEXELS, surface_distance in
     /// glsl/technique/ism/visibility.glsl.
     pub fn of_paraboloid(view: View) -> Self {
         let (reach_texels, pushed_texels, nearer_texels) = (1.5, 1.0, 0.5);
         Self { paraboloid: true, reach_texels, pushed_texels, nearer_texels, ..Self::exact(view) }
     }
 
-    /// The resolution of exact techniques, which have no boundary.
+    /// Returns the resolution of exact techniques, which have no boundary.
     pub fn exact(view: View) -> Self {
         Self {
             view,
@@ -84,8 +84,8 @@ impl Resolution {
         }
     }
 
-    /// The place at which a surface point with normal `normal` is looked up, world units. In a grid, a look-up moves that place further
-    /// along the ray. A grid moves a virtual light off its surface in the same way.
+    /// Returns the position at which a surface point with normal `normal` is looked up, in world units. In a grid, the look-up moves that
+    /// position further along the ray. A grid moves a virtual light off its surface in the same way.
     pub fn looked_up(&self, position: DVec3, normal: DVec3) -> DVec3 {
         if self.voxel > 0.0 {
             return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;
@@ -98,7 +98,7 @@ impl Resolution {
         position + normal * way.max(self.way(&self.view.face_towards(at), position, normal))
     }
 
-    /// How far along its normal a point is moved. Twin: receiver_way in glsl/technique/voxelized/place.glsl.
+    /// Returns how far along its normal a point is moved. Twin: receiver_way in glsl/technique/voxelized/place.glsl.
     fn way(&self, view: &View, position: DVec3, normal: DVec3) -> f64 {
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
         let Moved { across, along: forward, always, least_world, felt: _ } = self.moved;
@@ -108,7 +108,7 @@ impl Resolution {
             return (beside + before).max(least_world);
         }
         if self.snap_texels > 0.0 {
-            // A depth map moves a point at most half way to the light's height over the surface.
+            // A depth map moves a point at most halfway to the light's height above the surface.
             let height = (view.ray_through(position).origin - position).dot(normal);
             return (beside + before).min(0.5 * height).max(least_world);
         }
@@ -122,24 +122,24 @@ impl Resolution {
         ((beside + before) / (1.0 - more.min(0.5))).max(least_world)
     }
 
-    /// The view that gives texels about a place.
+    /// Returns the view whose texels apply around a position.
     pub fn view_about(&self, position: DVec3) -> View {
         if self.paraboloid { self.view.about(position) } else { self.view }
     }
 }
 
 /// How far a surface point is moved along its normal n, so that its surface stays behind it. The move is the sum of `across`, `along` and
-/// `always`, but at least `least_world`. All fields are 0 where points are not moved.
+/// `always`, but at least `least_world`. All fields are 0 if points are not moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
-    /// Texels, times |right · n| + |up · n|.
+    /// In texels, times |right · n| + |up · n|.
     pub across: f64,
-    /// A share of the view's range, times |d · n|. Here d is the direction of the ray, scaled so that its part along forward has length 1.
-    /// The surface then stays behind the moved point by this share of the range along the light's rays.
+    /// A share of the view's range, times |d · n|. Here d is the direction of the ray, scaled so that its forward component is 1. The
+    /// surface then stays behind the moved point by this share of the range along the light's rays.
     pub along: f64,
-    /// Texels, for any normal.
+    /// In texels, for any normal.
     pub always: f64,
-    /// The least move, world units.
+    /// The smallest move, in world units.
     pub least_world: f64,
     /// How far along the light's rays a surface may affect the look-up of a moved point, as a share of the view's range.
     pub felt: f64,

@@ -1,24 +1,24 @@
-//! Settings of pictures for people: samples per pixel and exposure. Measured pictures have neither.
+//! Settings of presentation pictures: samples per pixel and exposure. Measured pictures have neither.
 
 use crate::{Error, Result};
 
 /// The allowed numbers of samples per pixel, each with its grid of columns and rows.
 const SAMPLES: [(u32, [u32; 2]); 4] = [(1, [1, 1]), (4, [2, 2]), (8, [4, 2]), (16, [4, 4])];
 
-/// How samples become a picture for people.
+/// How samples are turned into a presentation picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Show {
     /// Columns and rows of a pixel's samples, all with the same weight.
     pub grid: [u32; 2],
-    /// Exposure: how much brighter, in powers of two.
+    /// Exposure in stops: brightness is multiplied by 2^`stops`.
     pub stops: f32,
 }
 
 impl Show {
-    /// With 1, 4, 8 or 16 samples per pixel.
+    /// Creates settings with 1, 4, 8 or 16 samples per pixel.
     ///
     /// # Errors
-    /// [`Error::Input`] for another number of samples, or stops that are not from −20 to 20.
+    /// [`Error::Input`] for any other number of samples, or stops outside −20 to 20.
     pub fn new(samples: u32, stops: f32) -> Result<Self> {
         let Some((_, grid)) = SAMPLES.into_iter().find(|(count, _)| *count == samples) else {
             return Err(Error::input(
@@ -34,7 +34,7 @@ impl Show {
         Ok(Self { grid, stops })
     }
 
-    /// Size of the picture that has one pixel per sample.
+    /// Returns the size of the picture that has one pixel per sample.
     pub fn sampled(&self, size: [u32; 2]) -> [u32; 2] {
         [0, 1].map(|i| size[i] * self.grid[i])
     }

@@ -1,5 +1,5 @@
-//! Finds the triangles of a mesh that belong to closed surfaces, whose inside no light reaches. A *thing* is a set of triangles that are
-//! connected by edges; a mesh may have several.
+//! Finds the triangles of a mesh that belong to closed surfaces, whose inside no light reaches. A *thing* is a set of triangles connected
+//! by edges; a mesh may have several.
 
 use crate::scene::Mesh;
 use glam::DVec3;
@@ -7,16 +7,16 @@ use glam::DVec3;
 /// The kind of space behind a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The triangle belongs to no closed thing, as a leaf does not.
+    /// The triangle is not part of a closed thing, as in a leaf.
     Open,
-    /// The inside of a closed thing. The triangle's front (counter-clockwise) looks outwards, as it should.
+    /// The inside of a closed thing. The triangle's front (counter-clockwise) faces outwards, as it should.
     Outward,
-    /// The outside of a closed thing. The triangle's front looks inwards: the mesh is wound inside out.
+    /// The outside of a closed thing. The triangle's front faces inwards: the mesh is wound inside out.
     Inward,
 }
 
 impl Side {
-    /// 1 where a ray along the triangle's normal leaves a closed thing, −1 where it enters one, 0 where the triangle is open.
+    /// Returns 1 if a ray along the triangle's normal leaves a closed thing, −1 if it enters one, and 0 if the triangle is open.
     pub fn sign(self) -> i32 {
         match self {
             Self::Open => 0,
@@ -26,13 +26,13 @@ impl Side {
     }
 }
 
-/// The least volume of a closed thing, divided by its surface to the power of 3/2. A leaf whose back is modelled too has no volume but that
-/// of rounding, and must not count as closed.
+/// The smallest volume of a closed thing, divided by its surface area to the power of 3/2. A leaf with a modelled back has no volume apart
+/// from rounding, and must not count as closed.
 const LEAST_VOLUME: f64 = 1e-9;
 
-/// The side of each triangle. In a solid mesh all triangles have [`Side::Outward`]. In other meshes, triangles that share an edge belong to
-/// one thing; vertices at the same position count as one. A thing is closed if every edge is used equally often in both directions, and the
-/// thing has a volume. A triangle with two equal corners is only an edge, and belongs to the thing that has this edge.
+/// Returns the side of each triangle. In a solid mesh all triangles are [`Side::Outward`]. In other meshes, triangles that share an edge
+/// belong to one thing; vertices at the same position count as one. A thing is closed if every edge is used equally often in both
+/// directions, and the thing has a volume. A triangle with two equal corners is only an edge, and belongs to the thing that has this edge.
 pub fn sides(mesh: &Mesh) -> Vec<Side> {
     if mesh.solid {
         return vec![Side::Outward; mesh.triangles.len()];
@@ -52,7 +52,7 @@ pub fn sides(mesh: &Mesh) -> Vec<Side> {
     }
     for (number, triangle) in (0..).zip(&mesh.triangles) {
         let thing = things.of(number);
-        // Corners are relative to a corner of the thing, so that a distance from the origin costs no precision.
+        // Corners are relative to a corner of the thing, so that no precision is lost far from the origin.
         let origin = mesh.triangles[thing].map(|i| position(mesh, i))[0];
         let [a, b, c] = triangle.map(|i| position(mesh, i) - origin);
         measured[thing].area += 0.5 * (b - a).cross(c - a).length();
@@ -65,7 +65,7 @@ fn position(mesh: &Mesh, index: u32) -> DVec3 {
     mesh.positions.get(index as usize).map_or(DVec3::NAN, |p| DVec3::from(p.map(f64::from)))
 }
 
-/// Sorts elements that are all different; with the feature `program`, in parallel.
+/// Sorts elements that are all distinct; in parallel with the feature `program`.
 fn sort<T: Ord + Send>(all: &mut [T]) {
     #[cfg(feature = "program")]
     rayon::slice::ParallelSliceMut::par_sort_unstable(all);
@@ -73,9 +73,9 @@ fn sort<T: Ord + Send>(all: &mut [T]) {
     all.sort_unstable();
 }
 
-/// For each vertex, the vertex that stands for all vertices at its position.
+/// Returns, for each vertex, the representative of all vertices at its position.
 fn welded(mesh: &Mesh) -> Vec<u32> {
-    // Adding 0 makes −0 the same as 0.
+    // Adding 0 turns −0 into 0.
     let bits = |p: &[f32; 3]| p.map(|value| (value + 0.0).to_bits());
     let mut order: Vec<_> = (0..).zip(&mesh.positions).map(|(number, p)| (bits(p), number)).collect();
     sort(&mut order);
@@ -89,14 +89,14 @@ fn welded(mesh: &Mesh) -> Vec<u32> {
 /// An edge of a triangle.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct HalfEdge {
-    /// Welded vertices, the lesser first.
+    /// Welded vertices, the lower index first.
     ends: [u32; 2],
     triangle: u32,
-    /// Whether the triangle uses the edge from the lesser to the greater vertex.
+    /// Whether the triangle traverses the edge from the lower to the higher vertex index.
     forward: bool,
 }
 
-/// All edges with two different ends, sorted so that equal edges are neighbours.
+/// Returns all edges with two distinct ends, sorted so that equal edges are adjacent.
 fn edges(mesh: &Mesh, welded: &[u32]) -> Vec<HalfEdge> {
     let vertex = |i: u32| welded.get(i as usize).copied().unwrap_or(i);
     let mut edges = Vec::with_capacity(3 * mesh.triangles.len());
@@ -111,11 +111,11 @@ fn edges(mesh: &Mesh, welded: &[u32]) -> Vec<HalfEdge> {
     edges
 }
 
-/// A union-find structure: each triangle names another triangle of its thing, and the last one names itself.
+/// A union-find structure: each triangle points to another triangle of its thing, and the root points to itself.
 struct Things(Vec<u32>);
 
 impl Things {
-    /// The triangle that stands for the thing.
+    /// Returns the thing's root triangle.
     fn of(&mut self, triangle: u32) -> usize {
         let mut at = triangle as usize;
         while self.0[at] as usize != at {
@@ -137,7 +137,7 @@ impl Things {
 struct Thing {
     is_open: bool,
     area: f64,
-    /// Positive where the fronts look outwards.
+    /// Positive if the fronts face outwards.
     volume: f64,
 }
 
@@ -159,14 +159,14 @@ mod tests {
 
     #[test]
     fn cubes_are_closed() {
-        // Far out, where f32 has few digits left, and about the origin, where 0 may be −0.
+        // Cubes far out, where f32 has few digits left, and around the origin, where 0 may be −0.
         for low in [[0.0; 3], [-0.0, 0.0, -0.0], [-0.5; 3], [30_000.0, -70_000.0, 5.0]] {
             assert_eq!(sides(&cube(low, 1.0)), [Side::Outward; 12]);
             assert_eq!(sides(&inside_out(cube(low, 1.0))), [Side::Inward; 12]);
         }
     }
 
-    /// As exporters write meshes: each face, or each triangle, with vertices of its own.
+    /// Exporters may give each face, or each triangle, vertices of its own.
     #[test]
     fn vertices_at_one_position_are_one() {
         let cube = cube([-1.0, -1.0, 0.0], 1.0);
@@ -177,7 +177,7 @@ mod tests {
         let mut corners: Vec<_> = cube.triangles.iter().flatten().map(at).collect();
         let of_triangles: Vec<_> = (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         assert_eq!(sides(&mesh(corners.clone(), of_triangles.clone())), [Side::Outward; 12]);
-        // If one corner of the 36 is a bit off, the cube is no longer closed.
+        // If one of the 36 corners is slightly off, the cube is no longer closed.
         corners[7][1] += 1e-3;
         assert_eq!(sides(&mesh(corners, of_triangles)), [Side::Open; 12]);
     }
@@ -188,7 +188,7 @@ mod tests {
             let mut holed = cube([0.0; 3], 1.0);
             holed.triangles.remove(missing);
             assert_eq!(sides(&holed), [Side::Open; 11]);
-            // A triangle that is wound the wrong way counts as a hole too.
+            // A triangle wound the wrong way also counts as a hole.
             let mut turned = cube([0.0; 3], 1.0);
             turned.triangles[missing].swap(0, 1);
             assert_eq!(sides(&turned), [Side::Open; 12]);
@@ -203,7 +203,7 @@ mod tests {
         holed.triangles.pop();
         let mixed = both(inside_out(cube([0.0; 3], 1.0)), holed);
         assert_eq!(sides(&mixed), [vec![Side::Inward; 12], vec![Side::Open; 11]].concat());
-        // Things that meet in a corner alone stay separate.
+        // Things that touch only at a corner stay separate.
         let mut holed = cube([1.0; 3], 1.0);
         holed.triangles.pop();
         let at_a_corner = both(cube([0.0; 3], 1.0), holed);
@@ -216,7 +216,7 @@ mod tests {
     fn leaves_are_open() {
         let corners = vec![[0.0; 3], [1.0, 0.0, 0.1], [1.0, 1.0, 0.3], [0.0, 1.0, 0.2]];
         assert_eq!(sides(&mesh(corners.clone(), vec![[0, 1, 2], [0, 2, 3]])), [Side::Open; 2]);
-        // With a back of its own, every edge of the leaf is balanced, but it has no volume.
+        // If the leaf has a back of its own, every edge is balanced, but the volume is 0.
         let both_sides = vec![[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]];
         assert_eq!(sides(&mesh(corners, both_sides)), [Side::Open; 4]);
     }
@@ -224,13 +224,12 @@ mod tests {
     #[test]
     fn triangles_of_no_area_do_no_harm() {
         let mut cube = cube([0.0; 3], 1.0);
-        // Triangles with equal corners: on an edge of the cube, and elsewhere.
+        // Degenerate triangles with equal corners: on an edge of the cube, and elsewhere.
         cube.triangles.extend([[0, 1, 1], [0, 7, 0], [3, 3, 3]]);
         let found = sides(&cube);
         assert_eq!(found[..13], [Side::Outward; 13]);
         assert_eq!(found[13..], [Side::Open; 2]);
-        // One side's edge has one more vertex than its neighbour's. The cube is closed if a triangle without area on the edge connects
-        // both.
+        // An edge of one face has one more vertex than its neighbour's. The cube is closed if a triangle without area connects the two.
         let middle = cube.positions.len() as u32;
         cube.positions.push([0.5, 0.0, 0.0]);
         cube.triangles.truncate(12);

@@ -1,18 +1,18 @@
-//! Smooth normals for meshes, which have no normals of their own. Used in pictures for people.
+//! Smooth normals for meshes, which store none. Used in presentation pictures.
 
 use crate::scene::Mesh;
 use crate::scene::model::view::vec;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Cosine of the angle between two triangles beyond which the edge between them stays sharp: 30°.
+/// An edge stays sharp if the angle between its triangles exceeds 30°; this is the cosine.
 const EDGE: f64 = 0.866;
 
-/// The normals of each triangle's corners, unit length. Each is the mean normal, weighted by area, of all triangles that meet there at less
-/// than a sharp edge's angle. 0 where the triangle has no area.
+/// Returns the unit normals at each triangle's corners. Each is the area-weighted mean normal of all triangles that share the corner and
+/// differ in orientation by less than a sharp edge's angle. 0 if the triangle has no area.
 pub fn smooth_normals(mesh: &Mesh) -> Vec<[[f32; 3]; 3]> {
     let corners = |t: &[u32; 3]| t.map(|i| mesh.positions.get(i as usize).copied().unwrap_or_default());
-    // Adding 0 makes −0 the same as 0.
+    // Adding 0 turns −0 into 0.
     let place = |p: [f32; 3]| p.map(|value| (value + 0.0).to_bits());
     let areas: Vec<DVec3> = mesh
         .triangles
@@ -56,7 +56,7 @@ mod tests {
         }
     }
 
-    /// On a fine ball, corners' normals point away from the middle much more exactly than the triangles' own normals.
+    /// On a fine ball, corner normals point away from the centre much more exactly than the triangles' own normals.
     #[test]
     fn a_ball_is_round() {
         let at = |i: u32, j: u32| {
@@ -68,7 +68,7 @@ mod tests {
         for (i, j) in (1..23).flat_map(|i| (0..48).map(move |j| (i, j))) {
             let first = ball.positions.len() as u32;
             ball.positions.extend([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
-            // Every other triangle is wound the other way.
+            // Every other triangle is wound the opposite way.
             ball.triangles.extend([[first, first + 1, first + 2], [first, first + 3, first + 2]]);
         }
         let normals = smooth_normals(&ball);

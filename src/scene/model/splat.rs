@@ -1,21 +1,22 @@
 //! Splats, which are anisotropic Gaussians of extinction, and how a splat is packed into the 32 bytes of a caster.
 //!
 //! Extinction at x is σ₀ exp(−½ (x − μ)ᵀ Σ⁻¹ (x − μ)). Along a ray through x in the unit direction d the optical depth is σ₀ √(2π) s
-//! exp(−ρ²/2), where s = 1/√(dᵀ Σ⁻¹ d) is the deviation along the ray and ρ the least Mahalanobis distance on it. A file's opacity α is the
-//! share of light that a splat takes through its middle. It is one number, while s depends on the ray. α is taken as the opacity along the
-//! shortest axis, since splats mostly lie on surfaces: σ₀ = −ln(1 − α) / (√(2π) s₂). Along slanting rays optical depth then grows by 1/cos,
-//! as in a slab, and it does not depend on how flat the splat is.
+//! exp(−ρ²/2), where s = 1/√(dᵀ Σ⁻¹ d) is the deviation along the ray and ρ the smallest Mahalanobis distance on it. A file's opacity α is
+//! the share of light that a splat removes from a ray through its centre. It is a single number, while s depends on the ray. α is taken as
+//! the opacity along the shortest axis, since splats mostly lie flat on surfaces: σ₀ = −ln(1 − α) / (√(2π) s₂). Along slanting rays the
+//! optical depth then grows by 1/cos, as in a slab, and it does not depend on how flat the splat is.
 
 use crate::scene::{Caster, MAX_OPTICAL_DEPTH};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Deviations beyond which a splat is cut off: there its optical depth is at most exp(−4.5) = 1.1 % of its greatest. Twin: SPLAT_REACH.
+/// Number of deviations at which a splat is cut off; its optical depth there is at most exp(−4.5) = 1.1 % of the maximum.
+/// Twin: SPLAT_REACH.
 pub(crate) const REACH: f64 = 3.0;
 
 /// The greatest ratio of the longest axis to another, in octaves. Flatter splats are stored with this ratio. Twin: SPLAT_OCTAVES.
 pub(super) const OCTAVES: f64 = 12.0;
 
-/// The exponent bits in a caster's axis that mark a splat: those of 2^100, longer than any strand. Twin: SPLAT_MARK.
+/// The exponent bits of 2^100 in a caster's axis mark a splat; no strand is that long. Twin: SPLAT_MARK.
 const MARK: u32 = 0x7180_0000;
 
 /// Mask of a float's exponent bits.
@@ -24,14 +25,14 @@ pub(super) const EXPONENT: u32 = 0x7F80_0000;
 /// A splat: an anisotropic Gaussian of extinction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Splat {
-    /// Its middle μ, world units.
+    /// Centre μ, in world units.
     pub position: [f32; 3],
-    /// Standard deviations along its own axes, world units, > 0.
+    /// Standard deviations along the splat's own axes, in world units, > 0.
     pub deviations: [f32; 3],
-    /// The rotation of its axes: a quaternion x, y, z, w of length 1.
+    /// Rotation of the axes: a quaternion x, y, z, w of length 1.
     pub rotation: [f32; 4],
-    /// The share of light that the splat takes from a ray through its middle along its shortest axis, in [0, 1]; the optical depth is −ln(1
-    /// − opacity), at most [`MAX_OPTICAL_DEPTH`].
+    /// The share of light that the splat removes from a ray through its centre along its shortest axis, in [0, 1]; the optical depth is
+    /// −ln(1 − opacity), at most [`MAX_OPTICAL_DEPTH`].
     pub opacity: f32,
     /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
@@ -41,9 +42,9 @@ pub struct Splat {
 #[cfg(feature = "program")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shape {
-    /// Unit vectors, the longest axis first, the shortest last.
+    /// Unit vectors, from the longest axis to the shortest.
     pub axes: [DVec3; 3],
-    /// World units, falling.
+    /// Standard deviations in world units, descending.
     pub deviations: [f64; 3],
 }
 
@@ -57,20 +58,21 @@ impl From<&Splat> for Caster {
         let octaves = [octaves(1), octaves(2)];
         let axis = packed(MARK, axes[2].1, axes[0].1, octaves);
         let radius = (REACH * axes[0].0) as f32;
-        // ln_1p, because 1 − opacity would round a thin splat's opacity away.
+        // ln_1p, because computing 1 − opacity would round a thin splat's opacity away.
         let depth = (-(-f64::from(splat.opacity)).ln_1p()).min(MAX_OPTICAL_DEPTH.into());
         let density = depth / ((2.0 * std::f64::consts::PI).sqrt() * deviation(radius, octaves[1]));
         Self { position: splat.position, radius, axis, density: density as f32 }
     }
 }
 
-/// Deviation along an axis that is shorter than the longest by `octaves`, in units of [`OCTAVES`] / 4095; `radius` is the caster's.
+/// Returns the deviation along an axis that is `octaves` shorter than the longest, in units of [`OCTAVES`] / 4095; `radius` is the
+/// caster's.
 fn deviation(radius: f32, octaves: u32) -> f64 {
     f64::from(radius) / REACH * (-OCTAVES / 4095.0 * f64::from(octaves)).exp2()
 }
 
-/// A direction as two numbers below 65536; the opposite direction gives the same. The direction is projected onto the upper half of an
-/// octahedron. The numbers are its coordinates there, in axes turned by 45°.
+/// Encodes a direction as two numbers below 65536; the opposite direction gives the same numbers. The direction is projected onto the upper
+/// half of an octahedron. The numbers are its coordinates there, in axes turned by 45°.
 fn half_octahedron(direction: DVec3) -> [u32; 2] {
     let d = if direction.z < 0.0 { -direction } else { direction };
     let sum = d.x.abs() + d.y.abs() + d.z;
@@ -85,20 +87,20 @@ fn of_half_octahedron([u, v]: [u32; 2]) -> DVec3 {
     DVec3::new(x, y, 1.0 - x.abs() - y.abs()).normalize()
 }
 
-/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: splat_across. Source: Duff et al.
-/// 2017, *Building an Orthonormal Basis, Revisited*.
+/// Returns two unit vectors perpendicular to `n` and to each other; the z of `n` must not be negative. Twin: splat_across. Source: Duff et
+/// al. 2017, *Building an Orthonormal Basis, Revisited*.
 fn across(n: DVec3) -> [DVec3; 2] {
     let a = -1.0 / (1.0 + n.z);
     let b = n.x * n.y * a;
     [DVec3::new(1.0 + n.x * n.x * a, b, -n.x), DVec3::new(b, 1.0 + n.y * n.y * a, -n.y)]
 }
 
-/// Packs three things into the bits of three floats: the shortest axis, the longest axis, and the ratios of the axes' lengths. The floats
-/// are neither NaN nor denormal, so that drivers keep their bits. `mark` gives the kind of caster.
+/// Packs the shortest axis, the longest axis and the ratios of the axes' lengths into the bits of three floats. The floats are neither NaN
+/// nor denormal, so that drivers preserve their bits. `mark` identifies the kind of caster.
 pub(super) fn packed(mark: u32, shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
     let [u, v] = half_octahedron(shortest);
     let [first, second] = across(of_half_octahedron([u, v])).map(|axis| axis.dot(longest));
-    // An axis and its opposite are the same.
+    // An axis and its opposite are equivalent.
     let (first, second) = if second < 0.0 { (-first, -second) } else { (first, second) };
     let turn = ((first / (first.abs() + second) * 0.5 + 0.5) * 65535.0).round().clamp(0.0, 65535.0) as u32;
     let bits = octaves[0] | octaves[1] << 12;
@@ -124,21 +126,21 @@ impl Shape {
         }
     }
 
-    /// Unpacks the shape of a caster that is a cell: `deviations` are half of its sides. Twin: cell_shape.
+    /// Unpacks the shape of a caster that is a cell: `deviations` are half its sides. Twin: cell_shape.
     pub fn of_cell(caster: &Caster) -> Self {
         let shape = Self::of(caster);
         let by = f64::from(caster.radius) / DVec3::from(shape.deviations).length();
         Self { deviations: shape.deviations.map(|d| d * by), ..shape }
     }
 
-    /// A vector's coordinates along the axes, in deviations.
+    /// Returns a vector's coordinates along the axes, in deviations.
     pub fn whitened(&self, v: DVec3) -> DVec3 {
         DVec3::from_array([0, 1, 2].map(|i| self.axes[i].dot(v) / self.deviations[i]))
     }
 }
 
 impl Caster {
-    /// Whether it is a splat.
+    /// Returns whether the caster is a splat.
     pub fn is_splat(&self) -> bool {
         self.axis[0].to_bits() & EXPONENT == MARK
     }
@@ -161,8 +163,8 @@ mod tests {
     }
 
     proptest! {
-        /// Packing and unpacking gives the same ellipsoid up to rounding. Ellipsoids are compared, since an axis may point either way, and
-        /// axes of equal length may point anywhere in their plane.
+        /// Packing and unpacking gives the same ellipsoid up to rounding. Ellipsoids are compared rather than axes, since an axis may point
+        /// either way, and axes of equal length may point anywhere in their plane.
         #[test]
         fn packing_rounds_little(splat in splat()) {
             let caster = Caster::from(&splat);
@@ -177,7 +179,7 @@ mod tests {
             };
             let longest = shape.deviations[0];
             for i in 0..40 {
-                // Compares half of the ellipsoid's width along v.
+                // Compares half the ellipsoid's width along v.
                 let v = DVec3::new((f64::from(i) * 1.7).sin(), (f64::from(i) * 2.9).cos(), (f64::from(i) * 0.7).sin()).normalize();
                 let (given, found) = (given(v), found(v));
                 prop_assert!((given - found).abs() <= 1.2e-3 * given + 1e-4 * longest, "{given} {found}");
@@ -188,7 +190,7 @@ mod tests {
             }
         }
 
-        /// A ray through the middle along the shortest axis loses the splat's opacity, by a numeric integral.
+        /// A ray through the centre along the shortest axis loses the splat's opacity, according to a numerical integral.
         #[test]
         fn opacity_is_taken_along_the_shortest_axis(splat in splat()) {
             let caster = Caster::from(&splat);

@@ -5,8 +5,8 @@ use crate::scene::{Camera, Caster, Casting, FACES, Mesh, Particle, Scene, Splat,
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
-/// A depth or z that is farther than any other. An unused node has it, and a place where no mesh ends the light. Twins: EMPTY in
-/// glsl/maps/curve/node.glsl, INFINITY in glsl/maps/bins/tiles.glsl.
+/// A depth or z farther than any other, used for unused nodes and for rays that no mesh blocks. Twins: EMPTY in glsl/maps/curve/node.glsl,
+/// INFINITY in glsl/maps/bins/tiles.glsl.
 pub const FARTHEST: f32 = 3e38;
 
 /// Parallel rays or rays from one point.
@@ -19,46 +19,46 @@ pub enum Projection {
     Perspective = 1,
 }
 
-/// A view, in the layout of the shaders. Numbers are rounded to f32 once, here, so that the f64 reference and the device use the same rays.
-/// `z` is the distance along `forward`, world units.
+/// A view, in the shaders' layout. Numbers are rounded to f32 once, here, so that the f64 reference and the device use the same rays. `z`
+/// is the distance along `forward`, in world units.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct View {
-    /// World units.
+    /// Origin, in world units.
     pub origin: [f32; 3],
     /// A [`Projection`] as a number.
     pub projection: u32,
-    /// Unit length.
+    /// Right axis, unit length.
     pub right: [f32; 3],
     /// NDC per world unit (parallel) or per unit of tangent (perspective).
     pub scale_x: f32,
-    /// Unit length.
+    /// Up axis, unit length.
     pub up: [f32; 3],
-    /// As `scale_x`; negative for cameras, since NDC y points down.
+    /// Vertical counterpart of `scale_x`; negative for cameras, since NDC y points down.
     pub scale_y: f32,
-    /// Unit length.
+    /// View direction, unit length.
     pub forward: [f32; 3],
-    /// z of depth 0.
+    /// z at depth 0.
     pub near: f32,
-    /// z of depth 1.
+    /// z at depth 1.
     pub far: f32,
-    /// Texels.
+    /// Width, in texels.
     pub width: u32,
-    /// Texels.
+    /// Height, in texels.
     pub height: u32,
 }
 
 /// A ray whose parameter is z, in f64: point = origin + z · direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// World units.
+    /// Origin, in world units.
     pub origin: DVec3,
-    /// Length 1 for parallel views, ≥ 1 for perspective ones.
+    /// Direction: of length 1 in parallel views, ≥ 1 in perspective ones.
     pub direction: DVec3,
 }
 
 impl Ray {
-    /// The point at `z`.
+    /// Returns the point at `z`.
     pub fn at(&self, z: f64) -> DVec3 {
         self.origin + z * self.direction
     }
@@ -68,29 +68,29 @@ pub(in crate::scene) fn vec(v: [f32; 3]) -> DVec3 {
     DVec3::from(v.map(f64::from))
 }
 
-/// Two unit vectors, right and up, at right angles to `forward` and to each other.
+/// Returns two unit vectors, right and up, perpendicular to `forward` and to each other.
 pub(in crate::scene) fn across(forward: DVec3, up: DVec3) -> (DVec3, DVec3) {
     let right = forward.cross(up).normalize();
     (right, right.cross(forward))
 }
 
-/// An up vector that is not along `forward`.
+/// Returns an up vector that is not parallel to `forward`.
 pub(in crate::scene) fn some_up(forward: DVec3) -> DVec3 {
     if forward.z.abs() < 0.99 { DVec3::Z } else { DVec3::Y }
 }
 
 impl View {
-    /// Parallel or perspective.
+    /// Returns the kind of projection.
     pub fn projection(&self) -> Projection {
         if self.projection == Projection::Parallel as u32 { Projection::Parallel } else { Projection::Perspective }
     }
 
-    /// Texel coordinates (centres at .5) and z of a point. Behind a perspective view the coordinates mean nothing.
+    /// Returns the texel coordinates (centres at .5) and z of a point. Behind a perspective view the coordinates are meaningless.
     pub fn project(&self, position: DVec3) -> (DVec2, f64) {
         self.project_offset(position - vec(self.origin))
     }
 
-    /// As [`View::project`], for a point given by its offset from the view's origin, world units.
+    /// Like [`View::project`], but for a point given by its offset from the view's origin, in world units.
     pub fn project_offset(&self, offset: DVec3) -> (DVec2, f64) {
         let z = offset.dot(vec(self.forward));
         let w = if self.projection() == Projection::Parallel { 1.0 } else { z };
@@ -101,13 +101,13 @@ impl View {
         ((ndc * 0.5 + 0.5) * DVec2::new(self.width.into(), self.height.into()), z)
     }
 
-    /// A point's coordinates along right, up and forward, from the view's origin, world units.
+    /// Returns a point's coordinates along right, up and forward, relative to the view's origin, in world units.
     pub fn axes(&self, position: DVec3) -> DVec3 {
         let offset = position - vec(self.origin);
         DVec3::new(offset.dot(vec(self.right)), offset.dot(vec(self.up)), offset.dot(vec(self.forward)))
     }
 
-    /// The ray through a point given in texels.
+    /// Returns the ray through a point given in texels.
     pub fn ray(&self, texel: DVec2) -> Ray {
         let ndc = texel / DVec2::new(self.width.into(), self.height.into()) * 2.0 - 1.0;
         let across =
@@ -118,7 +118,8 @@ impl View {
         }
     }
 
-    /// The steps to the next texel right and up at `position`, world units. In perspective, `position` must be in front of the view.
+    /// Returns the steps to the next texel right and up at `position`, in world units. In perspective, `position` must be in front of the
+    /// view.
     pub fn texel_at(&self, position: DVec3) -> [DVec3; 2] {
         let spread = if self.projection() == Projection::Parallel { 1.0 } else { self.axes(position).z };
         let texel =
@@ -126,7 +127,7 @@ impl View {
         [texel(self.right, self.scale_x, self.width), texel(self.up, self.scale_y, self.height)]
     }
 
-    /// The view's ray through `position`.
+    /// Returns the view's ray through `position`.
     pub fn ray_through(&self, position: DVec3) -> Ray {
         let offset = position - vec(self.origin);
         let z = offset.dot(vec(self.forward));
@@ -136,7 +137,7 @@ impl View {
         }
     }
 
-    /// For a view that is one of a light's six faces: the face that contains `position`.
+    /// Returns the face that contains `position`, for a view that is one of a light's six faces.
     pub fn face_towards(&self, position: DVec3) -> Self {
         let offset = position - vec(self.origin);
         let axis = offset.abs().max_position();
@@ -146,42 +147,42 @@ impl View {
         Self { right, up, forward, ..*self }
     }
 
-    /// z of a depth in [0, 1].
+    /// Returns the z of a depth in [0, 1].
     pub fn z(&self, depth: f64) -> f64 {
         f64::from(self.near) + depth * (f64::from(self.far) - f64::from(self.near))
     }
 
-    /// Depth of a z: 0 at `near`, 1 at `far`.
+    /// Returns the depth of a z: 0 at `near`, 1 at `far`.
     pub fn depth(&self, z: f64) -> f64 {
         (z - f64::from(self.near)) / (f64::from(self.far) - f64::from(self.near))
     }
 
-    /// Texels in all.
+    /// Returns the total number of texels.
     pub fn texels(&self) -> usize {
         self.width as usize * self.height as usize
     }
 
-    /// The views of all maps of all lights before they are fitted, `size` texels per side. A point light has one view for each of
-    /// [`crate::scene::FACES`]. These views have an origin and axes, and in perspective a scale. A directional light's origin is a place
-    /// among the casters of `casting`, or a corner of their box where they are simulated, so that distances from it are small. `near` is
-    /// the least share of the range at which the fitted view may begin. `far` is the range of the fitted view, relative to the range that
+    /// Returns the views of all maps of all lights before fitting, `size` texels per side. A point light has one view for each of
+    /// [`crate::scene::FACES`]. These views have an origin and axes, and in perspective a scale. A directional light's origin is a position
+    /// among the casters of `casting`, or a corner of their box if they are simulated, so that distances from it are small. `near` is the
+    /// smallest share of the range at which the fitted view may begin. `far` is the range of the fitted view, relative to the range that
     /// the casters need.
     pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
         aimed(aim, size, casting)
     }
 
-    /// The views of all maps of all lights, fitted to the translucent casters, or to the meshes where there are none, `size` texels per
-    /// side. They are computed in f64, as the truth for the views that the device fits.
+    /// Returns the views of all maps of all lights, fitted to the translucent casters, or to the meshes if there are none, `size` texels
+    /// per side. They are computed in f64 and serve as the truth for the views that the device fits.
     pub fn volumes(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Volume)
     }
 
-    /// The views of the meshes, one for each map of each light, `size` texels per side.
+    /// Returns the views fitted to the meshes, one for each map of each light, `size` texels per side.
     pub fn opaques(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Opaque)
     }
 
-    /// The camera's view of a scene, all of which it reaches.
+    /// Returns the camera's view of a scene; its far plane is behind everything in the scene.
     pub fn camera(camera: &Camera, scene: &Scene, size: [u32; 2]) -> Self {
         let forward = (camera.target - camera.position).normalize();
         let far = mesh_points(&scene.meshes)
@@ -192,7 +193,7 @@ impl View {
         Self::perspective(camera, [far * 1e-4, far], size)
     }
 
-    /// The camera's view between two distances along its axis, near and far, `size` pixels wide and high.
+    /// Returns the camera's view between two distances along its axis, near and far, `size` pixels wide and high.
     pub fn perspective(camera: &Camera, [near, far]: [f64; 2], size: [u32; 2]) -> Self {
         let forward = (camera.target - camera.position).normalize();
         let (right, up) = across(forward, camera.up);
@@ -214,7 +215,7 @@ impl View {
     }
 }
 
-/// Spheres whose convex hull contains all translucent casters.
+/// Returns spheres whose convex hull contains all translucent casters.
 pub(in crate::scene) fn caster_spheres(
     particles: &[Particle],
     strands: &[Strand],
@@ -228,8 +229,8 @@ pub(in crate::scene) fn caster_spheres(
     particles.chain(strands).chain(splats).chain(cells)
 }
 
-/// Spheres whose convex hull contains all translucent casters at all later times too: particles that passes on the device move stay in a
-/// box.
+/// Returns spheres whose convex hull contains all translucent casters at this and all later times. Particles moved by passes on the device
+/// stay in a box.
 pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
     let others = |particles| caster_spheres(particles, &scene.strands, &scene.splats, &scene.volumes);
     match scene.reserve.stay_in {
@@ -249,8 +250,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A point lies in the face of the point light that look-ups use, at least a gutter away from the face's edge, so that a filter of
-        /// that reach needs no other face.
+        /// A point lies in the point light's face that look-ups use, at least a gutter away from the face's edge, so that a filter of that
+        /// radius needs no other face.
         #[test]
         fn points_lie_inside_the_face_that_is_asked(
             offset in prop::array::uniform3(-10.0f32..10.0),

@@ -5,27 +5,27 @@ use crate::scene::{Caster, Field};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// The exponent bits in a caster's axis that mark a cell: those of 2^101. Twin: CELL_MARK.
+/// The exponent bits of 2^101 in a caster's axis mark a cell. Twin: CELL_MARK.
 pub(super) const CELL_MARK: u32 = 0x7200_0000;
 
-/// The most casters of a volume. Where there would be more, each caster stands for 2³, 4³ or 8³ of the field's cells.
+/// The largest number of casters per volume. Above it, each caster represents 2³, 4³ or 8³ of the field's cells.
 pub const MOST_CELLS: usize = 4_000_000;
 
-/// How much longer the longest side of a cell may be than the shortest.
+/// The greatest ratio of the longest side of a cell to the shortest.
 const LONGEST: f64 = 1000.0;
 
-/// Where a volume's samples are, and how densities turn into light.
+/// Where a volume's samples are, and how densities turn into extinction and color.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
-    /// Place of sample (0, 0, 0), world units.
+    /// Position of sample (0, 0, 0), in world units.
     pub origin: DVec3,
-    /// The steps from a sample to the next along each of the field's axes, world units; at right angles to each other.
+    /// Steps from one sample to the next along each of the field's axes, in world units; perpendicular to each other.
     pub steps: [DVec3; 3],
-    /// Extinction of density 1, 1 / world unit, finite and > 0.
+    /// Extinction at density 1, in 1 / world unit, finite and > 0.
     pub extinction: f64,
     /// Albedo, red, green, blue, in [0, 1].
     pub color: [f32; 3],
-    /// How many cells of the field one caster spans along each axis: 1, 2, 4 or 8. The number is raised where there would be more than
+    /// Number of the field's cells that one caster spans along each axis: 1, 2, 4 or 8. It is raised if there would be more than
     /// [`MOST_CELLS`] casters.
     pub side: u32,
 }
@@ -48,9 +48,8 @@ impl PartialEq for Volume {
 impl Volume {
     /// Places a field.
     ///
-    /// # Errors
-    /// In words: steps that are not at right angles, have no length or are too different; an extinction that is no valid float; numbers out
-    /// of range.
+    /// A message if the steps are not perpendicular, have no length or differ too much in length, if the extinction is not a valid float,
+    /// or if numbers are out of range.
     pub fn new(field: Arc<Field>, placed: Placed) -> Result<Self, String> {
         let steps = placed.steps;
         let lengths = steps.map(DVec3::length);
@@ -85,34 +84,34 @@ impl Volume {
         Ok(volume)
     }
 
-    /// Its densities.
+    /// Returns the volume's densities.
     pub fn field(&self) -> &Field {
         &self.field
     }
 
-    /// Its densities, for a test that asks whether anything still has them.
+    /// Returns a weak reference to the densities, for a test of whether anything still holds them.
     #[cfg(test)]
     pub(crate) fn held(&self) -> std::sync::Weak<Field> {
         Arc::downgrade(&self.field)
     }
 
-    /// Where it stands.
+    /// Returns the volume's placement.
     pub fn placed(&self) -> &Placed {
         &self.placed
     }
 
-    /// The casters that represent the volume on the device, each with its mean density, rounded to f32 once.
+    /// Returns the casters that represent the volume on the device, each with its mean density, rounded to f32 once.
     pub fn cells(&self) -> &[Caster] {
         &self.cells
     }
 
-    /// Keeps only the first `most` casters, for quick tests; the field stays whole.
+    /// Keeps only the first `most` casters, for quick tests; the field stays complete.
     #[cfg(feature = "program")]
     pub(crate) fn truncate(&mut self, most: usize) {
         self.cells = self.cells.iter().take(most).copied().collect();
     }
 
-    /// The caster for a cube of cells, from its lowest sample and mean density.
+    /// Builds the caster for a cube of cells, from its lowest sample and mean density.
     fn cell(&self, (first, density): ([i32; 3], f64), side: u32) -> Caster {
         let half = 0.5 * f64::from(side);
         let place = |axis: usize| self.placed.steps[axis] * (f64::from(first[axis]) + half);
@@ -121,8 +120,8 @@ impl Volume {
     }
 }
 
-/// A caster that is a box, by its middle and half of each of its sides, which are at right angles. Where the sides differ in length,
-/// packing rounds them by at most 0.11 %. The extinction is changed to make up for that, so that extinction times volume is exact.
+/// Builds a box-shaped caster from its centre and half of each of its sides, which are perpendicular. If the sides differ in length,
+/// packing rounds them by at most 0.11 %. The extinction is adjusted to compensate, so that extinction times volume is exact.
 pub(crate) fn cell(centre: DVec3, halves: [DVec3; 3], extinction: f64) -> Caster {
     let mut sides = halves;
     sides.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
@@ -141,7 +140,7 @@ pub(crate) fn cell(centre: DVec3, halves: [DVec3; 3], extinction: f64) -> Caster
 }
 
 impl Caster {
-    /// Whether it is a cell of a volume.
+    /// Returns whether the caster is a cell of a volume.
     pub fn is_cell(&self) -> bool {
         self.axis[0].to_bits() & EXPONENT == CELL_MARK
     }

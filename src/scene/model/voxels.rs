@@ -1,4 +1,4 @@
-//! Voxels that triangles meet. Particles of `fountain` bounce off them, and tests compare them with the device's. Twin of
+//! Voxels overlapped by triangles. Particles of `fountain` bounce off them, and tests compare them with the device's. Twin of
 //! glsl/grid/overlap.glsl and voxelize.comp, with the same bits: neither divides, fuses or reorders operations.
 
 use std::array::from_fn;
@@ -6,21 +6,21 @@ use std::array::from_fn;
 /// Twin: GRID_SLACK in glsl/grid/overlap.glsl.
 const SLACK: f32 = 1e-4;
 
-/// The place of a grid of voxels in the world. Twin: Grid in glsl/grid/grid.glsl.
+/// The placement of a voxel grid in the world. Twin: Grid in glsl/grid/grid.glsl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// The grid's low corner, world units.
+    /// The grid's low corner, in world units.
     pub origin: [f32; 3],
-    /// A voxel's side, world units.
+    /// Side of a voxel, in world units.
     pub voxel: f32,
-    /// Voxels per world unit.
+    /// Number of voxels per world unit.
     pub per_unit: f32,
-    /// Voxels per side.
+    /// Number of voxels per side.
     pub size: u32,
 }
 
 impl Place {
-    /// A position in voxels from the grid's corner.
+    /// Converts a position to voxels from the grid's corner.
     pub fn voxels(&self, position: [f32; 3]) -> [f32; 3] {
         from_fn(|i| (position[i] - self.origin[i]) * self.per_unit)
     }
@@ -33,19 +33,19 @@ pub(crate) struct Facet {
     normal: [f32; 3],
     pub(crate) first: [u32; 3],
     pub(crate) last: [u32; 3],
-    /// By how much voxels, or cells, are enlarged on each side.
+    /// Distance by which voxels, or cells, are enlarged on each side.
     slack: f32,
-    /// The rounding error of its plane, in lengths of its normal times voxels.
+    /// Rounding error of the triangle's plane, in lengths of its normal times voxels.
     error: f32,
 }
 
 impl Facet {
-    /// A triangle whose corners are given in voxels, or in cells, of which there are `cells` per side of a voxel.
+    /// Creates a triangle from corners given in voxels, or in cells; a voxel has `cells` cells per side.
     fn of(corners: [[f32; 3]; 3], size: u32, cells: u32) -> Self {
         Self::slack(corners, size, SLACK * cells as f32)
     }
 
-    /// A triangle as it is tested for the lists of voxels, with more slack. Twin: glsl/grid/lists/meets.glsl.
+    /// Creates a triangle as it is tested for the voxels' lists, with more slack. Twin: glsl/grid/lists/meets.glsl.
     pub(crate) fn listed(corners: [[f32; 3]; 3], size: u32) -> Self {
         let facet = Self::slack(corners, size, 1.0 / 512.0);
         let side = facet.edges.as_flattened().iter().fold(0.0f32, |side, c| side.max(c.abs()));
@@ -64,18 +64,18 @@ impl Facet {
         Self { corners, edges, normal, first, last, slack, error: 0.0 }
     }
 
-    /// The triangle's box, enlarged by the slack. Twins: low_of, high_of.
+    /// Returns the triangle's box, enlarged by the slack. Twins: low_of, high_of.
     pub(crate) fn bounds(&self) -> [[f32; 3]; 2] {
         let [a, b, c] = self.corners;
         [from_fn(|i| a[i].min(b[i].min(c[i])) - self.slack), from_fn(|i| a[i].max(b[i].max(c[i])) + self.slack)]
     }
 
-    /// Whether all corners are the same point, so that it casts nothing. Twin: facet_is_point.
+    /// Returns whether all corners coincide, so that the triangle casts no shadow. Twin: facet_is_point.
     pub(crate) fn is_point(&self) -> bool {
         self.edges == [[0.0; 3]; 3]
     }
 
-    /// Whether it meets a voxel that lies in its box. Source: Schwarz and Seidel 2010, section 3.
+    /// Returns whether the triangle overlaps a voxel that lies in its box. Source: Schwarz and Seidel 2010, section 3.
     pub(crate) fn meets(&self, voxel: [u32; 3]) -> bool {
         let corner = voxel.map(|v| v as f32);
         let seen: [[f32; 3]; 3] = self.corners.map(|c| from_fn(|i| c[i] - corner[i]));
@@ -110,7 +110,7 @@ fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bits {
     pub(crate) size: u32,
-    /// All levels one after the other, 64 bits per word.
+    /// All levels in order, 64 bits per word.
     pub words: Vec<u64>,
 }
 
@@ -122,13 +122,13 @@ impl Bits {
         size >> (2 * level + 2)
     }
 
-    /// A grid without any bit set.
+    /// Creates a grid with no bits set.
     pub(crate) fn none(size: u32) -> Self {
         let words = (0..LEVELS).map(|level| Self::side(size, level).pow(3)).sum::<u32>();
         Self { size, words: vec![0; words as usize] }
     }
 
-    /// The word and bit of a voxel on a level.
+    /// Returns the word and bit of a voxel on a level.
     pub(crate) fn place(&self, level: u32, voxel: [u32; 3]) -> (usize, u32) {
         let at = (0..level).map(|l| Self::side(self.size, l).pow(3)).sum::<u32>();
         let [x, y, z] = voxel.map(|v| v >> (2 * level + 2));
@@ -137,12 +137,12 @@ impl Bits {
         ((at + (z * side + y) * side + x) as usize, bit[0] | bit[1] << 2 | bit[2] << 4)
     }
 
-    /// The voxels that triangles meet, whose corners are given in voxels. Twin: glsl/grid/voxelize.comp.
+    /// Returns the voxels that triangles overlap; corners are given in voxels. Twin: glsl/grid/voxelize.comp.
     pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
         Self::voxelize_cells(triangles, size, 1)
     }
 
-    /// The cells that triangles meet, whose corners are given in cells; a voxel has `cells` cells per side.
+    /// Returns the cells that triangles overlap; corners are given in cells, and a voxel has `cells` cells per side.
     pub(crate) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
         let mut bits = Self::none(size);
         for corners in triangles {
@@ -166,7 +166,7 @@ impl Bits {
         self.words[word] |= 1 << bit;
     }
 
-    /// Whether a voxel, or the brick or block that contains it on a level above, is occupied.
+    /// Returns whether a voxel, or the brick or block that contains it on a higher level, is occupied.
     pub fn has(&self, level: u32, voxel: [u32; 3]) -> bool {
         let (word, bit) = self.place(level, voxel);
         self.words[word] >> bit & 1 == 1
